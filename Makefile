@@ -1,0 +1,104 @@
+# Every target sets up what it needs, from Python 3.11 or newer alone; uv is used when it is there.
+
+VENV ?= .venv
+PYTHON ?=
+ARGS ?=
+
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+READY := $(VENV)/.ready
+
+# The stamp names the folder it was made for: a copied or moved folder, or a Python that has gone,
+# asks for a new set-up.
+STANDS := $(shell cat "$(READY)" 2>/dev/null && "$(BIN)/python" -c "" 2>/dev/null && echo works)
+ifneq ($(STANDS),$(CURDIR) works)
+STANDS :=
+.PHONY: $(READY)
+endif
+
+.DEFAULT_GOAL := help
+.PHONY: help setup walk test lint bench lock clean
+
+help: ## list the targets
+	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-8s %s\n", $$1, $$2 }' Makefile
+
+setup: $(READY) ## make the virtual environment, from the locked versions
+	@echo "$(VENV) is ready"
+
+walk: $(READY) ## run the paper's walk into results/paper
+	@"$(BIN)/phasmid" walk --out results/paper --force $(ARGS)
+
+test: lint ## run every check, the tests last
+	@echo "== tests"
+	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 $(ARGS)
+
+lint: $(READY) ## check style, types and layers
+	@echo "== lint"
+	@"$(BIN)/ruff" check .
+	@"$(BIN)/ruff" format --check .
+	@echo "== types"
+	@"$(BIN)/mypy" --no-error-summary
+	@echo "== layers"
+	@"$(BIN)/lint-imports" --no-logo
+
+bench: $(READY) ## measure how fast it is
+	@"$(BIN)/python" benchmarks/run.py $(ARGS)
+
+UV_LOCK = uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --only-binary :all: \
+	--generate-hashes --no-header --no-annotate --no-emit-index-url --no-emit-find-links
+
+lock: ## lock the dependencies anew (needs uv; ARGS=--upgrade for newer versions)
+	@command -v uv >/dev/null || { echo "make lock needs uv."; exit 1; }
+	$(UV_LOCK) $(ARGS) --output-file requirements/run.txt >/dev/null
+	$(UV_LOCK) $(ARGS) --extra dev --constraint requirements/run.txt \
+		--output-file requirements/dev.txt >/dev/null
+
+clean: ## remove the virtual environment, caches and builds; results stay
+	@if [ -f "$(VENV)/pyvenv.cfg" ]; then rm -rf "$(VENV)"; fi
+	@rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist
+	@find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+# Without a valid stamp the environment is made from nothing; with one it is brought up to date.
+# The stamp goes first and comes last, so that a set-up that was cut short is done again.
+$(READY): pyproject.toml requirements/dev.txt
+	@set -e; \
+	rm -f "$(READY)"; \
+	if command -v uv >/dev/null 2>&1; then with=uv; else with=pip; fi; \
+	if [ -z "$(STANDS)" ]; then \
+		python=; \
+		for candidate in $(if $(PYTHON),"$(PYTHON)",python3 python3.14 python3.13 python3.12 python3.11 python); do \
+			if "$$candidate" -c "import sys; sys.exit(sys.version_info < (3, 11))" >/dev/null 2>&1; then \
+				python=$$candidate; break; \
+			fi; \
+		done; \
+		if [ -z "$$python" ]; then \
+			echo "phasmid needs Python 3.11 or newer and found none$(if $(PYTHON), at $(PYTHON)); name one: make PYTHON=/path/to/python3." >&2; \
+			exit 1; \
+		fi; \
+		if [ -e "$(VENV)" ] && [ ! -f "$(VENV)/pyvenv.cfg" ] && [ -n "$$(ls -A "$(VENV)")" ]; then \
+			echo "$(VENV) holds something other than a virtual environment; name another folder: make VENV=..." >&2; \
+			exit 1; \
+		fi; \
+		rm -rf "$(VENV)"; \
+		if [ $$with = uv ]; then \
+			echo "== setting up $(VENV) with uv"; \
+			uv venv --quiet --python "$$("$$python" -c "import sys; print(sys.executable)")" "$(VENV)"; \
+		else \
+			echo "== setting up $(VENV) with pip (about a minute the first time)"; \
+			"$$python" -m venv "$(VENV)" || { \
+				echo "$$python cannot make a virtual environment; on Debian and Ubuntu, install python3-venv." >&2; \
+				rm -rf "$(VENV)"; exit 1; \
+			}; \
+		fi; \
+	else \
+		echo "== bringing $(VENV) up to date with $$with"; \
+	fi; \
+	if [ $$with = uv ]; then \
+		uv pip sync --quiet --python "$(BIN)/python" --require-hashes --only-binary :all: requirements/dev.txt; \
+		uv pip install --quiet --python "$(BIN)/python" --no-deps --no-build-isolation --editable .; \
+	else \
+		pip="$(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input install"; \
+		$$pip --require-hashes --only-binary :all: --requirement requirements/dev.txt; \
+		$$pip --no-deps --no-build-isolation --editable .; \
+	fi; \
+	echo "$(CURDIR)" > "$(READY)"
