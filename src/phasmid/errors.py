@@ -1,0 +1,113 @@
+"""The family of errors a person can meet, each of which speaks in one clear sentence."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+
+class PhasmidError(Exception):
+    """Anything that phasmid refuses or cannot do, said to the person who can mend it.
+
+    Attributes:
+        what: What it is and what it must be, one sentence.
+        where: File and line, field or option that it comes from; empty where nothing is known.
+        hint: One thing to try; empty where there is none.
+        exit_status: What the command line returns for it.
+    """
+
+    exit_status = 2
+
+    def __init__(self, what: str, *, where: str = "", hint: str = "") -> None:
+        super().__init__(what)
+        self.what = what
+        self.where = where
+        self.hint = hint
+
+    def __str__(self) -> str:
+        lines = [self.what]
+        if self.where:
+            lines.append(f"  in   {self.where}")
+        if self.hint:
+            lines.append(f"  try  {self.hint}")
+        return "\n".join(lines)
+
+
+class InvalidInput(PhasmidError):
+    """A file, option or argument that cannot be used."""
+
+
+class InvalidRobot(InvalidInput):
+    """A robot description that no machine could have."""
+
+
+class InvalidGait(InvalidInput):
+    """A gait that does not hold the robot up or is not well formed."""
+
+
+class InfeasibleWalk(InvalidInput):
+    """A walk that this robot cannot make: too long, too fast or unstable."""
+
+
+class Unreachable(InfeasibleWalk):
+    """A foot position that the leg cannot reach.
+
+    Attributes:
+        leg: Name of the leg.
+        target: The foot position in the leg's hip frame [m], shape (3,).
+        index: Index of the first such point over the leading axes.
+        distance: Distance of the target from the femur axis [m].
+        reach: Nearest and farthest distance from the femur axis that the leg can go [m].
+    """
+
+    def __init__(
+        self,
+        leg: str,
+        target: tuple[float, float, float],
+        *,
+        distance: float,
+        reach: tuple[float, float],
+        index: tuple[int, ...] = (),
+        where: str = "",
+        hint: str = "",
+    ) -> None:
+        self.leg = leg
+        self.target = target
+        self.index = index
+        self.distance = distance
+        self.reach = reach
+        point = ", ".join(f"{1000 * c:.1f}" for c in target)
+        which = f", point {', '.join(map(str, index))}" if index else ""
+        super().__init__(
+            f"leg {leg}{which}: foot target ({point}) mm is "
+            f"{1000 * distance:.1f} mm from the femur axis; the leg reaches {1000 * reach[0]:.1f} to {1000 * reach[1]:.1f} mm.",
+            where=where,
+            hint=hint,
+        )
+
+
+class OutputError(PhasmidError):
+    """A result that cannot be written."""
+
+    exit_status = 1
+
+
+@contextmanager
+def located(where: str) -> Iterator[None]:
+    """Tell the place of an error that does not know its own.
+
+    Args:
+        where: File, line or field that is being read.
+    """
+    try:
+        yield
+    except PhasmidError as error:
+        error.where = error.where or where
+        raise
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The known name that a person most likely meant; empty where none is near."""
+    matches = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return matches[0] if matches else ""

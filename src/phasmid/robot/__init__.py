@@ -1,0 +1,26 @@
+"""What the machine is: a body, its legs, their links and servos."""
+
+from phasmid.robot.file import load_robot, preset_names, robot_to_toml, servo_names
+from phasmid.robot.leg import JOINTS, Leg
+from phasmid.robot.link import Link
+from phasmid.robot.robot import HEXAPOD_LEGS, Body, LegArrays, Robot
+from phasmid.robot.servo import Servo
+from phasmid.robot.variants import with_mass_model, with_mounts, with_neutral_foot
+
+__all__ = [
+    "HEXAPOD_LEGS",
+    "JOINTS",
+    "Body",
+    "Leg",
+    "LegArrays",
+    "Link",
+    "Robot",
+    "Servo",
+    "load_robot",
+    "preset_names",
+    "robot_to_toml",
+    "servo_names",
+    "with_mass_model",
+    "with_mounts",
+    "with_neutral_foot",
+]

@@ -1,0 +1,106 @@
+"""One leg: three links, where it is mounted and where its foot likes to stand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid import units
+from phasmid.errors import InvalidRobot
+from phasmid.robot.link import Link, check_length, frozen_array
+
+JOINTS = ("coxa", "femur", "tibia")
+"""The joints of a leg, hip first; each is named for the link that it moves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A leg of three links; its joint axes are vertical, horizontal and horizontal.
+
+    The hip frame (the paper's frame 0) has its origin on the coxa axis, z up and x along the
+    leg's neutral direction. Joint angles are those of Table 1 everywhere: the femur's is the
+    elevation of the straight line from femur axis to tibia axis, positive upwards; the tibia's
+    is measured from that line, negative when the knee bends down.
+
+    Attributes:
+        name: Such as ``right_front``.
+        coxa: First link.
+        femur: Second link.
+        tibia: Third link; its length ends at the foot.
+        mount_position: Hip in the body frame [m], shape (3,).
+        mount_yaw: Direction of the hip frame's x in the body frame [rad].
+        neutral_foot: Where the foot stands at rest, in the hip frame [m], shape (3,).
+        joint_limits: Lowest and highest angle of each joint [rad], shape (3, 2).
+        femur_bend: Angle of the femur's straight line above the zero line of its servo [rad].
+        tibia_bend: Angle of the tibia's straight line above the zero line of its servo [rad].
+
+    Raises:
+        InvalidRobot: A measure is impossible, or the neutral foot cannot be reached.
+    """
+
+    name: str
+    coxa: Link
+    femur: Link
+    tibia: Link
+    mount_position: Float[np.ndarray, "3"]
+    mount_yaw: float
+    neutral_foot: Float[np.ndarray, "3"]
+    joint_limits: Float[np.ndarray, "3 2"]
+    femur_bend: float = 0.0
+    tibia_bend: float = 0.0
+
+    def __post_init__(self) -> None:
+        what = f"leg {self.name}"
+        for link in self.links:
+            check_length(link.length, f"{what}: {link.name}", link.name)
+        for field, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
+            array = frozen_array(getattr(self, field), shape, f"{what}: {field}")
+            if np.abs(array).max() > 2.0:
+                raise InvalidRobot(
+                    f"{what}: {field} reaches {np.abs(array).max():.4g} m; "
+                    "lengths above 2 m are refused.",
+                    hint=f"{field}_mm",
+                )
+            object.__setattr__(self, field, array)
+        object.__setattr__(
+            self, "joint_limits", frozen_array(self.joint_limits, (3, 2), f"{what}: joint_limits")
+        )
+        for field in ("mount_yaw", "femur_bend", "tibia_bend"):
+            value = getattr(self, field)
+            if not math.isfinite(value) or abs(value) > 2 * math.pi:
+                raise InvalidRobot(
+                    f"{what}: {field} is {value:.4g} rad; it must be a finite angle "
+                    "of at most one turn.",
+                    hint=f"{field}_deg",
+                )
+        for joint, (lower, upper) in zip(JOINTS, self.joint_limits, strict=True):
+            if lower >= upper:
+                raise InvalidRobot(
+                    f"joint {self.name}.{joint}: lower limit {units.text(lower, 'deg')} is above "
+                    f"upper limit {units.text(upper, 'deg')}.",
+                    hint="swap them",
+                )
+
+    @property
+    def links(self) -> tuple[Link, Link, Link]:
+        """Coxa, femur and tibia."""
+        return self.coxa, self.femur, self.tibia
+
+    @cached_property
+    def lengths(self) -> Float[np.ndarray, "3"]:
+        """Lengths of coxa, femur and tibia [m], shape (3,)."""
+        return frozen_array([link.length for link in self.links], (3,), f"leg {self.name}")
+
+    @cached_property
+    def X_body_hip(self) -> Float[np.ndarray, "4 4"]:
+        """Pose of the hip frame in the body frame, a homogeneous transform, shape (4, 4)."""
+        c, s = math.cos(self.mount_yaw), math.sin(self.mount_yaw)
+        X = np.eye(4)
+        X[:2, :2] = [[c, -s], [s, c]]
+        X[:3, 3] = self.mount_position
+        X.flags.writeable = False
+        return X

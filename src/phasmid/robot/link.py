@@ -1,0 +1,147 @@
+"""One rigid link of a leg, which must be a body that can exist."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid import units
+from phasmid.errors import InvalidRobot
+
+LONGEST_LENGTH = 2.0
+"""Lengths above this are slips of the unit, not walking robots [m]."""
+
+LARGEST_MASS = 200.0
+"""Masses above this are slips of the unit, not parts of walking robots [kg]."""
+
+
+def frozen_array(values: object, shape: tuple[int, ...], what: str) -> np.ndarray:
+    """A read-only float array of the given shape, or a sentence that says what is wrong."""
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidRobot(f"{what} is {values!r}; it must be numbers of shape {shape}.") from None
+    if array.shape != shape:
+        raise InvalidRobot(f"{what} has shape {array.shape}; it must have shape {shape}.")
+    if not np.all(np.isfinite(array)):
+        raise InvalidRobot(f"{what} is {_list(array)}; every number must be finite.")
+    array.flags.writeable = False
+    return array
+
+
+def _list(array: np.ndarray) -> str:
+    return ", ".join(f"{v:.4g}" for v in array.ravel())
+
+
+def check_length(value: float, what: str, key: str) -> None:
+    """Refuse a length that is not finite, not positive or not a walking robot's."""
+    if not math.isfinite(value):
+        raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
+    if value <= 0:
+        raise InvalidRobot(
+            f"{what} is {units.text(value, 'mm')}; it must be finite and greater than 0."
+        )
+    if value > LONGEST_LENGTH:
+        raise InvalidRobot(
+            f"{what} is {value:.4g} m; lengths above {LONGEST_LENGTH:g} m are refused.",
+            hint=f"{key}_mm = {value:.4g}",
+        )
+
+
+def check_mass(value: float, what: str) -> None:
+    """Refuse a mass that is not finite, not positive or not a walking robot's."""
+    if not math.isfinite(value):
+        raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
+    if value <= 0:
+        raise InvalidRobot(f"{what} is {value:.4g} kg; it must be greater than 0.")
+    if value > LARGEST_MASS:
+        raise InvalidRobot(
+            f"{what} is {value:.4g} kg; masses above {LARGEST_MASS:g} kg are refused.",
+            hint=f"mass_g = {value:.4g}",
+        )
+
+
+def check_inertia(
+    inertia: Float[np.ndarray, "3 3"], mass: float, size: float, what: str, long: str
+) -> None:
+    """Refuse an inertia that no rigid body of this mass and size can have.
+
+    Args:
+        inertia: About the centre of mass [kg·m²].
+        mass: Mass [kg].
+        size: The body's longest measure [m].
+        what: Name of the body, for the message.
+        long: The body in the message of a wrong gyration radius, such as "52 mm link".
+    """
+    for i, j, names in ((0, 1, "xy"), (0, 2, "xz"), (1, 2, "yz")):
+        if abs(inertia[i, j] - inertia[j, i]) > 1e-9 * np.abs(inertia).max():
+            raise InvalidRobot(
+                f"{what}: inertia is not symmetric; I_{names} is {inertia[i, j] * 1e9:.4g} "
+                f"and I_{names[::-1]} is {inertia[j, i] * 1e9:.4g} g mm^2."
+            )
+    moments = np.linalg.eigvalsh(inertia)
+    listed = _list(moments)
+    if moments[0] <= 0:
+        raise InvalidRobot(
+            f"{what}: principal moments {listed} kg m^2 are not all positive; "
+            "a rigid body's must be greater than 0."
+        )
+    # Round-off of a flat plate, for which the largest equals the sum of the others.
+    if moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
+        raise InvalidRobot(
+            f"{what}: principal moments {listed} kg m^2 cannot belong to a rigid body; "
+            "the largest may not exceed the sum of the others."
+        )
+    radius = math.sqrt(moments[2] / mass)
+    if not size / 50 <= radius <= 1.5 * size:
+        raise InvalidRobot(
+            f"{what}: inertia {moments[2]:.2g} kg m^2 gives a gyration radius of "
+            f"{1000 * radius:.2g} mm for a {long}; it must lie between "
+            f"{1000 * size / 50:.2g} and {1500 * size:.2g} mm.",
+            hint="check the unit: inertia_g_mm2 or inertia_kg_m2",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A coxa, femur or tibia, in its own Denavit-Hartenberg frame (x along the link).
+
+    Attributes:
+        name: ``coxa``, ``femur`` or ``tibia``.
+        length: From its own joint axis to the next one, or to the foot [m].
+        mass: Mass [kg].
+        com: Centre of mass in the link's frame [m], shape (3,).
+        inertia: About the centre of mass, in the axes of the link's frame [kg·m²], shape (3, 3).
+            Off-diagonal entries are those of the tensor.
+
+    Raises:
+        InvalidRobot: No body can have these numbers.
+
+    Source: Table 2 for the paper's robot; axes as Table 1.
+    """
+
+    name: str
+    length: float
+    mass: float
+    com: Float[np.ndarray, "3"]
+    inertia: Float[np.ndarray, "3 3"]
+
+    def __post_init__(self) -> None:
+        what = f"link {self.name}"
+        check_length(self.length, f"{what}: length", "length")
+        check_mass(self.mass, f"{what}: mass")
+        object.__setattr__(self, "com", frozen_array(self.com, (3,), f"{what}: com"))
+        object.__setattr__(self, "inertia", frozen_array(self.inertia, (3, 3), f"{what}: inertia"))
+        # Servos sit beside a short link, so the bound has a floor of their own size.
+        size = max(self.length, 0.04)
+        offset = float(np.linalg.norm(self.com - [self.length / 2, 0.0, 0.0]))
+        if offset > 1.5 * size:
+            raise InvalidRobot(
+                f"{what}: centre of mass lies {float(np.linalg.norm(self.com)):.2g} m "
+                f"from a {self.length:.2g} m link.",
+                hint="check the unit: com_mm or com_m",
+            )
+        check_inertia(self.inertia, self.mass, size, what, f"{1000 * self.length:.3g} mm link")

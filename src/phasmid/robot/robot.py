@@ -1,0 +1,174 @@
+"""The whole machine: a trunk, its legs and their servos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidRobot, nearest
+from phasmid.robot.leg import JOINTS, Leg
+from phasmid.robot.link import check_inertia, check_length, check_mass, frozen_array
+from phasmid.robot.servo import Servo
+
+HEXAPOD_LEGS = (
+    "right_front",
+    "right_middle",
+    "right_rear",
+    "left_rear",
+    "left_middle",
+    "left_front",
+)
+"""Names of a hexapod's legs, in the paper's order: legs 1 to 6."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """The trunk; its frame has x forward, y left, z up, its origin amid the coxa axes.
+
+    Attributes:
+        mass: Mass [kg].
+        com: Centre of mass in the body frame [m], shape (3,).
+        inertia: About the centre of mass, in body axes [kg·m²], shape (3, 3).
+        size: Length, width and height of the box that bounds it [m], shape (3,).
+
+    Raises:
+        InvalidRobot: No body can have these numbers.
+    """
+
+    mass: float
+    com: Float[np.ndarray, "3"]
+    inertia: Float[np.ndarray, "3 3"]
+    size: Float[np.ndarray, "3"]
+
+    def __post_init__(self) -> None:
+        check_mass(self.mass, "body: mass")
+        for field, shape in (("com", (3,)), ("inertia", (3, 3)), ("size", (3,))):
+            array = frozen_array(getattr(self, field), shape, f"body: {field}")
+            object.__setattr__(self, field, array)
+        for measure, name in zip(self.size, ("length", "width", "height"), strict=True):
+            check_length(float(measure), f"body: {name}", "size")
+        size = float(self.size.max())
+        if np.linalg.norm(self.com) > size:
+            raise InvalidRobot(
+                f"body: centre of mass lies {np.linalg.norm(self.com):.2g} m from the origin of "
+                f"a {size:.2g} m body.",
+                hint="check the unit: com_mm or com_m",
+            )
+        check_inertia(self.inertia, self.mass, size, "body", f"{1000 * size:.3g} mm body")
+
+
+@dataclass(frozen=True, eq=False)
+class LegArrays:
+    """The legs' numbers side by side, for computing all legs at once; L legs, 3 links each.
+
+    Attributes:
+        lengths: Link lengths [m], shape (L, 3).
+        mass: Link masses [kg], shape (L, 3).
+        com: Centres of mass in the links' frames [m], shape (L, 3, 3).
+        inertia: About the centres of mass [kg·m²], shape (L, 3, 3, 3).
+        R_body_hip: Rotations of the hip frames, shape (L, 3, 3).
+        p_body_hip: Hips in the body frame [m], shape (L, 3).
+        neutral_foot: Neutral feet in the hip frames [m], shape (L, 3).
+        joint_limits: Lowest and highest angles [rad], shape (L, 3, 2).
+    """
+
+    lengths: Float[np.ndarray, "legs 3"]
+    mass: Float[np.ndarray, "legs 3"]
+    com: Float[np.ndarray, "legs 3 3"]
+    inertia: Float[np.ndarray, "legs 3 3 3"]
+    R_body_hip: Float[np.ndarray, "legs 3 3"]
+    p_body_hip: Float[np.ndarray, "legs 3"]
+    neutral_foot: Float[np.ndarray, "legs 3"]
+    joint_limits: Float[np.ndarray, "legs 3 2"]
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A walking robot with four or more legs of three joints each.
+
+    Attributes:
+        name: Short name, also of its result folder.
+        body: The trunk.
+        legs: The legs; leg number i of the paper is ``legs[i - 1]``.
+        servo: The motor of every joint.
+        description: One or two sentences: what it is and where its numbers come from.
+
+    Raises:
+        InvalidRobot: Fewer than four legs, or two legs of one name or one hip.
+    """
+
+    name: str
+    body: Body
+    legs: tuple[Leg, ...]
+    servo: Servo
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        if len(self.legs) < 4:
+            raise InvalidRobot(f"robot: {len(self.legs)} legs given; at least 4 are needed.")
+        for a, b in combinations(self.legs, 2):
+            if a.name == b.name:
+                raise InvalidRobot(f"robot: two legs are called {a.name}.")
+            if np.linalg.norm(a.mount_position - b.mount_position) < 1e-3:
+                x, y, z = a.mount_position
+                raise InvalidRobot(
+                    f"legs {a.name} and {b.name} share the hip position "
+                    f"({x:.4g}, {y:.4g}, {z:.4g}) m."
+                )
+
+    @property
+    def leg_names(self) -> tuple[str, ...]:
+        """Names of the legs, in order."""
+        return tuple(leg.name for leg in self.legs)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the body and all links [kg]."""
+        return self.body.mass + float(self.arrays.mass.sum())
+
+    def leg(self, name: str | int) -> Leg:
+        """The leg of this name, or of this number counted from 1.
+
+        Raises:
+            InvalidRobot: There is no such leg.
+        """
+        if isinstance(name, int):
+            if 1 <= name <= len(self.legs):
+                return self.legs[name - 1]
+            raise InvalidRobot(f"there is no leg {name}; legs are 1 to {len(self.legs)}.")
+        for leg in self.legs:
+            if leg.name == name:
+                return leg
+        guess = nearest(name, self.leg_names)
+        raise InvalidRobot(
+            f'there is no leg "{name}"; legs are {", ".join(self.leg_names)}.',
+            hint=f'"{guess}"' if guess else "",
+        )
+
+    @cached_property
+    def arrays(self) -> LegArrays:
+        """The legs' numbers side by side."""
+        legs = self.legs
+
+        def stack(rows: list[object]) -> np.ndarray:
+            array = np.array(rows, dtype=float)
+            array.flags.writeable = False
+            return array
+
+        return LegArrays(
+            lengths=stack([leg.lengths for leg in legs]),
+            mass=stack([[link.mass for link in leg.links] for leg in legs]),
+            com=stack([[link.com for link in leg.links] for leg in legs]),
+            inertia=stack([[link.inertia for link in leg.links] for leg in legs]),
+            R_body_hip=stack([leg.X_body_hip[:3, :3] for leg in legs]),
+            p_body_hip=stack([leg.mount_position for leg in legs]),
+            neutral_foot=stack([leg.neutral_foot for leg in legs]),
+            joint_limits=stack([leg.joint_limits for leg in legs]),
+        )
+
+
+__all__ = ["HEXAPOD_LEGS", "JOINTS", "Body", "LegArrays", "Robot"]

@@ -1,0 +1,77 @@
+"""Variants of a robot that the paper leaves open."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from phasmid.robot.leg import Leg
+from phasmid.robot.link import Link
+from phasmid.robot.robot import Robot
+
+MassModel = Literal["as-given", "mid-length"]
+MountLayout = Literal["as-given", "perpendicular"]
+
+
+def with_mass_model(robot: Robot, model: MassModel) -> Robot:
+    """The robot with its links' masses as given, or spread as the printed Eq 10 assumes.
+
+    Args:
+        robot: The robot.
+        model: ``as-given`` changes nothing. ``mid-length`` puts each link's centre of mass at the
+            middle of its length and keeps only the diagonal of its inertia.
+
+    Source: Table 2 against Eq. 10.
+    """
+    if model == "as-given":
+        return robot
+
+    def middle(link: Link) -> Link:
+        com = np.array([link.length / 2, 0.0, 0.0])
+        return replace(link, com=com, inertia=np.diag(np.diag(link.inertia)))
+
+    legs = tuple(
+        replace(leg, coxa=middle(leg.coxa), femur=middle(leg.femur), tibia=middle(leg.tibia))
+        for leg in robot.legs
+    )
+    return replace(robot, legs=legs)
+
+
+def with_mounts(robot: Robot, layout: MountLayout) -> Robot:
+    """The robot with its hips turned as given, or all square to the direction of walking.
+
+    Args:
+        robot: The robot.
+        layout: ``as-given`` changes nothing. ``perpendicular`` turns right legs to -90 degrees
+            and left legs to +90 degrees; each foot keeps its distance from its hip.
+    """
+    if layout == "as-given":
+        return robot
+
+    def square(leg: Leg) -> Leg:
+        return replace(leg, mount_yaw=math.copysign(math.pi / 2, leg.mount_position[1]))
+
+    return replace(robot, legs=tuple(square(leg) for leg in robot.legs))
+
+
+def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) -> Robot:
+    """The robot standing wider, narrower, higher or lower.
+
+    Args:
+        robot: The robot.
+        radius: Horizontal distance of the neutral feet from their coxa axes [m], or None.
+        height: Height of the hips over the neutral feet [m], or None.
+    """
+    if radius is None and height is None:
+        return robot
+
+    def place(leg: Leg) -> Leg:
+        x, y, z = leg.neutral_foot
+        scale = 1.0 if radius is None else radius / math.hypot(x, y)
+        foot = np.array([x * scale, y * scale, z if height is None else -height])
+        return replace(leg, neutral_foot=foot)
+
+    return replace(robot, legs=tuple(place(leg) for leg in robot.legs))

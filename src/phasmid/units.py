@@ -1,0 +1,73 @@
+"""The only place that knows units other than SI: they end the names of keys and options."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit as it ends a key, such as ``mm`` in ``femur_mm``.
+
+    Attributes:
+        symbol: How it is printed.
+        dimension: What it measures; units of one dimension can stand for each other.
+        per_si: How many of it make one SI unit.
+    """
+
+    symbol: str
+    dimension: str
+    per_si: float
+
+    def to_si(self, value: float) -> float:
+        """Turn a number in this unit into SI."""
+        # A division by a whole number keeps 40 mm the double nearest to 0.04.
+        return value / self.per_si
+
+    def from_si(self, value: float) -> float:
+        """Turn an SI number into this unit."""
+        return value * self.per_si
+
+
+UNITS = {
+    "m": Unit("m", "length", 1.0),
+    "cm": Unit("cm", "length", 100.0),
+    "mm": Unit("mm", "length", 1000.0),
+    "kg": Unit("kg", "mass", 1.0),
+    "g": Unit("g", "mass", 1000.0),
+    "rad": Unit("rad", "angle", 1.0),
+    "deg": Unit("deg", "angle", 180.0 / math.pi),
+    "s": Unit("s", "time", 1.0),
+    "ms": Unit("ms", "time", 1000.0),
+    "n": Unit("N", "force", 1.0),
+    "kg_m2": Unit("kg m^2", "inertia", 1.0),
+    "g_mm2": Unit("g mm^2", "inertia", 1e9),
+    "rad_per_s": Unit("rad/s", "angular velocity", 1.0),
+    "rpm": Unit("rpm", "angular velocity", 30.0 / math.pi),
+}
+"""Known units by the ending of a key; the first of each dimension is SI."""
+
+SI = {unit.dimension: unit for unit in reversed(UNITS.values()) if unit.per_si == 1.0}
+"""The SI unit of each dimension."""
+
+
+def split_unit(key: str) -> tuple[str, str]:
+    """Split a key into its name and the unit that ends it.
+
+    Args:
+        key: Such as ``femur_mm`` or ``inertia_g_mm2``.
+
+    Returns:
+        Name and unit ending; the ending is empty where the key has none.
+    """
+    for ending in sorted(UNITS, key=len, reverse=True):
+        if key.endswith(f"_{ending}"):
+            return key[: -len(ending) - 1], ending
+    return key, ""
+
+
+def text(value: float, ending: str) -> str:
+    """A number in SI as a person reads it in the given unit, such as ``-82 mm``."""
+    unit = UNITS[ending]
+    return f"{unit.from_si(value):.4g} {unit.symbol}"
