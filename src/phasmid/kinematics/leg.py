@@ -1,0 +1,172 @@
+"""Closed-form kinematics of one leg: where the foot is, and which angles put it there."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import Unreachable
+
+STRETCH_TOLERANCE = 1e-12
+"""By this part of its length a leg may be over-stretched: the round-off of a target computed at
+full stretch."""
+
+
+class HasLengths(Protocol):
+    """A leg, or the arrays of several legs; lengths broadcast against the leading axes."""
+
+    @property
+    def lengths(self) -> Float[np.ndarray, "*legs 3"]:
+        """Lengths of coxa, femur and tibia [m]."""
+
+
+def foot_position(
+    leg: HasLengths, q: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 3"]:
+    """Foot of a leg for given joint angles.
+
+    Args:
+        leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
+        q: Coxa, femur and tibia angles [rad], shape (..., 3).
+
+    Returns:
+        Foot in the leg's hip frame [m], shape (..., 3).
+
+    Source: Table 1 and Eqs. 1-2, corrected (docs/errata.md).
+    """
+    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
+    q1, q2, q3 = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    r = coxa + femur * np.cos(q2) + tibia * np.cos(q2 + q3)
+    z = femur * np.sin(q2) + tibia * np.sin(q2 + q3)
+    return np.stack([r * np.cos(q1), r * np.sin(q1), z], axis=-1)
+
+
+def joint_angles(
+    leg: HasLengths, p_hip_foot: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 3"]:
+    """Joint angles that place the foot at a point, knee up and leg outwards.
+
+    Args:
+        leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
+        p_hip_foot: Foot in the leg's hip frame [m], shape (..., 3).
+
+    Returns:
+        Coxa, femur and tibia angles [rad], each in (-pi, pi], shape (..., 3).
+
+    Raises:
+        Unreachable: A point is nearer or farther than the leg can go; carries the first such point.
+
+    Source: Eqs. 3-9, corrected (docs/errata.md). The law of cosines of Eqs. 6 and 8 is taken by
+    half angles, which keep full precision at full stretch.
+    """
+    p = np.asarray(p_hip_foot, dtype=float)
+    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
+    x, y, z = np.moveaxis(p, -1, 0)
+    out = np.hypot(x, y) - coxa
+    square = out**2 + z**2
+    longest, shortest = femur + tibia, np.abs(femur - tibia)
+    slack = STRETCH_TOLERANCE * longest**2
+    # Written so that NaN counts as unreachable.
+    reachable = (square <= longest**2 + slack) & (square >= shortest**2 - slack)
+    if not np.all(reachable):
+        raise _unreachable(leg, p, np.broadcast_to(reachable, p.shape[:-1]), np.sqrt(square))
+    bend = 2 * np.arctan2(
+        np.sqrt(np.maximum(longest**2 - square, 0.0)),
+        np.sqrt(np.maximum(square - shortest**2, 0.0)),
+    )
+    above = np.arctan2(tibia * np.sin(bend), femur + tibia * np.cos(bend))
+    q2 = np.arctan2(z, out) + above
+    q2 = np.where(q2 > np.pi, q2 - 2 * np.pi, q2)
+    return np.stack([np.arctan2(y, x), q2, -bend], axis=-1)
+
+
+def _unreachable(
+    leg: HasLengths,
+    p: Float[np.ndarray, "*batch 3"],
+    reachable: np.ndarray,
+    distance: np.ndarray,
+) -> Unreachable:
+    index = tuple(int(i) for i in np.argwhere(~reachable)[0])
+    lengths = np.broadcast_to(leg.lengths, p.shape)[index]
+    name = getattr(leg, "name", str(index[-1] + 1) if index else "")
+    return Unreachable(
+        name,
+        (float(p[index][0]), float(p[index][1]), float(p[index][2])),
+        distance=float(np.broadcast_to(distance, p.shape[:-1])[index]),
+        reach=(abs(float(lengths[1] - lengths[2])), float(lengths[1] + lengths[2])),
+        index=index,
+    )
+
+
+def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+    """Jacobian of the foot: its velocity in hip axes for unit joint speeds.
+
+    Args:
+        leg: The leg, or a robot's ``arrays``.
+        q: Joint angles [rad], shape (..., 3).
+
+    Returns:
+        d foot / d q [m/rad], shape (..., 3, 3): rows x, y, z; columns coxa, femur, tibia.
+
+    Source: the derivative of Table 1; J of Eq. 11.
+    """
+    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
+    q1, q2, q3 = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    c1, s1 = np.cos(q1), np.sin(q1)
+    out3, up3 = tibia * np.cos(q2 + q3), tibia * np.sin(q2 + q3)
+    out, up = femur * np.cos(q2) + out3, femur * np.sin(q2) + up3
+    r = coxa + out
+    zero = np.zeros_like(r)
+    return np.stack(
+        [
+            np.stack([-r * s1, -up * c1, -up3 * c1], axis=-1),
+            np.stack([r * c1, -up * s1, -up3 * s1], axis=-1),
+            np.stack([zero, out, out3], axis=-1),
+        ],
+        axis=-2,
+    )
+
+
+def joint_motion(
+    leg: HasLengths,
+    q: Float[np.ndarray, "*batch 3"],
+    v_hip_foot: Float[np.ndarray, "*batch 3"],
+    a_hip_foot: Float[np.ndarray, "*batch 3"],
+) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch 3"]]:
+    """Joint speeds and accelerations that move the foot as given.
+
+    Args:
+        leg: The leg, or a robot's ``arrays``.
+        q: Joint angles [rad], shape (..., 3); the leg neither stretched nor folded flat.
+        v_hip_foot: Velocity of the foot in the hip frame [m/s], shape (..., 3).
+        a_hip_foot: Acceleration of the foot in the hip frame [m/s²], shape (..., 3).
+
+    Returns:
+        Joint speeds [rad/s] and accelerations [rad/s²], each of shape (..., 3).
+
+    Source: Table 1, differentiated twice in cylindrical coordinates about the coxa axis.
+    """
+    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
+    q1, q2, q3 = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    c1, s1 = np.cos(q1), np.sin(q1)
+    c2, s2, c23, s23 = np.cos(q2), np.sin(q2), np.cos(q2 + q3), np.sin(q2 + q3)
+    r = coxa + femur * c2 + tibia * c23
+    vx, vy, vz = np.moveaxis(v_hip_foot, -1, 0)
+    ax, ay, az = np.moveaxis(a_hip_foot, -1, 0)
+    v_out, v_side = c1 * vx + s1 * vy, c1 * vy - s1 * vx
+    a_out, a_side = c1 * ax + s1 * ay, c1 * ay - s1 * ax
+
+    # With the elevations e2 = q2 and e3 = q2 + q3 the plane's equations are diagonal:
+    # projecting on the tibia leaves e2 alone, projecting on the femur leaves e3 alone.
+    spread = np.sin(q3)
+    w1 = v_side / r
+    w2 = (v_out * c23 + vz * s23) / (femur * spread)
+    w3 = -(v_out * c2 + vz * s2) / (tibia * spread)
+    b_out = a_out + r * w1**2 + femur * c2 * w2**2 + tibia * c23 * w3**2
+    b_up = az + femur * s2 * w2**2 + tibia * s23 * w3**2
+    d1 = (a_side - 2 * v_out * w1) / r
+    d2 = (b_out * c23 + b_up * s23) / (femur * spread)
+    d3 = -(b_out * c2 + b_up * s2) / (tibia * spread)
+    return np.stack([w1, w2, w3 - w2], axis=-1), np.stack([d1, d2, d3 - d2], axis=-1)

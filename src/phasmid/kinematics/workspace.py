@@ -1,0 +1,93 @@
+"""How far the feet can go."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.kinematics.frames import hip_from_body, neutral_feet
+from phasmid.kinematics.leg import joint_angles
+from phasmid.robot import Leg, Robot
+
+LIMIT_TOLERANCE = 1e-9
+"""An angle may pass a joint limit by this much, which is round-off [rad]."""
+
+
+def reach(leg: Leg, height: float) -> tuple[float, float]:
+    """Nearest and farthest horizontal distance of the foot from the coxa axis.
+
+    Args:
+        leg: The leg; its joint limits are not regarded.
+        height: Height of the foot over the hip [m], negative below it.
+
+    Returns:
+        Nearest and farthest distance [m]; both NaN where the leg cannot reach that height.
+    """
+    coxa, femur, tibia = map(float, leg.lengths)
+    if abs(height) > femur + tibia:
+        return math.nan, math.nan
+    far = math.sqrt((femur + tibia) ** 2 - height**2)
+    hole = (femur - tibia) ** 2 - height**2
+    near = coxa + math.sqrt(hole) if hole > 0 else max(coxa - far, 0.0)
+    return near, coxa + far
+
+
+def within_reach(
+    robot: Robot, p_hip_feet: Float[np.ndarray, "*batch legs 3"]
+) -> Float[np.ndarray, "*batch legs"]:
+    """Whether each foot target can be reached within the joint limits.
+
+    Args:
+        robot: The robot, L legs.
+        p_hip_feet: Targets in the hip frames [m], shape (..., L, 3).
+
+    Returns:
+        Ones where a target is reachable, else zeros, shape (..., L).
+    """
+    arrays = robot.arrays
+    p = np.asarray(p_hip_feet, dtype=float)
+    femur, tibia = arrays.lengths[:, 1], arrays.lengths[:, 2]
+    distance = np.hypot(np.hypot(p[..., 0], p[..., 1]) - arrays.lengths[:, 0], p[..., 2])
+    inside = (distance < femur + tibia) & (distance > np.abs(femur - tibia))
+    # Targets out of reach are replaced by a foot that any leg reaches, so that the angles exist.
+    easy = np.zeros_like(arrays.lengths)
+    easy[:, 0] = arrays.lengths[:, 0] + np.hypot(femur, tibia)
+    q = joint_angles(arrays, np.where(inside[..., None], p, easy))
+    lower, upper = arrays.joint_limits[..., 0], arrays.joint_limits[..., 1]
+    allowed = (q >= lower - LIMIT_TOLERANCE) & (q <= upper + LIMIT_TOLERANCE)
+    return (inside & allowed.all(axis=-1)).astype(float)
+
+
+def longest_stride(robot: Robot, direction: float = 0.0) -> float:
+    """Longest straight stride that every leg can make about its neutral foot.
+
+    Args:
+        robot: The robot; link lengths and joint limits count, touching legs do not.
+        direction: Direction of travel in the body frame, 0 forward [rad].
+
+    Returns:
+        Length of the longest step on level ground, feet at neutral height [m].
+    """
+    away = np.array([math.cos(direction), math.sin(direction), 0.0])
+    centre = neutral_feet(robot)
+
+    def reachable(half: np.ndarray) -> np.ndarray:
+        ahead = centre + half[:, None, None] * away
+        behind = centre - half[:, None, None] * away
+        both = within_reach(robot, hip_from_body(robot, np.stack([ahead, behind])))
+        return np.asarray(both.all(axis=(0, 2)))
+
+    # A first pass finds the first gap, a second one its edge within a hundredth of a millimetre.
+    low, high = 0.0, 2.0 * float(robot.arrays.lengths.sum(axis=1).max())
+    for _ in range(3):
+        halves = np.linspace(low, high, 401)
+        good = reachable(halves)
+        first = int(np.argmin(good))
+        if good[first]:
+            return 2 * high
+        if first == 0:
+            return 0.0
+        low, high = float(halves[first - 1]), float(halves[first])
+    return 2 * low
