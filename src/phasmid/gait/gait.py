@@ -1,0 +1,104 @@
+"""Which legs stand, when."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.errors import InvalidGait
+
+PHASE_TOLERANCE = 1e-9
+"""Phases closer than this are one instant; it is round-off of a cycle's fractions."""
+
+FEWEST_FEET = 3
+"""Fewest feet that hold a robot up while it moves slowly."""
+
+
+@dataclass(frozen=True)
+class Gait:
+    """A periodic gait, by when each leg lifts and for how long it stands.
+
+    Attributes:
+        name: Such as ``tripod``.
+        duty_factor: Fraction of the cycle for which each foot stands, in (0, 1).
+        offsets: For each leg the fraction of the cycle at which it lifts, in [0, 1).
+
+    Raises:
+        InvalidGait: A number is out of range, or fewer than three feet stand at some phase.
+    """
+
+    name: str
+    duty_factor: float
+    offsets: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not 0 < self.duty_factor < 1:
+            finite = "" if math.isfinite(self.duty_factor) else "a finite number "
+            raise InvalidGait(
+                f"gait.duty_factor is {self.duty_factor:g}; "
+                f"it must be {finite}greater than 0 and less than 1.",
+                hint="duty_factor = 0.5, the tripod gait of the paper",
+            )
+        for i, offset in enumerate(self.offsets):
+            if not 0 <= offset < 1:
+                raise InvalidGait(f"gait.offsets[{i}] is {offset:g}; offsets are phases in [0, 1).")
+        self._check_support()
+
+    def _check_support(self) -> None:
+        middles = self.events + np.diff([*self.events, 1.0]) / 2
+        standing = self.stance(middles).sum(axis=1)
+        if standing.min() < FEWEST_FEET:
+            phase = float(middles[np.argmin(standing)])
+            # With the lifts as they are, a foot may not be up while more than n - 3 others are.
+            count = len(self.offsets)
+            least = 1 - self._longest_swing(count)
+            raise InvalidGait(
+                f'gait "{self.name}" leaves {standing.min()} to {standing.max()} feet on the '
+                f"ground, {standing.min()} at phase {phase:.2f}; "
+                f"at least {FEWEST_FEET} are needed.",
+                hint=f"duty_factor = {least:.3g} or more" if least < 1 else "other offsets",
+            )
+
+    def _longest_swing(self, count: int) -> float:
+        """Longest swing, in cycles, that never lifts more than n - 3 legs at once."""
+        allowed = count - FEWEST_FEET
+        if allowed < 1:
+            return 0.0
+        lifts = sorted(self.offsets)
+        # The leg that lifts `allowed` places later may lift only once this one is down.
+        gaps = [(lifts[(i + allowed) % count] - lifts[i]) % 1.0 for i in range(count)]
+        return min(gap if gap > PHASE_TOLERANCE else 0.0 for gap in gaps)
+
+    @property
+    def swing_fraction(self) -> float:
+        """Fraction of the cycle for which each foot is in the air."""
+        return 1.0 - self.duty_factor
+
+    @property
+    def events(self) -> Float[np.ndarray, " events"]:
+        """Phases at which a foot lifts or lands, sorted, from 0, shape (E,)."""
+        lifts = np.asarray(self.offsets, dtype=float)
+        phases = np.concatenate([[0.0], lifts, lifts + self.swing_fraction]) % 1.0
+        phases[phases > 1 - PHASE_TOLERANCE] = 0.0
+        phases.sort()
+        return phases[np.concatenate([[True], np.diff(phases) > PHASE_TOLERANCE])]
+
+    def leg_phase(self, phase: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch legs"]:
+        """Each leg's own phase: 0 where it lifts, 1 - duty factor where it lands.
+
+        Args:
+            phase: Phase of the cycle; whole numbers are full cycles.
+
+        Returns:
+            Phase in [0, 1), shape (..., L).
+        """
+        own = (np.asarray(phase, dtype=float)[..., None] - np.asarray(self.offsets)) % 1.0
+        own[own > 1 - PHASE_TOLERANCE] = 0.0
+        return own
+
+    def stance(self, phase: Float[np.ndarray, "*batch"]) -> Bool[np.ndarray, "*batch legs"]:
+        """Which legs stand at a phase of the cycle, shape (..., L); at lift-off a leg swings."""
+        return self.leg_phase(phase) >= self.swing_fraction - PHASE_TOLERANCE

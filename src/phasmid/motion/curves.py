@@ -1,0 +1,94 @@
+"""Polynomials along which feet and body travel."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+Curve = Literal["quintic", "cubic-spline"]
+
+
+class Path(NamedTuple):
+    """A position and its first two derivatives, all of one shape."""
+
+    position: Float[np.ndarray, "*batch"]
+    velocity: Float[np.ndarray, "*batch"]
+    acceleration: Float[np.ndarray, "*batch"]
+
+
+def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
+    """From 0 at u = 0 to 1 at u = 1, at rest at both ends.
+
+    Args:
+        curve: ``quintic`` also starts and ends without acceleration; ``cubic-spline`` is one piece
+            of a clamped cubic spline.
+        u: Fraction of the way in time, in [0, 1].
+
+    Returns:
+        The fraction of the way and its derivatives by u.
+
+    Source: the paper's 5th degree polynomial; its reference [11] for the spline.
+    """
+    u = np.asarray(u, dtype=float)
+    if curve == "quintic":
+        return Path(
+            u**3 * (10 + u * (6 * u - 15)),
+            30 * u**2 * (1 - u) ** 2,
+            60 * u * (1 - u) * (1 - 2 * u),
+        )
+    return Path(u**2 * (3 - 2 * u), 6 * u * (1 - u), 6 - 12 * u)
+
+
+def lift(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
+    """From 0 up to 1 at u = 1/2 and down to 0 at u = 1: one blend up and another down.
+
+    With the cubic curve this is the clamped cubic spline through lift-off, apex and touchdown.
+
+    Args:
+        curve: Polynomial of both halves.
+        u: Fraction of the swing in time, in [0, 1].
+
+    Returns:
+        The fraction of the height and its derivatives by u.
+    """
+    u = np.asarray(u, dtype=float)
+    half = blend(curve, np.where(u < 0.5, 2 * u, 2 - 2 * u))
+    rising = np.where(u < 0.5, 1.0, -1.0)
+    return Path(half.position, 2 * rising * half.velocity, 4 * half.acceleration)
+
+
+def join(
+    curve: Curve,
+    u: Float[np.ndarray, "*batch"],
+    start: Float[np.ndarray, "*batch"],
+    end: Float[np.ndarray, "*batch"],
+    velocity: tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]],
+) -> Path:
+    """From one point to another with given velocities and no acceleration at the ends.
+
+    Args:
+        curve: A cubic has no freedom left for the accelerations at its ends.
+        u: Fraction of the way in time, in [0, 1].
+        start: Where it starts.
+        end: Where it ends.
+        velocity: Derivative by u at start and end.
+
+    Returns:
+        The position and its derivatives by u.
+    """
+    v0, v1 = velocity
+    way = end - start
+    # Coefficients of u^2 and above; the quintic's u^2 vanishes with the acceleration.
+    if curve == "quintic":
+        powers = {3: 10 * way - 6 * v0 - 4 * v1, 4: -15 * way + 8 * v0 + 7 * v1}
+        powers[5] = 6 * way - 3 * v0 - 3 * v1
+    else:
+        powers = {2: 3 * way - 2 * v0 - v1, 3: -2 * way + v0 + v1}
+    position, rate, bend = start + v0 * u, v0 + 0 * u, 0 * way * u
+    for n, c in powers.items():
+        position = position + c * u**n
+        rate = rate + n * c * u ** (n - 1)
+        bend = bend + n * (n - 1) * c * u ** (n - 2)
+    return Path(position, rate, bend)

@@ -1,0 +1,219 @@
+"""How the feet travel, in the body frame, under each stance law."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InfeasibleWalk
+from phasmid.gait import Gait
+from phasmid.kinematics import neutral_feet, step_pose
+from phasmid.motion.curves import Path, blend, join, lift
+from phasmid.motion.trunk import TrunkMotion, progress
+from phasmid.robot import Robot
+from phasmid.scenario.scenario import StrideTable
+
+
+def straight_feet(
+    robot: Robot,
+    gait: Gait,
+    stride: StrideTable,
+    step: Float[np.ndarray, "3"],
+    time: Float[np.ndarray, " time"],
+    trunk: TrunkMotion,
+) -> Path:
+    """Feet that stay where they stand and swing from foothold to foothold.
+
+    Args:
+        robot: The robot, L legs.
+        gait: Which legs stand, when.
+        stride: Heights, times and curves.
+        step: Displacement of one step: forward [m], left [m], turn [rad].
+        time: Times [s], shape (N,).
+        trunk: The body at these times.
+
+    Returns:
+        Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).
+
+    Source: Fig. 6; the quintics of the results section. A foot swings between footholds in world
+    axes, so that it lands without velocity whatever the body does.
+    """
+    cycle, u = _swing_fraction(gait, stride, time)
+    # The stance that ends the swing: the body is half a step further when it is half over.
+    landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
+    neutral = neutral_feet(robot)
+    p1, p0 = (
+        _foothold(step, landing, neutral),
+        _foothold(step, landing - 1 / gait.duty_factor, neutral),
+    )
+    s, h = blend(stride.curve, u), lift(stride.curve, u)
+    swing = gait.swing_fraction * stride.period
+    way = p1 - p0
+    moving = (u < 1.0).astype(float)
+
+    def world(k: int, per: float) -> Float[np.ndarray, "time legs 3"]:
+        xy = way * s[k][..., None]
+        return (
+            np.stack([xy[..., 0], xy[..., 1], stride.step_height * h[k]], axis=-1)
+            * (moving / per)[..., None]
+        )
+
+    grounded = np.where(u[..., None] < 1.0, p0, p1)
+    position = np.stack([grounded[..., 0], grounded[..., 1], np.zeros(u.shape)], axis=-1)
+    return _in_body(Path(position + world(0, 1.0), world(1, swing), world(2, swing**2)), trunk)
+
+
+def _swing_fraction(
+    gait: Gait, stride: StrideTable, time: Float[np.ndarray, " time"]
+) -> tuple[Float[np.ndarray, "time legs"], Float[np.ndarray, "time legs"]]:
+    """Number of the leg's cycle, and how much of its swing is over; 1 in stance."""
+    cycles = np.asarray(time, dtype=float) / stride.period
+    own = gait.leg_phase(cycles)
+    number = np.round(cycles[:, None] - np.asarray(gait.offsets) - own)
+    u = np.where(gait.stance(cycles), 1.0, own / gait.swing_fraction)
+    return number, np.clip(u, 0.0, 1.0)
+
+
+def _foothold(
+    step: Float[np.ndarray, "3"],
+    steps: Float[np.ndarray, "time legs"],
+    neutral: Float[np.ndarray, "legs 3"],
+) -> Float[np.ndarray, "time legs 2"]:
+    """Where the neutral foot is, over the ground, when the body has made that many steps."""
+    pose = step_pose(step, steps)
+    c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    x, y = neutral[:, 0], neutral[:, 1]
+    return np.stack([pose[..., 0] + c * x - s * y, pose[..., 1] + s * x + c * y], axis=-1)
+
+
+def _in_body(world: Path, trunk: TrunkMotion) -> Path:
+    """A motion in world axes as seen from the body frame."""
+    c, s = np.cos(trunk.yaw)[:, None], np.sin(trunk.yaw)[:, None]
+
+    def turn(v: np.ndarray) -> np.ndarray:
+        x, y = v[..., 0], v[..., 1]
+        return np.stack([c * x + s * y, c * y - s * x, v[..., 2]], axis=-1)
+
+    def cross(rate: np.ndarray, v: np.ndarray) -> np.ndarray:
+        w = rate[:, None]
+        return np.stack([-w * v[..., 1], w * v[..., 0], np.zeros(v.shape[:-1])], axis=-1)
+
+    w = trunk.yaw_rate
+    p = turn(world.position - trunk.position[:, None])
+    v = turn(world.velocity - trunk.velocity[:, None]) - cross(w, p)
+    a = turn(world.acceleration - trunk.acceleration[:, None])
+    a = a - cross(trunk.yaw_acceleration, p) - 2 * cross(w, v) - cross(w, cross(w, p))
+    return Path(p, v, a)
+
+
+def coxa_only_feet(
+    robot: Robot,
+    gait: Gait,
+    stride: StrideTable,
+    step: Float[np.ndarray, "3"],
+    time: Float[np.ndarray, " time"],
+    height: float,
+) -> Path:
+    """Feet that the coxa alone moves in stance, on circles about the hips.
+
+    The circle's chord, seen along the way that the ground asks of the foot, is as long as that
+    way; what is left over the feet slip.
+
+    Args:
+        robot: The robot, L legs.
+        gait: Which legs stand, when.
+        stride: Heights, times and curves.
+        step: Displacement of one step: forward [m], left [m], turn [rad].
+        time: Times [s], shape (N,).
+        height: Height of the body frame over the ground [m].
+
+    Returns:
+        Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).
+
+    Raises:
+        InfeasibleWalk: A coxa cannot move its foot in the direction that is asked.
+
+    Source: the paper's words on Fig. 12, "only the coxa joint has values" in support.
+    """
+    neutral, hips = neutral_feet(robot)[:, :2], robot.arrays.p_body_hip[:, :2]
+    radius = np.hypot(*(neutral - hips).T)
+    middle = np.arctan2(*(neutral - hips).T[::-1])
+    half = _coxa_half_angle(robot, step, neutral, middle, radius)
+
+    cycle, u = _swing_fraction(gait, stride, time)
+    landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor
+    steps = progress(gait, stride, time)
+    sigma = np.clip(steps.position[:, None] - landing, 0.0, 1.0)
+    stance = _on_circle(hips, radius, middle, half, sigma, steps)
+
+    swing = gait.swing_fraction * stride.period
+    speed = _end_speed(gait, stride) * swing
+    ends = [
+        _on_circle(hips, radius, middle, half, np.full((1, len(half)), at), Path(*np.ones((3, 1))))
+        for at in (1.0, 0.0)
+    ]
+    xy = join(
+        stride.curve,
+        u[..., None],
+        ends[0].position,
+        ends[1].position,
+        (speed * ends[0].velocity, speed * ends[1].velocity),
+    )
+    h = lift(stride.curve, u)
+    flying = (u < 1.0)[..., None]
+    orders = []
+    for k in range(3):
+        plane = np.where(flying, xy[k] / swing**k, stance[k])
+        up = np.where(flying[..., 0], stride.step_height * h[k] / swing**k, 0.0)
+        up = up - height if k == 0 else up
+        orders.append(np.concatenate([plane, up[..., None]], axis=-1))
+    return Path(*orders)
+
+
+def _coxa_half_angle(
+    robot: Robot,
+    step: np.ndarray,
+    neutral: np.ndarray,
+    middle: np.ndarray,
+    radius: np.ndarray,
+) -> np.ndarray:
+    """Half the coxa's turn in stance, signed with the turn from touchdown to lift-off [rad]."""
+    ahead, behind = (
+        _foothold(step, np.full((1, len(neutral)), at), neutral)[0] for at in (0.5, -0.5)
+    )
+    way = ahead - behind
+    length = np.hypot(*way.T)
+    along = (-np.sin(middle) * way[:, 0] + np.cos(middle) * way[:, 1]) / np.where(length, length, 1)
+    needed = length / (2 * radius)
+    for leg, share, sine in zip(robot.legs, np.abs(along), needed, strict=True):
+        if sine > 0 and sine > 0.95 * share:
+            raise InfeasibleWalk(
+                f"leg {leg.name} cannot make this stride with its coxa alone: its foot moves "
+                f"{np.degrees(np.arccos(min(share, 1.0))):.0f}° off the way that is asked.",
+                hint='stance_law = "straight"',
+            )
+    return -np.arcsin(np.where(length > 0, needed / np.where(length > 0, along, 1.0), 0.0))
+
+
+def _on_circle(
+    hips: np.ndarray,
+    radius: np.ndarray,
+    middle: np.ndarray,
+    half: np.ndarray,
+    sigma: np.ndarray,
+    steps: Path,
+) -> Path:
+    angle = middle + half * (2 * sigma - 1)
+    c, s = np.cos(angle), np.sin(angle)
+    w, d = 2 * half * steps.velocity[:, None], 2 * half * steps.acceleration[:, None]
+    position = hips + radius[:, None] * np.stack([c, s], axis=-1)
+    velocity = (radius * w)[..., None] * np.stack([-s, c], axis=-1)
+    acceleration = (radius * d)[..., None] * np.stack([-s, c], axis=-1)
+    acceleration -= (radius * w**2)[..., None] * np.stack([c, s], axis=-1)
+    return Path(position, velocity, acceleration)
+
+
+def _end_speed(gait: Gait, stride: StrideTable) -> float:
+    """Progress of the body when a foot lifts or lands [steps/s]."""
+    moving = stride.stance_timing == "constant-speed"
+    return 1 / (gait.duty_factor * stride.period) if moving else 0.0

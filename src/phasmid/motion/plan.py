@@ -1,0 +1,223 @@
+"""From a scenario to a walk: the motion of every joint, and whether the robot can make it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.errors import InfeasibleWalk
+from phasmid.gait import Gait, support_margin
+from phasmid.kinematics import (
+    body_from_hip,
+    centre_of_mass,
+    foot_position,
+    hip_from_body,
+    joint_angles,
+    joint_motion,
+    neutral_feet,
+    reach,
+    within_reach,
+)
+from phasmid.motion.curves import Path
+from phasmid.motion.feet import coxa_only_feet, straight_feet
+from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
+from phasmid.robot import JOINTS, Robot
+from phasmid.scenario import Scenario
+
+CHECKED_SAMPLES = 241
+"""Instants of one cycle at which a plan is checked; seen from the body, all cycles are alike."""
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """A planned walk, sampled; `sample` evaluates the same plan at any other times.
+
+    Attributes:
+        scenario: What is walked.
+        robot: The robot with the scenario's variants, L legs.
+        gait: Which legs stand, when.
+        time: Times [s], shape (N,).
+        q: Joint angles [rad], shape (N, L, 3).
+        qd: Joint velocities [rad/s], shape (N, L, 3).
+        qdd: Joint accelerations [rad/s²], shape (N, L, 3).
+        stance: Which feet stand, shape (N, L).
+        trunk: The body's planned motion.
+    """
+
+    scenario: Scenario
+    robot: Robot
+    gait: Gait
+    time: Float[np.ndarray, " time"]
+    q: Float[np.ndarray, "time legs 3"]
+    qd: Float[np.ndarray, "time legs 3"]
+    qdd: Float[np.ndarray, "time legs 3"]
+    stance: Bool[np.ndarray, "time legs"]
+    trunk: TrunkMotion
+
+    def sample(self, time: Float[np.ndarray, " times"]) -> Walk:
+        """This walk, evaluated exactly at other times.
+
+        Args:
+            time: Times [s], from 0, shape (M,).
+        """
+        return _evaluate(self.scenario, self.robot, self.gait, np.asarray(time, dtype=float))
+
+    @property
+    def foot_position(self) -> Float[np.ndarray, "time legs 3"]:
+        """Feet in world axes [m], shape (N, L, 3)."""
+        p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
+        c, s = np.cos(self.trunk.yaw)[:, None], np.sin(self.trunk.yaw)[:, None]
+        x, y = c * p[..., 0] - s * p[..., 1], s * p[..., 0] + c * p[..., 1]
+        return np.stack([x, y, p[..., 2]], axis=-1) + self.trunk.position[:, None]
+
+
+def plan(scenario: Scenario) -> Walk:
+    """Plan the walk of a scenario: positions, velocities and accelerations of all joints.
+
+    Args:
+        scenario: The experiment. Its walk begins amid the gait: the legs whose phase is 0 lift at
+            once, and all feet stand where the gait has them.
+
+    Returns:
+        The walk, sampled as the scenario says, both ends of each cycle included.
+
+    Raises:
+        InfeasibleWalk: The stride is too long for a leg or too fast for its servos, or the robot
+            would topple.
+        InvalidRobot: The robot is impossible.
+        InvalidGait: The gait does not fit the robot.
+    """
+    robot = scenario.load_robot()
+    gait = scenario.load_gait(len(robot.legs))
+    _check_reach(scenario, robot, gait)
+    _check_cycle(scenario, robot, gait)
+    interval = scenario.stride.period / (scenario.stride.samples - 1)
+    count = math.floor(scenario.duration / interval + 1e-9) + 1
+    return _evaluate(scenario, robot, gait, np.arange(count) * interval)
+
+
+def _step(scenario: Scenario) -> Float[np.ndarray, "3"]:
+    stride = scenario.stride
+    return np.array([stride.step_length, stride.step_sideways, stride.step_turn])
+
+
+def _feet(
+    scenario: Scenario,
+    robot: Robot,
+    gait: Gait,
+    step: Float[np.ndarray, "3"],
+    time: Float[np.ndarray, " time"],
+) -> tuple[TrunkMotion, Path]:
+    """The trunk's motion, and the feet's in the body frame."""
+    stride = scenario.stride
+    # Level ground lies under the mean of the neutral feet.
+    height = -float(neutral_feet(robot)[:, 2].mean())
+    trunk = trunk_motion(step, height, progress(gait, stride, time))
+    if stride.stance_law == "straight":
+        return trunk, straight_feet(robot, gait, stride, step, time, trunk)
+    return trunk, coxa_only_feet(robot, gait, stride, step, time, height)
+
+
+def _evaluate(
+    scenario: Scenario, robot: Robot, gait: Gait, time: Float[np.ndarray, " time"]
+) -> Walk:
+    trunk, feet = _feet(scenario, robot, gait, _step(scenario), time)
+    R = robot.arrays.R_body_hip
+    q = joint_angles(robot.arrays, hip_from_body(robot, feet.position))
+    v, a = (np.einsum("lji,tlj->tli", R, x) for x in (feet.velocity, feet.acceleration))
+    qd, qdd = joint_motion(robot.arrays, q, v, a)
+    stance = gait.stance(time / scenario.stride.period)
+    return Walk(scenario, robot, gait, time, q, qd, qdd, stance, trunk)
+
+
+def _cycle_times(scenario: Scenario) -> Float[np.ndarray, " time"]:
+    return np.linspace(0.0, scenario.stride.period, CHECKED_SAMPLES)
+
+
+def _check_reach(scenario: Scenario, robot: Robot, gait: Gait) -> None:
+    time = _cycle_times(scenario)
+
+    def targets(share: float) -> Float[np.ndarray, "time legs 3"]:
+        _, feet = _feet(scenario, robot, gait, share * _step(scenario), time)
+        return hip_from_body(robot, feet.position)
+
+    wanted = targets(1.0)
+    if within_reach(robot, wanted).all():
+        return
+    low, high = 0.0, 1.0
+    for _ in range(30):
+        middle = (low + high) / 2
+        good = bool(within_reach(robot, targets(middle)).all())
+        low, high = (middle, high) if good else (low, middle)
+    _raise_out_of_reach(scenario, robot, wanted, low)
+
+
+def _raise_out_of_reach(
+    scenario: Scenario, robot: Robot, p: Float[np.ndarray, "time legs 3"], possible: float
+) -> None:
+    """Say which leg goes where, what it reaches, and the longest stride that it could make."""
+    far = np.hypot(p[..., 0], p[..., 1])
+    bad = within_reach(robot, p) == 0
+    # Of the targets out of reach the one farthest out tells most.
+    t, leg = np.unravel_index(int(np.argmax(np.where(bad, far, -1.0))), far.shape)
+    which, target = robot.legs[leg], p[t, leg]
+    nearest, farthest = reach(which, float(target[2]))
+    step = _step(scenario)
+    if possible > 0:
+        hint = f"Longest stride here: {_stride_words(step * possible, down=True)}."
+    else:
+        hint = "No stride is possible from this stance; change stance_radius or body_height."
+    if nearest <= far[t, leg] <= farthest:
+        q = np.degrees(joint_angles(which, target))
+        limits = np.degrees(which.joint_limits)
+        joint = int(np.argmax((q < limits[:, 0]) | (q > limits[:, 1])))
+        reason = (
+            f"turns {which.name}.{JOINTS[joint]} to {q[joint]:.1f}°; its limits are "
+            f"{limits[joint, 0]:.4g}° to {limits[joint, 1]:.4g}°"
+        )
+    elif math.isnan(farthest):
+        reason = f"puts {which.name} {-target[2]:.3f} m below its hip; it reaches less deep"
+    else:
+        bound = farthest if far[t, leg] > farthest else nearest
+        reason = f"puts {which.name} at {far[t, leg]:.3f} m; it reaches {bound:.3f} m"
+    raise InfeasibleWalk(f"stride of {_stride_words(step)} {reason}. {hint}")
+
+
+def _stride_words(step: np.ndarray, *, down: bool = False) -> str:
+    """A stride in words; a bound is rounded down, so that it can be walked."""
+    rounded = np.trunc if down else np.round
+    length, turn = 1000 * math.hypot(step[0], step[1]), abs(math.degrees(step[2]))
+    words = []
+    if length > 0 or turn == 0:
+        words.append(f"{float(rounded(length)):g} mm")
+    if turn > 0:
+        words.append(f"{float(rounded(10 * turn)) / 10:g}°")
+    return " and ".join(words)
+
+
+def _check_cycle(scenario: Scenario, robot: Robot, gait: Gait) -> None:
+    """Refuse joint speeds beyond the servo, and a centre of mass beyond the feet."""
+    walk = _evaluate(scenario, robot, gait, _cycle_times(scenario))
+    speed = np.abs(walk.qd)
+    peak, limit = float(speed.max()), robot.servo.no_load_speed
+    if peak > limit:
+        _, leg, joint = np.unravel_index(int(np.argmax(speed)), speed.shape)
+        shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
+        raise InfeasibleWalk(
+            f"joint {robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} rad/s; "
+            f"the servo {robot.servo.name} allows {limit:.3g} rad/s. "
+            f"Shortest period: {shortest:.2f} s."
+        )
+    feet = body_from_hip(robot, foot_position(robot.arrays, walk.q))
+    com = centre_of_mass(robot, walk.q)
+    margin = support_margin(feet[..., :2], walk.stance, com[..., :2])
+    worst = int(np.argmin(margin))
+    if margin[worst] <= 0:
+        raise InfeasibleWalk(
+            f"at phase {worst / (CHECKED_SAMPLES - 1):.2f} the centre of mass is "
+            f"{-1000 * margin[worst]:.3g} mm outside the support polygon.",
+            hint="a gait with a larger duty factor, a shorter stride, or a wider stance",
+        )

@@ -1,0 +1,85 @@
+"""Scenario files: TOML in and out."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from phasmid.errors import InvalidInput, located, nearest
+from phasmid.scenario.scenario import Scenario
+from phasmid.tables import Table, in_file, key_of, read_toml, validate
+from phasmid.units import UNITS, split_unit
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Names of the scenarios that come with phasmid."""
+    folder = resources.files("phasmid.scenario") / "presets"
+    return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
+
+
+def load_scenario(source: str | Path = "paper") -> Scenario:
+    """Load a scenario from a preset or a file.
+
+    Args:
+        source: Name of a preset, such as ``paper``, or path of a ``.toml`` file. A robot file
+            that it names is looked for beside it.
+
+    Raises:
+        InvalidInput: There is no such preset or file, or it is not well formed.
+    """
+    text = str(source)
+    path = Path(text)
+    if text in scenario_names():
+        path = Path(str(resources.files("phasmid.scenario") / "presets" / f"{text}.toml"))
+    elif path.suffix != ".toml" and not path.exists():
+        guess = nearest(text, scenario_names())
+        raise InvalidInput(
+            f'no scenario called "{text}".',
+            hint=f'"{guess}"'
+            if guess
+            else f"one of {', '.join(scenario_names())}, or a .toml file",
+        )
+    raw, content = read_toml(path)
+    with located(path.name):
+        scenario = validate(Scenario, raw, in_file(path, content))
+    if isinstance(scenario.robot, str) and scenario.robot.endswith(".toml"):
+        return scenario.model_copy(update={"robot": str(path.parent / scenario.robot)})
+    return scenario
+
+
+def scenario_to_toml(scenario: Scenario, robot: str) -> str:
+    """A scenario, all fields named, as the text of a file that loads to the same numbers.
+
+    Args:
+        scenario: The scenario.
+        robot: What the file shall name as its robot: a preset, or a file beside it.
+    """
+    lines, tables = [], []
+    for name, field in Scenario.model_fields.items():
+        value = robot if name == "robot" else getattr(scenario, name)
+        if isinstance(value, Table):
+            tables += ["", f"[{name}]"]
+            for inner_name, inner in type(value).model_fields.items():
+                inner_value = getattr(value, inner_name)
+                if inner_value is not None:
+                    tables.append(_entry(key_of(inner_name, inner), inner_name, inner_value))
+        else:
+            lines.append(_entry(key_of(name, field), name, value))
+    return "\n".join(lines + tables) + "\n"
+
+
+def _entry(key: str, name: str, value: Any) -> str:
+    ending = split_unit(key)[1] if key != name else ""
+    if ending:
+        unit = UNITS[ending]
+        shown = float(f"{unit.from_si(value):.15g}")
+        # People read millimetres, but a number that would be rounded stays in SI.
+        if unit.to_si(shown) == value:
+            return f"{key} = {shown:.15g}"
+    if isinstance(value, float):
+        return f"{name} = {value!r}"
+    if isinstance(value, tuple):
+        return f"{name} = [{', '.join(map(repr, value))}]"
+    return f"{name} = {json.dumps(value)}"

@@ -1,0 +1,327 @@
+"""One typed table describes one experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+from pydantic import ConfigDict, StringConstraints, model_validator
+
+from phasmid.errors import InvalidGait, InvalidInput, nearest
+from phasmid.gait import Gait, load_gait
+from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
+from phasmid.tables import Angle, Hint, Length, Locator, Table, Time, key_of, leaves, validate
+from phasmid.units import split_unit
+
+MOST_SAMPLES = 10_000_000
+"""Most samples of a planned walk: above it the walk alone would fill the memory."""
+
+MOST_RECORDED = 4_000_000
+"""Most samples of a recording: about 1.6 kB each for a hexapod while the run is put together."""
+
+
+class GaitTable(Table):
+    """``gait = "wave"``, or a table of its own numbers.
+
+    Attributes:
+        name: A gait of the library, or any name where offsets are given.
+        duty_factor: Fraction of the cycle for which each foot stands.
+        offsets: For each leg the fraction of the cycle at which it lifts.
+    """
+
+    name: str = "tripod"
+    duty_factor: float | None = None
+    offsets: tuple[float, ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, raw: Any) -> Any:
+        return {"name": raw} if isinstance(raw, str) else raw
+
+
+class StrideTable(Table):
+    """``[stride]``: how the feet travel.
+
+    Attributes:
+        step_length: The body's way forward in one step, the time for which a foot stands [m].
+        step_sideways: The body's way to the left in one step [m].
+        step_turn: The body's turn to the left in one step [rad].
+        step_height: Height to which a foot lifts [m].
+        period: Time of one cycle, in which every leg steps once [s].
+        samples: Samples of one cycle, both ends included.
+        stance_law: ``straight``: standing feet stay where they are; ``coxa-only``: only the coxa
+            joint moves in stance, so that feet slip.
+        stance_timing: ``rest-to-rest``: the body stops whenever a foot lifts or lands;
+            ``constant-speed``: it never stops.
+        curve: Polynomial of all paths: the paper's quintic, or the cubic spline of its ref. [11].
+        stance_radius: Distance of the neutral feet from their coxa axes [m]; absent: the robot's.
+        body_height: Height of the hips over level ground [m]; absent: the robot's.
+    """
+
+    step_length: Length = 0.040
+    step_sideways: Length = 0.0
+    step_turn: Annotated[Angle, Ge(-np.pi), Le(np.pi)] = 0.0
+    step_height: Annotated[Length, Ge(0)] = 0.030
+    period: Annotated[Time, Gt(0)] = 2.0
+    samples: Annotated[int, Ge(9), Le(100_000), Hint("41, as the paper; two phases need 9")] = 41
+    stance_law: Literal["straight", "coxa-only"] = "straight"
+    stance_timing: Literal["rest-to-rest", "constant-speed"] = "rest-to-rest"
+    curve: Literal["quintic", "cubic-spline"] = "quintic"
+    stance_radius: Annotated[Length, Gt(0), Le(2)] | None = None
+    body_height: Annotated[Length, Gt(0), Le(2)] | None = None
+
+
+class ModelTable(Table):
+    """``[model]``: what the analysis and the simulation take as the robot and its mechanics.
+
+    Attributes:
+        mass_model: ``as-given``, or ``mid-length``: centres of mass at mid-length and principal
+            inertias only, as the printed Eq. 10 assumes.
+        mounts: ``as-given``, or ``perpendicular``: all legs square to the direction of walking.
+        body_acceleration: Whether the analysis counts the motion (``included``) or only gravity
+            (``quasi-static``).
+        force_model: How the analysis shares the load among the feet.
+        gravity: Acceleration of free fall [m/s²].
+    """
+
+    mass_model: Literal["as-given", "mid-length"] = "as-given"
+    mounts: Literal["as-given", "perpendicular"] = "as-given"
+    body_acceleration: Literal["included", "quasi-static"] = "included"
+    force_model: Literal["minimum-norm"] = "minimum-norm"
+    gravity: Annotated[float, Gt(0), Le(100)] = 9.81
+
+
+class SimulationTable(Table):
+    """``[simulation]``: how the engine runs.
+
+    Attributes:
+        drive: ``prescribed``: joints follow the plan, whatever torque it takes (the paper's way);
+            ``servo``: position servos with the torque and speed limits of the robot's servo.
+        dt: Time step [s].
+        record_interval: Time between recorded samples [s], a whole number of steps; absent: every
+            step, or every millisecond where steps are shorter.
+        max_steps: Longest run that is not refused [steps].
+    """
+
+    drive: Literal["prescribed", "servo"] = "prescribed"
+    dt: Annotated[Time, Gt(0)] = 0.001
+    record_interval: Annotated[Time, Gt(0)] | None = None
+    max_steps: Annotated[int, Gt(0)] = 100_000_000
+
+
+class ContactTable(Table):
+    """``[contact]``: four points on each foot, each a linear spring and damper.
+
+    Attributes:
+        stiffness: Of one point [N/m].
+        damping: Of one point [N·s/m].
+        tip_width: Side of the square on which the four points of a foot lie [m].
+        impratio: How much stiffer friction is than the normal contact; more creeps less.
+    """
+
+    stiffness: Annotated[float, Gt(0)] = 1e4
+    damping: Annotated[float, Ge(0)] = 100.0
+    tip_width: Annotated[Length, Gt(0), Le(0.1)] = 0.004
+    impratio: Annotated[float, Ge(1), Le(1000)] = 1.0
+
+
+class TerrainTable(Table):
+    """``[terrain]``: level ground.
+
+    Attributes:
+        friction: Coefficient of Coulomb friction between foot and ground.
+    """
+
+    friction: Annotated[float, Ge(0), Le(10)] = 0.7
+
+
+class Scenario(Table):
+    """One experiment: a robot, a gait, a stride and how it is looked at.
+
+    Values inside are SI; keys of files and of `replace` may end in a unit.
+
+    Attributes:
+        format: Version of this table.
+        name: Short name, also of its result folder.
+        description: What the experiment shows.
+        robot: A preset, a robot file, or a `Robot`.
+        duration: Length of the walk [s].
+        gait: Which legs stand, when.
+        stride: How the feet travel.
+        model: What is taken as the robot and its mechanics.
+        simulation: How the engine runs.
+        contact: Feet on the ground.
+        terrain: The ground.
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    format: Literal[1] = 1
+    name: Annotated[
+        str,
+        StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"),
+        Hint("letters, digits, and . _ - between them, 64 at most"),
+    ] = "walk"
+    description: str = ""
+    robot: str | Robot = "phantomx-paper"
+    duration: Annotated[Time, Gt(0)] = 10.0
+    gait: GaitTable = GaitTable()
+    stride: StrideTable = StrideTable()
+    model: ModelTable = ModelTable()
+    simulation: SimulationTable = SimulationTable()
+    contact: ContactTable = ContactTable()
+    terrain: TerrainTable = TerrainTable()
+
+    @model_validator(mode="after")
+    def _check_size(self) -> Scenario:
+        steps, most = self.duration / self.simulation.dt, self.simulation.max_steps
+        if steps > most:
+            raise InvalidInput(
+                f"{self.duration:g} s at {1000 * self.simulation.dt:g} ms is {steps:.3g} steps; "
+                f"the limit is {float(most):g}.",
+                hint="--max-steps, or a shorter duration",
+            )
+        samples = self.duration / self.stride.period * self.stride.samples
+        if samples > MOST_SAMPLES:
+            raise InvalidInput(
+                f"{self.duration:g} s at {self.stride.samples} samples a cycle is {samples:.3g} "
+                f"samples; the limit is {float(MOST_SAMPLES):g}.",
+                hint="a shorter duration, or fewer samples",
+            )
+        interval, dt = self.simulation.record_interval, self.simulation.dt
+        if interval is not None and abs(interval / dt - round(interval / dt)) > 1e-6:
+            raise InvalidInput(
+                f"record_interval is {interval:g} s; "
+                f"it must be a whole number of steps of {dt:g} s."
+            )
+        recorded = steps / self.record_steps
+        if recorded > MOST_RECORDED:
+            raise InvalidInput(
+                f"{self.duration:g} s recorded every {1000 * dt * self.record_steps:g} ms is "
+                f"{recorded:.3g} samples, about {recorded * 1.6e-6:.3g} GB; the limit is "
+                f"{float(MOST_RECORDED):g}.",
+                hint="a longer --record-interval, or a shorter duration",
+            )
+        return self
+
+    @property
+    def record_steps(self) -> int:
+        """Number of time steps from one recorded sample to the next."""
+        interval = self.simulation.record_interval or 0.001
+        return max(1, round(interval / self.simulation.dt))
+
+    def replace(self, **changes: Any) -> Scenario:
+        """This scenario with other values.
+
+        Args:
+            **changes: Any field by its own name, such as ``duration=4``, ``gait="wave"`` or
+                ``step_length=0.06`` (SI); with a unit also ``step_length_mm=60``. A whole table
+                may be given by its name.
+
+        Raises:
+            InvalidInput: There is no such field, or the value is refused.
+        """
+        return self.changed(changes, _by_path)
+
+    def changed(self, changes: Mapping[str, Any], locate: Locator) -> Scenario:
+        """As `replace`, with other words in messages.
+
+        Args:
+            changes: Values by field name.
+            locate: Tells the subject and the place of a value, by the field's path.
+        """
+        raw: dict[str, Any] = self.model_dump(exclude={"robot"}) | {"robot": self.robot}
+        paths = {path[-1]: path for path, _ in leaves(Scenario) if path[0] != "gait"}
+        paths |= {"duty_factor": ("gait", "duty_factor"), "offsets": ("gait", "offsets")}
+        # The gait goes first, so that a duty factor given beside it is kept.
+        for key, value in sorted(changes.items(), key=lambda item: item[0] != "gait"):
+            name = split_unit(key)[0] if split_unit(key)[0] in paths else key
+            if name in Scenario.model_fields:
+                raw.pop(name, None)
+                raw[key] = value
+            elif name in paths:
+                table, _ = paths[name]
+                inner = raw[table] if isinstance(raw[table], dict) else {"name": raw[table]}
+                inner.pop(name, None)
+                raw[table] = inner | {key: value}
+            else:
+                known = [*paths, *Scenario.model_fields]
+                guess = nearest(key, known)
+                raise InvalidInput(
+                    f'a scenario has no field "{key}".', hint=f'"{guess}"' if guess else ""
+                )
+        return validate(Scenario, raw, locate)
+
+    def load_robot(self) -> Robot:
+        """The robot with this scenario's variants of mass, mounts and stance.
+
+        Raises:
+            InvalidInput: The robot file is absent or not well formed.
+            InvalidRobot: No machine could have these numbers.
+        """
+        return self.vary(self.base_robot())
+
+    def base_robot(self) -> Robot:
+        """The robot as its file gives it, without this scenario's variants.
+
+        Raises:
+            InvalidInput: The robot file is absent or not well formed.
+            InvalidRobot: No machine could have these numbers.
+        """
+        return self.robot if isinstance(self.robot, Robot) else load_robot(self.robot)
+
+    def vary(self, robot: Robot) -> Robot:
+        """A robot as this scenario's variants make it.
+
+        Args:
+            robot: The robot as its file gives it.
+        """
+        robot = with_mass_model(robot, self.model.mass_model)
+        robot = with_mounts(robot, self.model.mounts)
+        return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
+
+    def load_gait(self, leg_count: int = 6) -> Gait:
+        """The gait of this scenario.
+
+        Args:
+            leg_count: Number of legs of the robot.
+
+        Raises:
+            InvalidGait: It is unknown, not well formed, or does not hold that robot up.
+        """
+        table = self.gait
+        if table.offsets is None:
+            gait = load_gait(table.name, leg_count)
+            if table.duty_factor is None or table.duty_factor == gait.duty_factor:
+                return gait
+            return Gait(gait.name, table.duty_factor, gait.offsets)
+        if table.duty_factor is None:
+            raise InvalidGait(
+                f'gait "{table.name}" has offsets but no duty_factor.', hint="duty_factor = 0.5"
+            )
+        if len(table.offsets) != leg_count:
+            raise InvalidGait(
+                f"gait.offsets has {len(table.offsets)} values; one per leg, {leg_count} in all."
+            )
+        return Gait(table.name, table.duty_factor, table.offsets)
+
+
+def _by_path(loc: tuple[str | int, ...]) -> tuple[str, str]:
+    from phasmid.tables import dotted
+
+    return dotted(loc), ""
+
+
+def option_keys() -> dict[str, tuple[str, ...]]:
+    """Every field of a scenario by the key that people write, with its path.
+
+    The gait's own name is the key ``gait``.
+    """
+    keys: dict[str, tuple[str, ...]] = {}
+    for path, field in leaves(Scenario):
+        key = "gait" if path == ("gait", "name") else key_of(path[-1], field)
+        if key != "format":
+            keys[key] = path
+    return keys
