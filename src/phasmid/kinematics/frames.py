@@ -53,12 +53,13 @@ def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, 
     Source: Table 1, Eq. 2 with its row 3 corrected.
     """
     q = np.asarray(q, dtype=float)
-    coxa, femur, tibia = leg.lengths
+    coxa, femur, tibia, right = (np.full(q.shape[:-1], v) for v in (*leg.lengths, np.pi / 2))
     zero = np.zeros(q.shape[:-1])
-    X_hip_coxa = dh_transform(zero, zero, zero, q[..., 0])
-    X_coxa_femur = dh_transform(zero + np.pi / 2, zero + coxa, zero, q[..., 1])
-    X_femur_tibia = dh_transform(zero, zero + femur, zero, q[..., 2])
-    X_tibia_foot = dh_transform(zero, zero + tibia, zero, zero)
+    q1, q2, q3 = (np.asarray(q[..., k]) for k in range(3))
+    X_hip_coxa = dh_transform(zero, zero, zero, q1)
+    X_coxa_femur = dh_transform(right, coxa, zero, q2)
+    X_femur_tibia = dh_transform(zero, femur, zero, q3)
+    X_tibia_foot = dh_transform(zero, tibia, zero, zero)
     X_hip_femur = X_hip_coxa @ X_coxa_femur
     X_hip_tibia = X_hip_femur @ X_femur_tibia
     return np.stack([X_hip_coxa, X_hip_femur, X_hip_tibia, X_hip_tibia @ X_tibia_foot], axis=-3)

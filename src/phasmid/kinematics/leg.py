@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +14,7 @@ STRETCH_TOLERANCE = 1e-12
 full stretch."""
 
 
+@runtime_checkable
 class HasLengths(Protocol):
     """A leg, or the arrays of several legs; lengths broadcast against the leading axes."""
 
@@ -71,7 +72,7 @@ def joint_angles(
     # Written so that NaN counts as unreachable.
     reachable = (square <= longest**2 + slack) & (square >= shortest**2 - slack)
     if not np.all(reachable):
-        raise _unreachable(leg, p, np.broadcast_to(reachable, p.shape[:-1]), np.sqrt(square))
+        raise _unreachable(leg, p, np.asarray(reachable), np.asarray(np.sqrt(square)))
     bend = 2 * np.arctan2(
         np.sqrt(np.maximum(longest**2 - square, 0.0)),
         np.sqrt(np.maximum(square - shortest**2, 0.0)),
@@ -88,7 +89,7 @@ def _unreachable(
     reachable: np.ndarray,
     distance: np.ndarray,
 ) -> Unreachable:
-    index = tuple(int(i) for i in np.argwhere(~reachable)[0])
+    index = tuple(int(i) for i in np.argwhere(~np.broadcast_to(reachable, p.shape[:-1]))[0])
     lengths = np.broadcast_to(leg.lengths, p.shape)[index]
     name = getattr(leg, "name", str(index[-1] + 1) if index else "")
     return Unreachable(

@@ -61,10 +61,10 @@ def lift(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
 
 def join(
     curve: Curve,
-    u: Float[np.ndarray, "*batch"],
-    start: Float[np.ndarray, "*batch"],
-    end: Float[np.ndarray, "*batch"],
-    velocity: tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]],
+    u: Float[np.ndarray, "*#batch"],
+    start: Float[np.ndarray, "*#batch"],
+    end: Float[np.ndarray, "*#batch"],
+    velocity: tuple[Float[np.ndarray, "*#batch"], Float[np.ndarray, "*#batch"]],
 ) -> Path:
     """From one point to another with given velocities and no acceleration at the ends.
 

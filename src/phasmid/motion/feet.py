@@ -77,7 +77,7 @@ def _swing_fraction(
 def _foothold(
     step: Float[np.ndarray, "3"],
     steps: Float[np.ndarray, "time legs"],
-    neutral: Float[np.ndarray, "legs 3"],
+    neutral: Float[np.ndarray, "legs axes"],
 ) -> Float[np.ndarray, "time legs 2"]:
     """Where the neutral foot is, over the ground, when the body has made that many steps."""
     pose = step_pose(step, steps)

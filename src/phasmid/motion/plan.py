@@ -27,7 +27,7 @@ from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 
-CHECKED_SAMPLES = 241
+CHECKED_SAMPLES = 240
 """Instants of one cycle at which a plan is checked; seen from the body, all cycles are alike."""
 
 
@@ -134,7 +134,17 @@ def _evaluate(
 
 
 def _cycle_times(scenario: Scenario) -> Float[np.ndarray, " time"]:
-    return np.linspace(0.0, scenario.stride.period, CHECKED_SAMPLES)
+    return np.arange(CHECKED_SAMPLES) * (scenario.stride.period / CHECKED_SAMPLES)
+
+
+def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int, ...]:
+    """Index of the largest value; of equals but for round-off, the first along an axis.
+
+    Robots are symmetric: without this, round-off would choose the leg that a message names.
+    """
+    near = values >= values.max() - 1e-9 * abs(values.max())
+    found = np.argwhere(near)
+    return tuple(int(i) for i in found[np.argmin(found[:, axis])])
 
 
 def _check_reach(scenario: Scenario, robot: Robot, gait: Gait) -> None:
@@ -162,7 +172,7 @@ def _raise_out_of_reach(
     far = np.hypot(p[..., 0], p[..., 1])
     bad = within_reach(robot, p) == 0
     # Of the targets out of reach the one farthest out tells most.
-    t, leg = np.unravel_index(int(np.argmax(np.where(bad, far, -1.0))), far.shape)
+    t, leg = _first_largest(np.where(bad, far, -1.0), axis=1)
     which, target = robot.legs[leg], p[t, leg]
     nearest, farthest = reach(which, float(target[2]))
     step = _step(scenario)
@@ -204,7 +214,7 @@ def _check_cycle(scenario: Scenario, robot: Robot, gait: Gait) -> None:
     speed = np.abs(walk.qd)
     peak, limit = float(speed.max()), robot.servo.no_load_speed
     if peak > limit:
-        _, leg, joint = np.unravel_index(int(np.argmax(speed)), speed.shape)
+        _, leg, joint = _first_largest(speed, axis=1)
         shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
         raise InfeasibleWalk(
             f"joint {robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} rad/s; "
@@ -214,10 +224,10 @@ def _check_cycle(scenario: Scenario, robot: Robot, gait: Gait) -> None:
     feet = body_from_hip(robot, foot_position(robot.arrays, walk.q))
     com = centre_of_mass(robot, walk.q)
     margin = support_margin(feet[..., :2], walk.stance, com[..., :2])
-    worst = int(np.argmin(margin))
+    (worst,) = _first_largest(-margin, axis=0)
     if margin[worst] <= 0:
         raise InfeasibleWalk(
-            f"at phase {worst / (CHECKED_SAMPLES - 1):.2f} the centre of mass is "
+            f"at phase {worst / CHECKED_SAMPLES:.2f} the centre of mass is "
             f"{-1000 * margin[worst]:.3g} mm outside the support polygon.",
             hint="a gait with a larger duty factor, a shorter stride, or a wider stance",
         )

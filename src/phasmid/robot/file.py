@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from importlib import resources
@@ -10,10 +11,11 @@ from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Ge, Len
+from pydantic import ConfigDict
 
 from phasmid.errors import InvalidInput, InvalidRobot, located, nearest
 from phasmid.robot.leg import JOINTS, Leg
-from phasmid.robot.link import Link
+from phasmid.robot.link import Link, check_length
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
 from phasmid.robot.servo import Servo
 from phasmid.tables import (
@@ -28,6 +30,7 @@ from phasmid.tables import (
     read_toml,
     validate,
 )
+from phasmid.units import split_unit
 
 STANDARD_GRAVITY = 9.81
 """The g by which a file's total weight is turned into mass, as in the paper [m/s²]."""
@@ -36,7 +39,13 @@ Vector = Annotated[list[Length], Len(3, 3)]
 Tensor = dict[str, Inertia] | Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3)]
 
 
-class LinkTable(Table):
+class RobotPart(Table):
+    """A table of a robot file; numbers that are not finite are left to the robot's own words."""
+
+    model_config = ConfigDict(allow_inf_nan=True)
+
+
+class LinkTable(RobotPart):
     """``[leg.links.coxa]``: what the link weighs and how it resists turning."""
 
     mass: Mass
@@ -44,7 +53,7 @@ class LinkTable(Table):
     inertia: Tensor
 
 
-class LimitsTable(Table):
+class LimitsTable(RobotPart):
     """``[leg.joint_limits]``: lowest and highest angle of each joint."""
 
     coxa: Annotated[list[Angle], Len(2, 2)] = [-math.pi, math.pi]
@@ -52,7 +61,7 @@ class LimitsTable(Table):
     tibia: Annotated[list[Angle], Len(2, 2)] = [-math.pi, math.pi]
 
 
-class LinksTable(Table):
+class LinksTable(RobotPart):
     """``[leg.links]``: the three links."""
 
     coxa: LinkTable
@@ -60,7 +69,7 @@ class LinksTable(Table):
     tibia: LinkTable
 
 
-class LegTable(Table):
+class LegTable(RobotPart):
     """``[legs.NAME]`` merged over ``[leg]``, which holds what all legs share."""
 
     coxa: Length
@@ -76,7 +85,7 @@ class LegTable(Table):
     links: LinksTable
 
 
-class BodyTable(Table):
+class BodyTable(RobotPart):
     """``[body]``: the trunk; without an inertia it is a solid box of its size."""
 
     size: Vector
@@ -85,7 +94,7 @@ class BodyTable(Table):
     inertia: Tensor | None = None
 
 
-class ServoTable(Table):
+class ServoTable(RobotPart):
     """``[servo]``: data-sheet numbers, in SI unless the key says otherwise."""
 
     name: str
@@ -97,7 +106,7 @@ class ServoTable(Table):
     friction: float = 0.0
 
 
-class RobotTable(Table):
+class RobotTable(RobotPart):
     """A robot file."""
 
     name: str
@@ -205,8 +214,6 @@ def _overlay(shared: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any
 
 
 def _bare(key: str) -> str:
-    from phasmid.units import split_unit
-
     return split_unit(key)[0]
 
 
@@ -264,11 +271,8 @@ def _leg(name: str, table: LegTable) -> Leg:
     for joint in JOINTS:
         link: LinkTable = getattr(table.links, joint)
         length = getattr(table, joint)
-        with_length = length if length > 0 and math.isfinite(length) else None
-        if with_length is None or length > 2.0:
-            from phasmid.robot.link import check_length
-
-            check_length(length, f"leg {name}: {joint}", joint)
+        # Before the link, which would not name its leg.
+        check_length(length, f"leg {name}: {joint}", joint)
         inertia = _tensor(link.inertia, f"links.{joint}")
         links[joint] = Link(joint, length, link.mass, np.array(link.com), inertia)
     limits = np.array([getattr(table.joint_limits, joint) for joint in JOINTS])
@@ -371,8 +375,6 @@ def _row(values: np.ndarray) -> str:
 
 
 def _quoted(text: str) -> str:
-    import json
-
     # JSON's escapes are a subset of those of TOML's basic strings.
     return json.dumps(text)
 

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from phasmid import units
 from phasmid.errors import InvalidRobot
-from phasmid.robot.link import Link, check_length, frozen_array
+from phasmid.robot.link import Link, frozen_array
 
 JOINTS = ("coxa", "femur", "tibia")
 """The joints of a leg, hip first; each is named for the link that it moves."""
@@ -55,8 +55,6 @@ class Leg:
 
     def __post_init__(self) -> None:
         what = f"leg {self.name}"
-        for link in self.links:
-            check_length(link.length, f"{what}: {link.name}", link.name)
         for field, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
             array = frozen_array(getattr(self, field), shape, f"{what}: {field}")
             if np.abs(array).max() > 2.0:

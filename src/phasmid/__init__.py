@@ -1,0 +1,100 @@
+"""Model, simulate and control walking robots with four, six or more legs.
+
+What a user imports stands here; each name is loaded when it is first used, so that importing
+phasmid loads no engine, plotting or web code.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from phasmid.errors import (
+        InfeasibleWalk,
+        InvalidGait,
+        InvalidInput,
+        InvalidRobot,
+        OutputError,
+        PhasmidError,
+        Unreachable,
+    )
+    from phasmid.forces import analyse
+    from phasmid.gait import Gait
+    from phasmid.motion import Walk, plan
+    from phasmid.recording import load_recording, save_recording
+    from phasmid.reporting import report, summarise
+    from phasmid.robot import Body, Leg, Link, Robot, Servo, load_robot
+    from phasmid.scenario import Scenario, load_scenario
+    from phasmid.simulation import simulate
+
+    __version__: str
+
+_ROOM_OF = {
+    "Body": "robot",
+    "Gait": "gait",
+    "InfeasibleWalk": "errors",
+    "InvalidGait": "errors",
+    "InvalidInput": "errors",
+    "InvalidRobot": "errors",
+    "Leg": "robot",
+    "Link": "robot",
+    "OutputError": "errors",
+    "PhasmidError": "errors",
+    "Robot": "robot",
+    "Scenario": "scenario",
+    "Servo": "robot",
+    "Unreachable": "errors",
+    "Walk": "motion",
+    "analyse": "forces",
+    "load_recording": "recording",
+    "load_robot": "robot",
+    "load_scenario": "scenario",
+    "plan": "motion",
+    "report": "reporting",
+    "save_recording": "recording",
+    "simulate": "simulation",
+    "summarise": "reporting",
+}
+_ROOMS = ("dynamics", "forces", "gait", "kinematics", "motion", "robot", "simulation")
+
+__all__ = [
+    "Body",
+    "Gait",
+    "InfeasibleWalk",
+    "InvalidGait",
+    "InvalidInput",
+    "InvalidRobot",
+    "Leg",
+    "Link",
+    "OutputError",
+    "PhasmidError",
+    "Robot",
+    "Scenario",
+    "Servo",
+    "Unreachable",
+    "Walk",
+    "analyse",
+    "load_recording",
+    "load_robot",
+    "load_scenario",
+    "plan",
+    "report",
+    "save_recording",
+    "simulate",
+    "summarise",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("phasmid")
+    if name in _ROOM_OF:
+        return getattr(import_module(f"phasmid.{_ROOM_OF[name]}"), name)
+    if name in _ROOMS:
+        return import_module(f"phasmid.{name}")
+    raise AttributeError(f"module 'phasmid' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, *_ROOMS, "__version__"])

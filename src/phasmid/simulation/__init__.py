@@ -1,0 +1,7 @@
+"""What physics makes of a walk."""
+
+from phasmid.simulation.ending import Ending
+from phasmid.simulation.model import build_model
+from phasmid.simulation.run import Run, longest_time_step, simulate
+
+__all__ = ["Ending", "Run", "build_model", "longest_time_step", "simulate"]

@@ -1,0 +1,98 @@
+"""What moves the joints: prescribed motion, or position servos."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.motion import Walk
+from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
+
+if TYPE_CHECKING:
+    import mujoco
+
+
+@runtime_checkable
+class Drive(Protocol):
+    """Sets the joints' targets before each step and tells their torques after it."""
+
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Set what the joints shall do in the next step; one row of `targets`."""
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """Torques of the last step, leg by leg [N·m], shape (3 L,)."""
+
+
+class PrescribedDrive:
+    """Joints that follow the plan exactly, whatever torque it takes: the paper's way.
+
+    Each joint is held by an equality constraint; its force is the joint's torque.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self._data = data
+        self._angle = model.eq_data[:, 0]
+        self._count = model.neq
+
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Set the angles at which the constraints hold."""
+        self._angle[:] = target
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """Forces of the constraints, which stand first among the engine's constraint forces."""
+        force: np.ndarray = self._data.efc_force[: self._count]
+        return force
+
+    @staticmethod
+    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Angles to hold so that position, velocity and acceleration follow the plan.
+
+        The engine's constraint asks for the acceleration -b q' - k (q - target), so a target of
+        q + (b q' + q'')/k asks for that of the plan. Its gains b and k come divided by the
+        impedance, and once more multiplied in k.
+
+        Args:
+            walk: The plan at the steps' times.
+            dt: Time step [s].
+
+        Returns:
+            Shape (N, 3 L) [rad].
+        """
+        stiffness, damping = drive_gains(dt)
+        angle = walk.q + (damping * walk.qd + JOINT_IMPEDANCE * walk.qdd) / stiffness
+        return angle.reshape(len(walk.time), -1)
+
+
+class ServoDrive:
+    """Position servos with a torque that falls with speed, from stall to none at no load."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk) -> None:
+        servo = walk.robot.servo
+        self._control, self._force = data.ctrl, data.actuator_force
+        self._velocity = data.qvel[6:]
+        self._lower, self._upper = model.actuator_forcerange.T
+        self._stall = servo.stall_torque
+        self._drop_per_speed = servo.stall_torque / servo.no_load_speed
+        self._drop, self._loss = np.empty((2, model.nu))
+
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Set the servos' goals, and what torque they can give at the present speed."""
+        self._control[:] = target
+        # In-place ufuncs, with buffers of their own: this runs at every step.
+        np.multiply(self._velocity, self._drop_per_speed, out=self._drop)
+        np.subtract(self._stall, np.maximum(self._drop, 0.0, out=self._loss), out=self._loss)
+        np.maximum(self._loss, 0.0, out=self._upper)
+        np.add(self._stall, np.minimum(self._drop, 0.0, out=self._loss), out=self._loss)
+        np.minimum(np.negative(self._loss, out=self._loss), 0.0, out=self._lower)
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """What the servos gave, their own friction not taken off."""
+        force: np.ndarray = self._force
+        return force
+
+    @staticmethod
+    def targets(walk: Walk) -> Float[np.ndarray, "samples joints"]:
+        """Planned angles, shape (N, 3 L) [rad]."""
+        return walk.q.reshape(len(walk.time), -1)

@@ -1,0 +1,99 @@
+"""How a run ends, and the watch that notices."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.kinematics import quaternion_rotation
+from phasmid.robot import Robot
+
+FASTEST_BODY = 20.0
+"""A trunk faster than this is not walking but exploding [m/s]."""
+
+FASTEST_JOINT = 200.0
+"""A joint or trunk turning faster than this is not walking but exploding [rad/s]."""
+
+STEEPEST_TILT = math.radians(60)
+"""A trunk tilted further has fallen [rad]."""
+
+
+class Ending(Enum):
+    """How a run ended; the value is the sentence for it."""
+
+    COMPLETED = "The walk was completed."
+    FELL = "The robot fell."
+    DIVERGED = "The simulation diverged."
+    STOPPED = "The run was stopped by the user."
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """What the watch found.
+
+    Attributes:
+        ending: How the run ends by it.
+        sample: Index of the first sample concerned.
+        reason: What happened and where, and what to try.
+    """
+
+    ending: Ending
+    sample: int
+    reason: str
+
+
+def watch(
+    robot: Robot, qpos: Float[np.ndarray, "samples q"], qvel: Float[np.ndarray, "samples v"]
+) -> Trouble | None:
+    """Look through consecutive states for the first that ends a run.
+
+    Args:
+        robot: The robot.
+        qpos: Engine positions: trunk position, quaternion, joints; shape (N, 7 + 3 L).
+        qvel: Engine velocities: trunk, joints; shape (N, 6 + 3 L).
+
+    Returns:
+        What was found first; None where all is well.
+    """
+    finite = np.isfinite(qpos).all(axis=1) & np.isfinite(qvel).all(axis=1)
+    found = [
+        _first(
+            ~finite,
+            Ending.DIVERGED,
+            "a state is not a finite number. Try a smaller time step (--dt)",
+        )
+    ]
+    with np.errstate(invalid="ignore", over="ignore"):
+        body = np.linalg.norm(qvel[:, :3], axis=1) > FASTEST_BODY
+        turning = np.abs(qvel[:, 3:]).max(axis=1) > FASTEST_JOINT
+        R = quaternion_rotation(qpos[:, 3:7])
+        tilt = R[:, 2, 2] < math.cos(STEEPEST_TILT)
+        lowest = qpos[:, 2] - np.abs(R[:, 2]) @ (robot.body.size / 2)
+    found += [
+        _first(
+            body | turning,
+            Ending.DIVERGED,
+            f"the trunk is faster than {FASTEST_BODY:g} m/s or a joint than {FASTEST_JOINT:g} "
+            "rad/s. Try a smaller time step (--dt)",
+        ),
+        _first(
+            tilt,
+            Ending.FELL,
+            f"the trunk tilted past {math.degrees(STEEPEST_TILT):.0f}°. Try a gait with a larger "
+            "duty factor, or a shorter stride",
+        ),
+        _first(
+            lowest < 0,
+            Ending.FELL,
+            "the trunk touched the ground. Try a stronger servo, or a higher stance",
+        ),
+    ]
+    return min((t for t in found if t), key=lambda t: t.sample, default=None)
+
+
+def _first(bad: np.ndarray, ending: Ending, reason: str) -> Trouble | None:
+    return Trouble(ending, int(np.argmax(bad)), reason) if bad.any() else None

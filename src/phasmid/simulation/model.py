@@ -1,0 +1,233 @@
+"""The engine's model of a robot on the ground, built from the robot's own numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.kinematics import joint_angles, leg_frames, neutral_feet
+from phasmid.robot import JOINTS, Leg, Link, Robot
+from phasmid.scenario import Scenario
+
+if TYPE_CHECKING:
+    import mujoco
+
+POINT_RADIUS = 0.0005
+"""Radius of the small sphere that stands for one contact point [m]."""
+
+CONTACT_IMPEDANCE = 0.5
+"""The engine's impedance at which the calibrated contact is set; the forces do not depend on it."""
+
+JOINT_IMPEDANCE = 0.999
+"""How hard the engine holds prescribed joints; the rest is numerical softness."""
+
+NET_FORCE = 3
+"""The engine's code for a contact sensor that sums over all points, in world axes."""
+
+X_AXIS_UP = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+"""Quaternion of a quarter turn about x: from the coxa's frame to the femur's."""
+
+
+def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
+    """Build the engine's model of a robot standing on the scenario's ground.
+
+    The trunk floats; the bodies' frames are those of Table 1; every foot has four contact points
+    at the corners of a square that lies flat when the foot is at its neutral place. Contact is a
+    linear spring and damper per point.
+
+    Args:
+        robot: The robot, L legs.
+        scenario: Its contact, terrain, drive, gravity and time step are used.
+
+    Returns:
+        The compiled model; its sensors are, leg by leg, the contact points that touch (1) and the
+        force of the ground on the foot in world axes (3), then the feet's positions (L times 3).
+    """
+    import mujoco
+
+    spec = _specification(robot, scenario)
+    model = spec.compile()
+    # The spring's constants are scaled by the engine's own measure of each foot's mobility,
+    # which is known only after a first compilation.
+    for leg in robot.legs:
+        mobility = model.body(f"{leg.name}.tibia").invweight0[0]
+        _set_contact(spec, leg, scenario, float(mobility))
+    model = spec.compile()
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    return model
+
+
+def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.modelname = robot.name
+    spec.compiler.degree = False
+    spec.option.timestep = scenario.simulation.dt
+    spec.option.gravity = [0.0, 0.0, -scenario.model.gravity]
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    # Dense: the sparse Newton Hessian of MuJoCo 4.0.0 is wrong, and 24 degrees of freedom are few.
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.option.impratio = scenario.contact.impratio
+    friction = [scenario.terrain.friction, 0.005, 0.0001]
+    spec.worldbody.add_geom(
+        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.1], friction=friction
+    )
+    height = -float(neutral_feet(robot)[:, 2].mean())
+    trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, height])
+    trunk.add_freejoint(name="trunk")
+    _set_inertia(trunk, robot.body.mass, robot.body.com, robot.body.inertia)
+    for leg in robot.legs:
+        _add_leg(spec, trunk, leg, robot, scenario, friction)
+    _add_sensors(spec, robot)
+    return spec
+
+
+def _set_inertia(
+    body: mujoco.MjsBody,
+    mass: float,
+    com: Float[np.ndarray, "3"],
+    inertia: Float[np.ndarray, "3 3"],
+) -> None:
+    body.explicitinertial = True
+    body.mass = mass
+    body.ipos = com
+    i = inertia
+    body.fullinertia = [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
+
+
+def _add_leg(
+    spec: mujoco.MjSpec,
+    trunk: mujoco.MjsBody,
+    leg: Leg,
+    robot: Robot,
+    scenario: Scenario,
+    friction: list[float],
+) -> None:
+    import mujoco
+
+    parent = trunk
+    half = leg.mount_yaw / 2
+    poses = (
+        (leg.mount_position, (math.cos(half), 0.0, 0.0, math.sin(half))),
+        ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
+        ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+    )
+    servo, driven = robot.servo, scenario.simulation.drive == "servo"
+    for joint, link, (position, quaternion) in zip(JOINTS, leg.links, poses, strict=True):
+        name = f"{leg.name}.{joint}"
+        body = parent.add_body(name=name, pos=position, quat=quaternion)
+        _set_inertia(body, link.mass, link.com, link.inertia)
+        body.add_joint(
+            name=name,
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=[0.0, 0.0, 1.0],
+            armature=servo.armature if driven else 0.0,
+            frictionloss=servo.friction if driven else 0.0,
+        )
+        if driven:
+            actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
+            actuator.set_to_position(kp=servo.stiffness, kv=servo.damping)
+            actuator.forcelimited = True
+            actuator.forcerange = [-servo.stall_torque, servo.stall_torque]
+        else:
+            _prescribe(spec, name, scenario.simulation.dt)
+        parent = body
+    _add_foot(parent, leg, leg.tibia, scenario.contact.tip_width, friction)
+
+
+def _prescribe(spec: mujoco.MjSpec, joint: str, dt: float) -> None:
+    """Hold a joint at an angle that is set anew at each step."""
+    import mujoco
+
+    stiffness, damping = drive_gains(dt)
+    equality = spec.add_equality(
+        name=joint, type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=joint
+    )
+    equality.solref = [-stiffness, -damping]
+    equality.solimp = [JOINT_IMPEDANCE, JOINT_IMPEDANCE, 0.001, 0.5, 2.0]
+
+
+def drive_gains(dt: float) -> tuple[float, float]:
+    """Stiffness [1/s²] and damping [1/s] with which prescribed joints correct their error.
+
+    Critically damped, and as quick as a step of dt [s] resolves.
+    """
+    return 0.25 / dt**2, 1.0 / dt
+
+
+def _add_foot(
+    tibia: mujoco.MjsBody, leg: Leg, link: Link, tip_width: float, friction: list[float]
+) -> None:
+    import mujoco
+
+    tip = np.array([link.length, 0.0, 0.0])
+    tibia.add_site(name=f"{leg.name}.foot", pos=tip)
+    X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
+    # Axes of the hip frame in the tibia's at the neutral stance.
+    ahead, side, up = X_hip_tibia[:3, :3]
+    for i, (a, b) in enumerate(((1, 1), (1, -1), (-1, -1), (-1, 1))):
+        corner = tip + tip_width / 2 * (a * ahead + b * side) + POINT_RADIUS * up
+        tibia.add_geom(
+            name=point_name(leg, i),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[POINT_RADIUS, 0.0, 0.0],
+            pos=corner,
+            mass=0.0,
+            condim=3,
+            friction=friction,
+            # The point's own spring counts, not a mixture with the ground's.
+            priority=1,
+            # Points touch the ground and not each other.
+            contype=0,
+            conaffinity=1,
+        )
+
+
+def point_name(leg: Leg, point: int) -> str:
+    """Name of one of a foot's four contact points in the engine's model."""
+    return f"{leg.name}.point{point}"
+
+
+def _set_contact(spec: mujoco.MjSpec, leg: Leg, scenario: Scenario, mobility: float) -> None:
+    """Make each contact point a spring and damper in N/m and N·s/m.
+
+    With a constant impedance d the engine's force on a point of mobility A is
+    (reference acceleration - acceleration) / (A + A (1 - d) / d); direct values of
+    -K (1 - d) A and -B (1 - d) A therefore give the force K depth + B speed.
+    """
+    d = CONTACT_IMPEDANCE
+    scale = (1 - d) * mobility
+    for i in range(4):
+        point = spec.geom(point_name(leg, i))
+        point.solimp = [d, d, 0.001, 0.5, 2.0]
+        point.solref = [-scenario.contact.stiffness * scale, -scenario.contact.damping * scale]
+
+
+def _add_sensors(spec: mujoco.MjSpec, robot: Robot) -> None:
+    import mujoco
+
+    fields = (mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_FORCE)
+    found_and_force = sum(1 << int(field) for field in fields)
+    for leg in robot.legs:
+        spec.add_sensor(
+            name=f"{leg.name}.contact",
+            type=mujoco.mjtSensor.mjSENS_CONTACT,
+            objtype=mujoco.mjtObj.mjOBJ_GEOM,
+            objname="ground",
+            reftype=mujoco.mjtObj.mjOBJ_BODY,
+            refname=f"{leg.name}.tibia",
+            intprm=[found_and_force, NET_FORCE, 1],
+        )
+    for leg in robot.legs:
+        spec.add_sensor(
+            name=f"{leg.name}.foot",
+            type=mujoco.mjtSensor.mjSENS_FRAMEPOS,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            objname=f"{leg.name}.foot",
+        )

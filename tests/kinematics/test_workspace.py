@@ -1,0 +1,60 @@
+"""How far the legs go, against geometry done by hand and by search."""
+
+import math
+
+import numpy as np
+import pytest
+
+from phasmid.errors import Unreachable
+from phasmid.kinematics import (
+    hip_from_body,
+    joint_angles,
+    longest_stride,
+    neutral_feet,
+    reach,
+    within_reach,
+)
+from phasmid.robot import load_robot, preset_names
+
+
+def test_reach_at_a_height_is_pythagoras():
+    # Lc + sqrt((Lf + Lt)^2 - h^2) = 52 + sqrt(222^2 - 100^2) mm; the hole of |Lf - Lt| = 58 mm
+    # does not come up to 100 mm, so the nearest is under the coxa axis.
+    near, far = reach(load_robot("phantomx-paper").legs[0], -0.1)
+    assert far == pytest.approx(0.052 + math.sqrt(0.222**2 - 0.1**2), abs=1e-15)
+    assert near == 0.0
+    near, _ = reach(load_robot("phantomx-paper").legs[0], -0.03)
+    assert near == pytest.approx(0.052 + math.sqrt(0.058**2 - 0.03**2), abs=1e-15)
+    assert math.isnan(reach(load_robot("phantomx-paper").legs[0], -0.3)[1])
+
+
+@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("direction", [0.0, math.pi / 2, 0.7])
+def test_the_longest_stride_is_reached_and_no_longer_one_is(preset, direction):
+    robot = load_robot(preset)
+    longest = longest_stride(robot, direction)
+    away = np.array([math.cos(direction), math.sin(direction), 0])
+
+    def ends(stride):
+        feet = neutral_feet(robot)
+        both = np.stack([feet + stride / 2 * away, feet - stride / 2 * away])
+        return within_reach(robot, hip_from_body(robot, both))
+
+    assert ends(longest).all()
+    # The search ends within (0.55 m / 400^3) of the edge.
+    assert not ends(longest + 1e-6).all()
+
+
+def test_within_reach_agrees_with_the_inverse_and_the_limits():
+    robot = load_robot("phantomx-mk4")
+    p = np.random.default_rng(0).uniform([-0.05, -0.2, -0.2], [0.25, 0.2, 0.1], (500, 6, 3))
+    told = within_reach(robot, p).astype(bool)
+    for i, leg in enumerate(robot.legs):
+        for k in range(500):
+            try:
+                q = joint_angles(leg, p[k, i])
+            except Unreachable:
+                assert not told[k, i]
+                continue
+            lower, upper = leg.joint_limits.T
+            assert told[k, i] == bool(np.all((q >= lower) & (q <= upper)))

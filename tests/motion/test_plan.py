@@ -1,0 +1,212 @@
+"""Planned walks: the paper's figures, exactness, and what is refused."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InfeasibleWalk
+from phasmid.gait import HEXAPOD_GAITS
+from phasmid.motion import plan
+from phasmid.robot import preset_names
+from phasmid.scenario import load_scenario
+
+PAPER = load_scenario("paper")
+STRIDES = {
+    "forward": {"step_length_mm": 40},
+    "backward": {"step_length_mm": -40},
+    "sideways": {"step_length": 0, "step_sideways_mm": 40},
+    "turning": {"step_length": 0, "step_turn_deg": 12},
+    "on an arc": {"step_length_mm": 30, "step_sideways_mm": -10, "step_turn_deg": -8},
+}
+
+
+def test_the_papers_plan_has_41_samples_a_cycle_and_goes_400_mm():
+    walk = plan(PAPER)
+    assert len(walk.time) == 5 * 40 + 1
+    assert walk.time[40] == pytest.approx(2.0, abs=1e-12)
+    assert walk.trunk.position[-1] == pytest.approx([0.4, 0, 0.1], abs=1e-12)
+    assert walk.trunk.yaw[-1] == 0
+
+
+def test_legs_135_swing_first_from_half_a_stroke_behind_to_half_a_stroke_ahead():
+    walk = plan(PAPER)
+    neutral = 0.1248 + 0.150 * np.sqrt(0.5)
+    x = walk.foot_position[:, 0, 0] - walk.trunk.position[:, 0]
+    # 1e-12: sums of lengths below 1 m through the inverse and back.
+    assert x[0] == pytest.approx(neutral - 0.020, abs=1e-12)
+    assert x[20] == pytest.approx(neutral + 0.020, abs=1e-12)
+    assert x[40] == pytest.approx(neutral - 0.020, abs=1e-12)
+    assert walk.stance[:20].tolist() == [[False, True] * 3] * 20
+    assert walk.stance[20:40].tolist() == [[True, False] * 3] * 20
+    # The top of the lift is amid the swing.
+    z = walk.foot_position[:, 0, 2]
+    assert z[10] == pytest.approx(0.030, abs=1e-12)
+    assert np.argmax(z[:21]) == 10
+
+
+@pytest.mark.parametrize("gait", HEXAPOD_GAITS)
+@pytest.mark.parametrize("timing", ["rest-to-rest", "constant-speed"])
+@pytest.mark.parametrize("stride", STRIDES, ids=lambda s: s)
+def test_standing_feet_stay_where_they_stand_and_swinging_feet_stay_above(gait, timing, stride):
+    # Stance law "straight" is exact: 1e-12 m is round-off of the inverse and back.
+    scenario = PAPER.replace(gait=gait, stance_timing=timing, period=4.0, **STRIDES[stride])
+    walk = plan(scenario).sample(np.linspace(0, 8, 2001))
+    feet = walk.foot_position
+    both = walk.stance[1:] & walk.stance[:-1]
+    assert np.abs(np.diff(feet, axis=0)[both]).max() < 1e-12
+    assert feet[..., 2].min() > -1e-12
+    assert np.abs(feet[..., 2][walk.stance]).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("law", "timing", "curve", "gait"),
+    list(
+        itertools.product(
+            ["straight", "coxa-only"],
+            ["rest-to-rest", "constant-speed"],
+            ["quintic", "cubic-spline"],
+            ["tripod", "ripple"],
+        )
+    ),
+)
+def test_joint_velocities_and_accelerations_are_derivatives_of_the_angles(law, timing, curve, gait):
+    # Central differences between instants that no switch separates; with cycles of 2 s the third
+    # derivatives stay below 2e4 rad/s^3, so h = 2e-5 s errs below 2e-6 and round-off by 1e-10.
+    scenario = PAPER.replace(stance_law=law, stance_timing=timing, curve=curve, gait=gait)
+    walk, h = plan(scenario), 2e-5
+    # Switches, and the tops of the lifts, lie at multiples of 1/12 s; these instants do not.
+    time = (np.arange(240) + 0.37) / 120
+    before, here, after = (walk.sample(time + k * h) for k in (-1, 0, 1))
+    assert np.abs((after.q - before.q) / (2 * h) - here.qd).max() < 2e-6
+    assert np.abs((after.qd - before.qd) / (2 * h) - here.qdd).max() < 2e-5
+
+
+@pytest.mark.parametrize("timing", ["rest-to-rest", "constant-speed"])
+def test_quintic_walks_are_continuous_to_the_acceleration(timing):
+    # q, q', q'' on both sides of every switch and lift top. A gap of 2e-9 s lets q'' drift by at
+    # most 2e-9 * 2e4 rad/s^3.
+    walk = plan(PAPER.replace(stance_timing=timing))
+    events = np.arange(1, 9) * 0.5
+    before, after = walk.sample(events - 1e-9), walk.sample(events + 1e-9)
+    assert np.abs(after.q - before.q).max() < 1e-8
+    assert np.abs(after.qd - before.qd).max() < 1e-7
+    assert np.abs(after.qdd - before.qdd).max() < 1e-4
+
+
+def test_every_cycle_is_the_first_one_seen_from_the_body():
+    walk = plan(PAPER.replace(step_turn_deg=7, gait="amble"))
+    once, later = walk.sample(np.linspace(0, 2, 101)), walk.sample(np.linspace(4, 6, 101))
+    assert np.abs(once.q - later.q).max() < 1e-10
+
+
+def test_samples_are_the_plan_at_those_times():
+    walk = plan(PAPER)
+    again = walk.sample(walk.time)
+    assert np.array_equal(again.q, walk.q)
+
+
+@pytest.mark.parametrize("stride", ["forward", "backward", "turning"])
+def test_in_coxa_only_stance_nothing_but_the_coxa_moves(stride):
+    walk = plan(PAPER.replace(stance_law="coxa-only", **STRIDES[stride]))
+    speed = np.abs(walk.qd)[walk.stance]
+    assert speed[:, 1:].max() < 1e-12
+    assert speed[:, 0].max() > 0.1
+
+
+def test_in_coxa_only_stance_each_foot_makes_the_stroke_along_the_walk():
+    # x of the foot in the body frame from touchdown (1 s) to lift-off (2 s): -40 mm for all legs.
+    walk = plan(PAPER.replace(stance_law="coxa-only"))
+    x = walk.foot_position[:, :, 0] - walk.trunk.position[:, 0, None]
+    assert x[40, [0, 2, 4]] - x[20, [0, 2, 4]] == pytest.approx([-0.04] * 3, abs=1e-12)
+    # The corner feet turn about hips at 45 degrees, so they also move 40 mm across.
+    y = walk.foot_position[:, 0, 1]
+    assert abs(y[40] - y[20]) == pytest.approx(0.04, abs=1e-12)
+
+
+def test_perpendicular_mounts_walk_as_well():
+    walk = plan(PAPER.replace(mounts="perpendicular"))
+    assert walk.trunk.position[-1, 0] == pytest.approx(0.4, abs=1e-12)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("gait", HEXAPOD_GAITS)
+@pytest.mark.parametrize("stride", ["forward", "backward", "sideways", "turning"])
+def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, gait, stride):
+    walk = plan(PAPER.replace(robot=preset, gait=gait, **STRIDES[stride]))
+    assert np.isfinite(walk.qdd).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        pytest.param(
+            {"step_length_mm": 400},
+            "stride of 400 mm puts right_front at 0.324 m; it reaches 0.250 m. "
+            "Longest stride here: 230 mm.",
+            id="G5",
+        ),
+        pytest.param(
+            {"step_turn_deg": 150, "step_length": 0},
+            "stride of 150° puts right_front at 0.387 m; it reaches 0.263 m. "
+            "Longest stride here: 60.5°.",
+            id="G5-turn",
+        ),
+        pytest.param(
+            {"step_length": 0, "step_sideways_mm": 192},
+            None,
+            id="G5-limit",
+        ),
+        pytest.param(
+            {"body_height_mm": 300},
+            "stride of 40 mm puts right_front 0.300 m below its hip; it reaches less deep. "
+            "No stride is possible from this stance; change stance_radius or body_height.",
+            id="G5-height",
+        ),
+        pytest.param(
+            {"period": 0.05},
+            "joint right_front.femur would turn at 60.3 rad/s; the servo AX-12A allows 6.18 rad/s. "
+            "Shortest period: 0.49 s.",
+            id="G9",
+        ),
+    ],
+)
+def test_a_walk_that_cannot_be_made_is_told_why(changes, what):
+    with pytest.raises(InfeasibleWalk) as caught:
+        plan(PAPER.replace(**changes))
+    if what:
+        assert caught.value.what == what
+    else:
+        assert "its limits are" in caught.value.what
+
+
+def test_the_longest_stride_and_the_shortest_period_that_are_told_can_be_walked():
+    plan(PAPER.replace(step_length_mm=230, step_height=0.0))
+    plan(PAPER.replace(period=0.49))
+    with pytest.raises(InfeasibleWalk):
+        plan(PAPER.replace(step_length_mm=232))
+    with pytest.raises(InfeasibleWalk):
+        plan(PAPER.replace(period=0.48))
+
+
+def test_a_centre_of_mass_beyond_the_feet_is_told_with_its_phase(tmp_path):  # G11
+    from phasmid.robot import load_robot, robot_to_toml
+
+    text = robot_to_toml(load_robot("phantomx-paper")).replace(
+        "com = [0.0, 0.0, 0.0]", "com = [0.24, 0.0, 0.0]", 1
+    )
+    path = tmp_path / "nose.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InfeasibleWalk) as caught:
+        plan(PAPER.replace(robot=str(path)))
+    assert caught.value.what.startswith("at phase 0.")
+    assert caught.value.what.endswith("mm outside the support polygon.")
+
+
+def test_a_leg_that_cannot_follow_with_its_coxa_alone_is_told():
+    with pytest.raises(InfeasibleWalk) as caught:
+        plan(PAPER.replace(stance_law="coxa-only", **STRIDES["sideways"]))
+    assert caught.value.what == (
+        "leg right_middle cannot make this stride with its coxa alone: "
+        "its foot moves 90° off the way that is asked."
+    )

@@ -1,0 +1,299 @@
+"""Robot files: what is read, what is written, and what bad ones are told."""
+
+import math
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.robot import HEXAPOD_LEGS, load_robot, preset_names, robot_to_toml
+
+PAPER = (resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml").read_text("utf-8")
+
+
+def said(tmp_path: Path, text: str) -> InvalidInput:
+    """The error that a robot file gets."""
+    path = tmp_path / "my.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput) as caught:
+        load_robot(path)
+    return caught.value
+
+
+def with_leg_line(line: str, leg: str = "right_front") -> str:
+    """The paper's robot with one more line in the table of one leg."""
+    return PAPER.replace(f"[legs.{leg}]", f"[legs.{leg}]\n{line}")
+
+
+def swapped(old: str, new: str) -> str:
+    assert old in PAPER
+    return PAPER.replace(old, new, 1)
+
+
+def test_the_papers_robot_is_table_2_completed_to_26_newton():
+    robot = load_robot("phantomx-paper")
+    assert robot.mass * 9.81 == pytest.approx(26, abs=1e-12)
+    assert robot.leg_names == HEXAPOD_LEGS
+    assert robot.servo.name == "AX-12A"
+    for leg in robot.legs:
+        assert leg.lengths == pytest.approx([0.052, 0.082, 0.140], abs=0)
+        assert [link.mass for link in leg.links] == pytest.approx(
+            [21.931e-3, 120.017e-3, 73.685e-3]
+        )
+        assert leg.tibia.com == pytest.approx([75.816e-3, -1.747e-3, -21.392e-3])
+        # g mm^2 is 1e-9 kg m^2; the products are entries of the tensor, sign as printed.
+        assert leg.tibia.inertia[0, 2] == pytest.approx(254.103e-9)
+        assert np.diag(leg.femur.inertia) == pytest.approx([19819.5e-9, 127028.3e-9, 120839.4e-9])
+        assert leg.neutral_foot == pytest.approx([0.150, 0, -0.100], abs=0)
+    mounts = {
+        leg.name: (*leg.mount_position[:2], math.degrees(leg.mount_yaw)) for leg in robot.legs
+    }
+    assert mounts["right_front"] == pytest.approx((0.1248, -0.06164, -45))
+    assert mounts["right_middle"] == pytest.approx((0, -0.1034, -90))
+    assert mounts["left_rear"] == pytest.approx((-0.1248, 0.06164, 135))
+    # Solid box of 250 x 200 x 50 mm: m/12 (b^2 + c^2).
+    body = robot.body
+    assert body.inertia[0, 0] == pytest.approx(body.mass / 12 * (0.2**2 + 0.05**2))
+
+
+def test_the_other_presets_have_the_lengths_of_the_real_machines():
+    assert load_robot("phantomx-ax").legs[0].lengths == pytest.approx([0.052, 0.066, 0.133], abs=0)
+    mk4 = load_robot("phantomx-mk4")
+    assert mk4.mass == pytest.approx(3.216, abs=5e-4)
+    leg = mk4.legs[0]
+    assert math.degrees(leg.femur_bend) == pytest.approx(-14.04, abs=0.005)
+    assert leg.lengths == pytest.approx([0.0529, 0.0618, 0.1309], abs=5e-5)
+
+
+URDF = Path(__file__).parents[3] / "shared/data/interbotix_xshexapod_descriptions/urdf/pxmark4.urdf"
+
+
+@pytest.mark.skipif(not URDF.exists(), reason="the maker's description is not on this machine")
+def test_the_mark_4_has_the_masses_of_its_makers_description():
+    # The description's femur and tibia frames are turned by the bend into those of Table 1:
+    # x_dh = (cos b, 0, sin b), z_dh = -y. Written digits: nine, so 1e-9 relative.
+    import xml.etree.ElementTree as ElementTree
+
+    root = ElementTree.parse(URDF).getroot()
+    robot = load_robot("phantomx-mk4")
+    bends = {"coxa": None, "femur": robot.legs[0].femur_bend, "tibia": robot.legs[0].tibia_bend}
+    for leg in robot.legs:
+        for link in leg.links:
+            name = f"pxmark4/{leg.name.replace('rear', 'back')}_{link.name}_link"
+            inertial = root.find(f"link[@name='{name}']/inertial")
+            assert link.mass == pytest.approx(float(inertial.find("mass").get("value")), rel=1e-12)
+            b = bends[link.name]
+            R = np.eye(3)
+            if b is not None:
+                R = np.array(
+                    [[math.cos(b), -math.sin(b), 0], [0, 0, -1], [math.sin(b), math.cos(b), 0]]
+                )
+            com = np.array([float(v) for v in inertial.find("origin").get("xyz").split()])
+            assert R @ link.com == pytest.approx(com, abs=1e-9)
+            i = {k: float(v) for k, v in inertial.find("inertia").attrib.items()}
+            inertia = np.array(
+                [
+                    [i["ixx"], i["ixy"], i["ixz"]],
+                    [i["ixy"], i["iyy"], i["iyz"]],
+                    [i["ixz"], i["iyz"], i["izz"]],
+                ]
+            )
+            assert np.abs(R @ link.inertia @ R.T - inertia).max() < 1e-12
+        joint = root.find(f"joint[@name='{leg.name.replace('rear', 'back')}_coxa']/origin")
+        hip = [float(v) for v in joint.get("xyz").split()]
+        assert leg.mount_position == pytest.approx(hip, abs=1e-12)
+        assert leg.mount_yaw == pytest.approx(float(joint.get("rpy").split()[2]), abs=1e-12)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_a_robot_written_and_read_again_has_the_same_numbers(preset, tmp_path):
+    text = robot_to_toml(load_robot(preset))
+    (tmp_path / "again.toml").write_text(text, encoding="utf-8")
+    assert robot_to_toml(load_robot(tmp_path / "again.toml")) == text
+
+
+def test_legs_of_a_hexapod_are_numbered_alike_in_whatever_order_they_are_declared(tmp_path):
+    head, *legs = PAPER.split("\n[legs.")
+    path = tmp_path / "turned.toml"
+    path.write_text(head + "".join(f"\n[legs.{leg}\n" for leg in reversed(legs)), encoding="utf-8")
+    assert robot_to_toml(load_robot(path)) == robot_to_toml(load_robot("phantomx-paper"))
+
+
+def test_a_leg_may_have_its_own_lengths_and_units(tmp_path):
+    path = tmp_path / "long.toml"
+    path.write_text(with_leg_line("femur_cm = 9\ntibia = 0.15"), encoding="utf-8")
+    legs = load_robot(path).legs
+    assert legs[0].lengths == pytest.approx([0.052, 0.09, 0.15], abs=1e-15)
+    assert legs[1].lengths == pytest.approx([0.052, 0.082, 0.14], abs=1e-15)
+
+
+def test_other_numbers_of_legs_are_welcome_where_the_file_says_so(tmp_path):
+    text = PAPER.replace("[legs.right_middle]\nmount_mm = [0, -103.4, 0]\nyaw_deg = -90\n", "")
+    text = text.replace("[legs.left_middle]\nmount_mm = [0, 103.4, 0]\nyaw_deg = 90\n", "")
+    path = tmp_path / "four.toml"
+    path.write_text(text.replace("total_weight", "leg_count = 4\ntotal_weight"), encoding="utf-8")
+    robot = load_robot(path)
+    assert robot.leg_names == ("right_front", "right_rear", "left_rear", "left_front")
+
+
+def test_home_angles_may_stand_for_the_neutral_foot(tmp_path):
+    path = tmp_path / "home.toml"
+    path.write_text(with_leg_line("home_deg = [0, 0, -90]"), encoding="utf-8")
+    # Level femur, hanging tibia: 52 + 82 mm out, 140 mm down.
+    assert load_robot(path).legs[0].neutral_foot == pytest.approx([0.134, 0, -0.140], abs=1e-15)
+
+
+INERTIA = "inertia_g_mm2 = { xx = 31076.2, yy = 233156, zz = 210833"
+
+
+@pytest.mark.parametrize(
+    ("text", "what", "hint"),
+    [
+        pytest.param(
+            with_leg_line("femur_mm = -82"),
+            "leg right_front: femur is -82 mm; it must be finite and greater than 0.",
+            "",
+            id="R1",
+        ),
+        pytest.param(
+            with_leg_line("femur_m = 82"),
+            "leg right_front: femur is 82 m; lengths above 2 m are refused.",
+            "femur_mm = 82",
+            id="R3",
+        ),
+        pytest.param(
+            swapped(
+                "xx = 8633.6, yy = 9496.5, zz = 9496.5",
+                "xx = 0.0086336, yy = 0.0094965, zz = 0.0094965",
+            ).replace("xy = -0.04, xz = 0.04, yz = 0 }", "xy = 0 }", 1),
+            "link coxa: inertia 9.5e-12 kg m^2 gives a gyration radius of 0.021 mm for a 52 mm "
+            "link; it must lie between 1 and 78 mm.",
+            "check the unit: inertia_g_mm2 or inertia_kg_m2",
+            id="R4",
+        ),
+        pytest.param(
+            swapped(
+                INERTIA + ", xy = -1.832, xz = 254.103, yz = -0.734",
+                "inertia_g_mm2 = { xx = 1e5, yy = 1e5, zz = 3e5",
+            ),
+            "link tibia: principal moments 0.0001, 0.0001, 0.0003 kg m^2 cannot belong to a rigid "
+            "body; the largest may not exceed the sum of the others.",
+            "",
+            id="R5",
+        ),
+        pytest.param(
+            swapped(
+                "inertia_g_mm2 = { xx = 19819.5, yy = 127028.3, zz = 120839.4, "
+                "xy = -1.937, xz = -0.294, yz = -0.734 }",
+                "inertia_g_mm2 = [[19819.5, -1.9, 0], [2.4, 127028.3, 0], [0, 0, 120839.4]]",
+            ),
+            "link femur: inertia is not symmetric; I_xy is -1.9 and I_yx is 2.4 g mm^2.",
+            "",
+            id="R6",
+        ),
+        pytest.param(
+            swapped("mass_g = 73.685", "mass_g = 0"),
+            "link tibia: mass is 0 kg; it must be greater than 0.",
+            "",
+            id="R7",
+        ),
+        pytest.param(
+            PAPER.replace("[legs.left_rear]\nmount_mm = [-124.8, 61.64, 0]\nyaw_deg = 135\n", ""),
+            "robot: 5 legs given; a hexapod has 6. Missing: left_rear.",
+            "leg_count = 5, if it is no hexapod",
+            id="R8",
+        ),
+        pytest.param(
+            PAPER.replace("mount_mm = [0, -103.4, 0]", "mount_mm = [124.8, -61.64, 0]"),
+            "legs right_front and right_middle share the hip position (0.1248, -0.06164, 0) m.",
+            "",
+            id="R9",
+        ),
+        pytest.param(
+            with_leg_line("joint_limits.tibia_deg = [60, -60]"),
+            "joint right_front.tibia: lower limit 60 deg is above upper limit -60 deg.",
+            "swap them",
+            id="R10",
+        ),
+        pytest.param(
+            with_leg_line("home_deg = [0, 110, -110]", "left_rear"),
+            "joint left_rear.femur: home 110° is outside [-100°, 100°].",
+            "",
+            id="R11",
+        ),
+        pytest.param(
+            with_leg_line("femurr_mm = 82"),
+            'unknown key "femurr_mm" in legs.right_front.',
+            '"femur_mm"',
+            id="R12",
+        ),
+        pytest.param(
+            swapped("com_mm = [75.816, -1.747, -21.392]", "com_m = [3.0, 0, 0]"),
+            "link tibia: centre of mass lies 3 m from a 0.14 m link.",
+            "check the unit: com_mm or com_m",
+            id="R14",
+        ),
+    ],
+)
+def test_an_impossible_robot_is_told_why(tmp_path, text, what, hint):
+    error = said(tmp_path, text)
+    assert (error.what, error.hint) == (what, hint)
+    assert error.where.startswith("my.toml")
+    assert error.exit_status == 2
+
+
+@pytest.mark.parametrize("value", ["nan", "inf"])
+def test_a_length_that_is_no_number_is_told_so(tmp_path, value):  # R2
+    error = said(tmp_path, with_leg_line(f"femur_mm = {value}"))
+    assert error.what == f"leg right_front: femur is {value}; it must be a finite number."
+
+
+def test_a_key_given_twice_is_told_with_its_line(tmp_path):  # R13
+    text = with_leg_line("femur_mm = 82\nfemur_mm = 83")
+    line = text.splitlines().index("femur_mm = 83") + 1
+    assert said(tmp_path, text).what == f'my.toml line {line}: key "femur_mm" is given twice.'
+
+
+def test_a_key_given_in_two_units_is_told(tmp_path):
+    error = said(tmp_path, with_leg_line("femur_mm = 82\nfemur_cm = 8.2"))
+    assert error.what == 'key "femur" is given twice, as "femur_cm" and in another unit.'
+
+
+def test_an_unknown_key_is_told_with_its_line(tmp_path):
+    text = with_leg_line("femurr_mm = 82")
+    line = text.splitlines().index("femurr_mm = 82") + 1
+    assert said(tmp_path, text).where == f"my.toml, line {line}"
+
+
+def test_an_unknown_preset_is_answered_with_the_nearest():
+    with pytest.raises(InvalidInput) as caught:
+        load_robot("phantomx-papr")
+    assert caught.value.what == 'no robot called "phantomx-papr".'
+    assert caught.value.hint == '"phantomx-paper"'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "name = 3",
+        "[legs]\na = 1",
+        "legs = 3",
+        "[leg]\n[legs.a]\n",
+        "\x00",
+        "[[[[",
+        "a = " + "[" * 5000,
+    ],
+)
+def test_nonsense_is_refused_in_a_sentence(tmp_path, text):
+    assert said(tmp_path, text).what.endswith(".")
+
+
+def test_cutting_the_file_anywhere_is_refused_in_a_sentence_or_reads(tmp_path):
+    path = tmp_path / "cut.toml"
+    for length in range(0, len(PAPER), 37):
+        path.write_text(PAPER[:length], encoding="utf-8")
+        with pytest.raises((InvalidInput, InvalidRobot)):
+            load_robot(path)

@@ -1,0 +1,99 @@
+"""The contact of the engine's model against the spring and damper that it shall be."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from phasmid.motion import plan
+from phasmid.robot import load_robot, preset_names
+from phasmid.scenario import load_scenario
+from phasmid.simulation import Run, build_model, longest_time_step, simulate
+from phasmid.simulation.model import POINT_RADIUS
+
+PAPER = load_scenario("paper")
+
+
+@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("changes", [{}, {"stiffness": 3e4, "damping": 40}], ids=str)
+def test_each_point_is_a_spring_of_its_stiffness(preset, changes):
+    # At rest the force of every point that touches is K times its depth (law of the spring).
+    # The engine's solver is iterative (tolerance 1e-8 of its scale): 1e-6 N of the weight.
+    scenario = PAPER.replace(robot=preset, **changes)
+    run = Run(scenario, plan(scenario))
+    model, data = run.model, run.data
+    total = np.zeros(6)
+    for i in range(data.ncon):
+        force = np.zeros(6)
+        mujoco.mj_contactForce(model, data, i, force)
+        depth = -data.contact.dist[i]
+        assert force[0] == pytest.approx(scenario.contact.stiffness * depth, abs=2e-5)
+        total += force
+    assert total[0] == pytest.approx(run.robot.mass * 9.81, rel=1e-6)
+
+
+def test_the_robot_starts_in_equilibrium():
+    run = Run(PAPER, plan(PAPER))
+    mujoco.mj_forward(run.model, run.data)
+    # 1e-4 m/s^2 on 2.65 kg is a hundred-thousandth of the weight.
+    assert np.abs(run.data.qacc[:6]).max() < 1e-4
+    assert run.data.time == 0
+    assert run.data.qpos[:2].tolist() == [0, 0]
+
+
+def test_a_damped_point_pushes_back_in_proportion_to_its_speed():
+    # One foot pressed by 1 mm of depth at 10 mm/s: each point gives K d + B v = 10 + 1 N.
+    robot = load_robot("phantomx-paper")
+    model = build_model(robot, PAPER)
+    data = mujoco.MjData(model)
+    from phasmid.kinematics import joint_angles
+
+    data.qpos[7:] = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
+    data.qpos[2] = 0.1 - 0.001
+    data.qvel[2] = -0.01
+    # Prescribed joints must not resist: hold them where they are, at their speed 0.
+    model.eq_data[:, 0] = data.qpos[7:]
+    # The engine's law is force = D (reference acceleration - acceleration of the point); with the
+    # point's acceleration taken off, D times the reference must be K d + B v, to round-off.
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 24
+    rows = data.contact.efc_address
+    law = data.efc_D[rows] * data.efc_aref[rows]
+    assert law == pytest.approx(np.full(24, 11.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_four_points_lie_flat_under_each_foot_at_its_neutral_place(preset):
+    robot = load_robot(preset)
+    model = build_model(robot, PAPER)
+    data = mujoco.MjData(model)
+    from phasmid.kinematics import joint_angles
+
+    data.qpos[7:] = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
+    mujoco.mj_forward(model, data)
+    for leg in robot.legs:
+        points = np.array([data.geom(f"{leg.name}.point{i}").xpos for i in range(4)])
+        assert points[:, 2] == pytest.approx([POINT_RADIUS] * 4, abs=1e-12)
+        middle = data.site(f"{leg.name}.foot").xpos
+        assert points[:, :2].mean(axis=0) == pytest.approx(middle[:2], abs=1e-12)
+        side = PAPER.contact.tip_width / 2
+        assert np.abs(points[:, :2] - middle[:2]).max() == pytest.approx(
+            side * np.sqrt(2) if leg.mount_yaw % (np.pi / 2) > 1e-6 else side, abs=1e-9
+        )
+
+
+def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4
+    from phasmid.errors import InvalidInput
+
+    scenario = PAPER.replace(dt=0.5)
+    with pytest.raises(InvalidInput) as caught:
+        simulate(scenario, plan(scenario))
+    longest = longest_time_step(scenario, load_robot("phantomx-paper").mass)
+    assert caught.value.what == (
+        f"--dt 0.5 s cannot resolve this contact (needs <= {longest:.2g} s)."
+    )
+
+
+def test_the_longest_time_step_that_is_allowed_walks():
+    longest = longest_time_step(PAPER, load_robot("phantomx-paper").mass)
+    scenario = PAPER.replace(dt=0.999 * longest, duration=2.0, record_interval=None)
+    assert simulate(scenario, plan(scenario)).attrs["ending"] == "COMPLETED"

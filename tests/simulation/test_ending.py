@@ -1,0 +1,110 @@
+"""How runs end, and that what was seen until then is kept."""
+
+import signal
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid.motion import plan
+from phasmid.robot import load_robot
+from phasmid.scenario import load_scenario
+from phasmid.simulation import Ending, Run, simulate
+from phasmid.simulation.ending import watch
+
+PAPER = load_scenario("paper")
+
+
+def standing(count=10):
+    """States of a robot that stands still, (N, 25) and (N, 24)."""
+    qpos, qvel = np.zeros((count, 25)), np.zeros((count, 24))
+    qpos[:, 2], qpos[:, 3] = 0.1, 1.0
+    return qpos, qvel
+
+
+def test_a_standing_robot_is_left_alone():
+    assert watch(load_robot("phantomx-paper"), *standing()) is None
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "ending"),
+    [
+        (("qpos", 9), np.nan, Ending.DIVERGED),
+        (("qvel", 3), np.inf, Ending.DIVERGED),
+        (("qvel", 0), 21.0, Ending.DIVERGED),
+        (("qvel", 20), -201.0, Ending.DIVERGED),
+        (("qpos", 2), 0.0249, Ending.FELL),
+    ],
+)
+def test_the_first_bad_sample_is_found(column, value, ending):
+    # The box is 50 mm high: its underside meets the ground below 25 mm.
+    qpos, qvel = standing()
+    {"qpos": qpos, "qvel": qvel}[column[0]][7:, column[1]] = value
+    trouble = watch(load_robot("phantomx-paper"), qpos, qvel)
+    assert (trouble.ending, trouble.sample) == (ending, 7)
+
+
+@pytest.mark.parametrize(("degrees", "falls"), [(59.9, False), (60.1, True)])
+def test_a_trunk_tilted_past_60_degrees_has_fallen(degrees, falls):
+    qpos, qvel = standing()
+    half = np.radians(degrees) / 2
+    qpos[4:, 2] = 1.0
+    qpos[4:, 3:5] = [np.cos(half), np.sin(half)]
+    trouble = watch(load_robot("phantomx-paper"), qpos, qvel)
+    assert (trouble is not None) == falls
+
+
+def test_weak_servos_let_the_robot_fall_and_the_run_says_so():
+    robot = load_robot("phantomx-paper")
+    weak = replace(robot, servo=replace(robot.servo, stall_torque=0.2))
+    scenario = PAPER.replace(robot=weak, drive="servo")
+    run = simulate(scenario, plan(scenario))
+    assert run.attrs["ending"] == "FELL"
+    assert run.attrs["ending_reason"].startswith("The robot fell at ")
+    assert run.sizes["time"] < 10_001
+
+
+def test_a_state_that_is_no_number_ends_the_run_as_diverged():
+    run = Run(PAPER, plan(PAPER))
+    run.data.qvel[5] = np.nan
+    trouble = run.advance()
+    assert trouble.ending is Ending.DIVERGED
+    assert run.done == 0
+
+
+def test_an_interrupt_keeps_what_was_seen():
+    def interrupt(done):
+        if done > 1.0:
+            signal.raise_signal(signal.SIGINT)
+
+    run = simulate(PAPER, plan(PAPER), progress=interrupt)
+    assert run.attrs["ending"] == "STOPPED"
+    assert 1000 < run.sizes["time"] < 1600
+    assert np.isfinite(run.joint_torque.values).all()
+
+
+def test_progress_is_told_up_to_the_end():
+    told = []
+    scenario = PAPER.replace(duration=1.0)
+    simulate(scenario, plan(scenario), progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == pytest.approx(1.0)
+
+
+def test_servos_walk_within_their_limits():
+    # Torque falls from stall to none at the no-load speed, and is nowhere above: excess 1e-9.
+    scenario = PAPER.replace(drive="servo", duration=4.0)
+    walk = plan(scenario)
+    run = simulate(scenario, walk)
+    assert run.attrs["ending"] == "COMPLETED"
+    servo, torque = walk.robot.servo, run.joint_torque.values
+    pushing = np.maximum(torque * np.sign(run.joint_velocity.values), 0)
+    speed = np.abs(run.joint_velocity.values)
+    assert np.abs(torque).max() <= servo.stall_torque + 1e-9
+    assert (pushing - servo.stall_torque * np.maximum(1 - speed / servo.no_load_speed, 0)).max() < (
+        1e-9
+    )
+    # They sag under the load, unlike prescribed joints: a stiffness of 9.2 N m/rad gives about
+    # 0.1 rad to a newton metre.
+    error = np.abs(run.joint_position - run.joint_position_target).values
+    assert 0.02 < error.max() < 0.3
