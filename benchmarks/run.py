@@ -1,0 +1,98 @@
+"""How fast phasmid is, beside the limit that the machine sets; all in one run, so that the ratios hold.
+
+Read the ratios: on a shared machine the times of one run to the next differ.
+"""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from phasmid import dynamics, kinematics
+from phasmid.forces import analyse
+from phasmid.motion import plan
+from phasmid.scenario import load_scenario
+from phasmid.simulation import Run
+
+ROUNDS = 7
+
+
+def seconds(work) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def simulation_loop(drive: str) -> None:
+    """The recorded loop against the engine's own loop in C, taking turns."""
+    scenario = load_scenario("paper").replace(drive=drive)
+    walk = plan(scenario)
+    amid = Run(scenario.replace(duration=0.5), walk)
+    amid.advance()
+    ours, engine = [], []
+    for _ in range(ROUNDS):
+        run = Run(scenario, walk)
+        ours.append(seconds(run.advance) / run.steps)
+        # The same model amid a stance, three feet on the ground, its targets held still.
+        engine.append(seconds(lambda: mujoco.mj_step(amid.model, amid.data, 10_000)) / 10_000)
+    # The quickest round of each is the one that other work on the machine disturbed least.
+    best, limit = min(ours), min(engine)
+    print(f"simulation loop, {drive} joints, every channel at every step")
+    print(f"  phasmid            {1e6 * best:7.1f} us a step  ({1 / best:,.0f} steps/s)")
+    print(f"  mj_step(m, d, n)   {1e6 * limit:7.1f} us a step")
+    print(f"  rate against C     {limit / best:7.2f}  (median of rounds "
+          f"{statistics.median(e / o for e, o in zip(engine, ours, strict=True)):.2f})")
+
+
+def arrays() -> None:
+    scenario = load_scenario("paper")
+    walk = plan(scenario)
+    robot, fine = walk.robot, np.arange(10_001) * 1e-3
+    leg, rng = robot.legs[0], np.random.default_rng(0)
+    q = rng.uniform([-0.5, 0, -2], [0.5, 0.8, -1], (100_000, 3))
+    p = kinematics.foot_position(leg, q)
+    rows = {
+        "inverse kinematics of one leg": (lambda: kinematics.joint_angles(leg, p), len(q)),
+        "torques of one leg, closed form": (lambda: dynamics.leg_torque(leg, q, q, q), len(q)),
+        "plan of the whole robot": (lambda: walk.sample(fine), len(fine)),
+        "analysis of the whole robot": (lambda: analyse(scenario, walk.sample(fine)), len(fine)),
+    }
+    print("arrays, per sample")
+    for name, (work, count) in rows.items():
+        work()
+        print(f"  {name:<34} {1e6 * min(seconds(work) for _ in range(3)) / count:8.2f} us")
+
+
+def commands() -> None:
+    python = sys.executable
+    with tempfile.TemporaryDirectory() as folder:
+        walk = [python, "-m", "phasmid", "walk", "--out", str(Path(folder) / "paper"), "--quiet"]
+        rows = {
+            "phasmid walk, all figures": [*walk, "--force"],
+            "phasmid walk --no-figures": [*walk, "--force", "--no-figures"],
+            "phasmid --help": [python, "-m", "phasmid", "--help"],
+            "phasmid walk --help": [python, "-m", "phasmid", "walk", "--help"],
+            "python -c 'import phasmid'": [python, "-c", "import phasmid"],
+        }
+        print("commands, from start to end")
+        for name, command in rows.items():
+            times = [
+                seconds(lambda c=command: subprocess.run(c, check=True, stdout=subprocess.DEVNULL))
+                for _ in range(3)
+            ]
+            print(f"  {name:<34} {min(times):8.2f} s")
+
+
+if __name__ == "__main__":
+    print(f"MuJoCo {mujoco.__version__}, NumPy {np.__version__}, Python {sys.version.split()[0]}")
+    simulation_loop("prescribed")
+    simulation_loop("servo")
+    arrays()
+    commands()

@@ -1,0 +1,19 @@
+"""Another robot, gait and stride; a longer step than the leg can make is refused with the reason."""
+
+import phasmid
+from phasmid import kinematics
+
+scenario = phasmid.load_scenario("paper").replace(
+    robot="phantomx-mk4", gait="ripple", step_length_mm=60, step_turn_deg=5, duration=6
+)
+walk = phasmid.plan(scenario)
+run = phasmid.simulate(scenario, walk)
+x, y, _ = run.body_position.values[-1]
+print(f"{run.attrs['ending']}: {walk.robot.name} came to ({1000 * x:.0f}, {1000 * y:.0f}) mm.")
+
+longest = kinematics.longest_stride(walk.robot)
+print(f"Its longest stride straight ahead is {1000 * longest:.0f} mm.")
+try:
+    phasmid.plan(scenario.replace(step_length_mm=300))
+except phasmid.InfeasibleWalk as refusal:
+    print(refusal)
