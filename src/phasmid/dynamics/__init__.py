@@ -1,0 +1,22 @@
+"""What torques a motion needs: the leg's equations in closed form, and the whole robot."""
+
+from phasmid.dynamics.body_motion import BodyMotion
+from phasmid.dynamics.leg import STANDARD_GRAVITY, LegMatrices, leg_matrices, leg_torque
+from phasmid.dynamics.whole_body import (
+    JointTorqueAndWrench,
+    inverse_dynamics,
+    kinetic_energy,
+    potential_energy,
+)
+
+__all__ = [
+    "STANDARD_GRAVITY",
+    "BodyMotion",
+    "JointTorqueAndWrench",
+    "LegMatrices",
+    "inverse_dynamics",
+    "kinetic_energy",
+    "leg_matrices",
+    "leg_torque",
+    "potential_energy",
+]

@@ -1,0 +1,220 @@
+"""Closed-form dynamics of one leg whose hip is fixed in space, z up."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.dynamics.components import Samples
+from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.kinematics import jacobian
+from phasmid.robot import Leg, LegArrays
+
+STANDARD_GRAVITY = 9.81
+"""The g of the paper [m/s²]."""
+
+
+class LegMatrices(NamedTuple):
+    """The matrices of Eq. 10: torque = M q" + B [q' q'] + C [q'²] + G.
+
+    Attributes:
+        M: Mass matrix [kg·m²], shape (..., 3, 3).
+        B: Coriolis coefficients [kg·m²], shape (..., 3, 3); its columns multiply
+            q1' q2', q1' q3' and q2' q3'.
+        C: Centrifugal coefficients [kg·m²], shape (..., 3, 3); its columns multiply
+            q1'², q2'² and q3'².
+        G: Torques that hold the leg against gravity [N·m], shape (..., 3).
+    """
+
+    M: Float[np.ndarray, "*batch 3 3"]
+    B: Float[np.ndarray, "*batch 3 3"]
+    C: Float[np.ndarray, "*batch 3 3"]
+    G: Float[np.ndarray, "*batch 3"]
+
+
+class _Elevated(NamedTuple):
+    """The leg's dynamics in coxa angle and absolute elevations (q1, q2, q2 + q3).
+
+    In these coordinates the kinetic energy is half the form h over their speeds, h11 depends on
+    both elevations, h12 on the femur's, h13 on the tibia's and h23 on their difference alone.
+    """
+
+    h11: Samples
+    h12: Samples
+    h13: Samples
+    h22: Samples
+    h23: Samples
+    h33: Samples
+    h11_by_2: Samples
+    h11_by_3: Samples
+    h12_by_2: Samples
+    h13_by_3: Samples
+    h23_by_3: Samples
+    g2: Samples
+    g3: Samples
+
+
+def leg_matrices(
+    leg: Leg | LegArrays, q: Float[np.ndarray, "*#batch 3"], *, gravity: float = STANDARD_GRAVITY
+) -> LegMatrices:
+    """Matrices of the leg's equation of motion.
+
+    Args:
+        leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
+        q: Coxa, femur and tibia angles [rad], shape (..., 3).
+        gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
+
+    Returns:
+        M, B, C and G, which depend on the angles alone.
+
+    Source: Eq. 10, corrected (docs/errata.md) and derived anew by Lagrange's equations for links
+    with any centre of mass and any inertia; with centres at mid-length and diagonal inertias it
+    is the paper's own form.
+    """
+    e = _elevated(leg, q, gravity)
+    zero = np.zeros(e.h11.shape)
+    m12, m23 = e.h12 + e.h13, e.h23 + e.h33
+    bend = e.h23_by_3
+    rise = e.h11_by_2 + e.h11_by_3
+    return LegMatrices(
+        M=_matrix(
+            [e.h11, m12, e.h13],
+            [m12, e.h22 + e.h23 + m23, m23],
+            [e.h13, m23, e.h33],
+        ),
+        B=_matrix(
+            [rise, e.h11_by_3, 2 * e.h13_by_3],
+            [zero, zero, 2 * bend],
+            [zero, zero, zero],
+        ),
+        C=_matrix(
+            [zero, e.h12_by_2 + e.h13_by_3, e.h13_by_3],
+            [-rise / 2, zero, bend],
+            [-e.h11_by_3 / 2, -bend, zero],
+        ),
+        G=_vector(zero, e.g2 + e.g3, e.g3),
+    )
+
+
+def leg_torque(
+    leg: Leg | LegArrays,
+    q: Float[np.ndarray, "*#batch 3"],
+    qd: Float[np.ndarray, "*#batch 3"],
+    qdd: Float[np.ndarray, "*#batch 3"],
+    *,
+    foot_force: Float[np.ndarray, "*#batch 3"] | None = None,
+    gravity: float = STANDARD_GRAVITY,
+) -> Float[np.ndarray, "*batch 3"]:
+    """Joint torques that move a leg as given while the ground pushes its foot.
+
+    Args:
+        leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
+        q: Coxa, femur and tibia angles [rad], shape (..., 3).
+        qd: Their speeds [rad/s], shape (..., 3).
+        qdd: Their accelerations [rad/s²], shape (..., 3).
+        foot_force: Force of the ground on the foot in hip axes [N], shape (..., 3);
+            none by default.
+        gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
+
+    Returns:
+        Torques of coxa, femur and tibia [N·m], shape (..., 3).
+
+    Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
+    """
+    e = _elevated(leg, q, gravity)
+    w1, w2, w3 = _elevation_rates(qd)
+    a1, a2, a3 = _elevation_rates(qdd)
+    along_1 = (e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3)) + (
+        e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2
+    )
+    along_2 = (e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2) + (
+        e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
+    )
+    along_3 = (e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3) - (
+        e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
+    )
+    torque = _vector(along_1, along_2 + along_3, along_3)
+    if foot_force is None:
+        return torque
+    from_foot = np.einsum("...ij,...i->...j", jacobian(leg, q), foot_force)
+    return np.asarray(torque - from_foot)
+
+
+def _elevated(leg: Leg | LegArrays, q: np.ndarray, gravity: float) -> _Elevated:
+    lengths, mass, com, inertia = _link_arrays(leg)
+    q2, q3 = np.asarray(q, dtype=float)[..., 1], np.asarray(q, dtype=float)[..., 2]
+    c2, s2, c3, s3 = np.cos(q2), np.sin(q2), np.cos(q2 + q3), np.sin(q2 + q3)
+    cos_bend, sin_bend = c3 * c2 + s3 * s2, s3 * c2 - c3 * s2
+
+    coxa, femur = lengths[..., 0], lengths[..., 1]
+    m2, m3 = mass[..., 1], mass[..., 2]
+    first, second = moments_about_origin(mass, com, inertia)
+    x3, y3, z3 = np.moveaxis(first[..., 2, :], -1, 0)
+    i1, i2, i3 = np.moveaxis(second, -3, 0)
+
+    # As seen by the femur's axis the tibia's mass sits at the knee, with its own offset in z.
+    x2, y2 = first[..., 1, 0] + m3 * femur, first[..., 1, 1]
+    yy2 = i2[..., 1, 1] + m3 * femur**2
+    zz2 = i2[..., 2, 2] + m3 * femur**2
+    xz2 = i2[..., 0, 2] - femur * z3
+
+    out2, up2 = x2 * c2 - y2 * s2, x2 * s2 + y2 * c2
+    out3, up3 = x3 * c3 - y3 * s3, x3 * s3 + y3 * c3
+    knee = coxa + femur * c2
+    spin2, spin2_by_2 = _vertical_inertia(i2[..., 0, 0], yy2, i2[..., 0, 1], c2, s2)
+    spin3, spin3_by_3 = _vertical_inertia(i3[..., 0, 0], i3[..., 1, 1], i3[..., 0, 1], c3, s3)
+    one = np.ones(c2.shape)
+    return _Elevated(
+        h11=i1[..., 2, 2] + (m2 + m3) * coxa**2 + 2 * (coxa * out2 + knee * out3) + spin2 + spin3,
+        h12=xz2 * s2 + i2[..., 1, 2] * c2,
+        h13=i3[..., 0, 2] * s3 + i3[..., 1, 2] * c3,
+        h22=zz2 * one,
+        h23=femur * (x3 * cos_bend - y3 * sin_bend),
+        h33=i3[..., 2, 2] * one,
+        h11_by_2=spin2_by_2 - 2 * (coxa * up2 + femur * s2 * out3),
+        h11_by_3=spin3_by_3 - 2 * knee * up3,
+        h12_by_2=xz2 * c2 - i2[..., 1, 2] * s2,
+        h13_by_3=i3[..., 0, 2] * c3 - i3[..., 1, 2] * s3,
+        h23_by_3=-femur * (x3 * sin_bend + y3 * cos_bend),
+        g2=gravity * out2,
+        g3=gravity * out3,
+    )
+
+
+def _vertical_inertia(
+    xx: Samples, yy: Samples, xy: Samples, c: Samples, s: Samples
+) -> tuple[Samples, Samples]:
+    """Moment about the vertical through a link's axis, and its slope over the elevation.
+
+    The vertical is (sin e, cos e, 0) in the axes of a link of elevation e.
+    """
+    value = xx * s**2 + yy * c**2 + 2 * xy * s * c
+    return value, 2 * ((xx - yy) * s * c + xy * (c**2 - s**2))
+
+
+def _link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    if isinstance(leg, LegArrays):
+        return leg.lengths, leg.mass, leg.com, leg.inertia
+    mass = np.array([link.mass for link in leg.links])
+    com = np.array([link.com for link in leg.links])
+    return leg.lengths, mass, com, np.array([link.inertia for link in leg.links])
+
+
+def _elevation_rates(rate: np.ndarray) -> tuple[Samples, Samples, Samples]:
+    r1, r2, r3 = np.moveaxis(np.asarray(rate, dtype=float), -1, 0)
+    return r1, r2, r2 + r3
+
+
+def _vector(*entries: Samples) -> np.ndarray:
+    return np.stack(np.broadcast_arrays(*entries), axis=-1)
+
+
+def _matrix(*rows: list[Samples]) -> np.ndarray:
+    shape = rows[0][0].shape
+    matrix = np.empty((*shape, 3, 3))
+    for i, row in enumerate(rows):
+        for j, entry in enumerate(row):
+            matrix[..., i, j] = entry
+    return matrix

@@ -1,0 +1,183 @@
+"""Inverse dynamics and energies of the whole robot, for all times and legs at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.dynamics.body_motion import BodyMotion
+from phasmid.dynamics.components import apply, carried, components, cross
+from phasmid.dynamics.leg import STANDARD_GRAVITY
+from phasmid.dynamics.recursion import (
+    energy_of,
+    leg_energies,
+    leg_needs,
+    newton_euler,
+    trunk_moments,
+)
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import centre_of_mass
+from phasmid.robot import Robot
+
+
+class JointTorqueAndWrench(NamedTuple):
+    """What a motion needs.
+
+    Attributes:
+        joint_torque: Torques of coxa, femur and tibia [N·m], shape (..., L, 3).
+        wrench: Force [N] and moment [N·m] on the trunk in world axes, the moment about the
+            body frame's origin, shape (..., 6).
+    """
+
+    joint_torque: Float[np.ndarray, "*batch legs 3"]
+    wrench: Float[np.ndarray, "*batch 6"]
+
+
+def inverse_dynamics(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    qd: Float[np.ndarray, "*#batch legs 3"],
+    qdd: Float[np.ndarray, "*#batch legs 3"],
+    *,
+    foot_force: Float[np.ndarray, "*#batch legs 3"] | None = None,
+    gravity: float = STANDARD_GRAVITY,
+) -> JointTorqueAndWrench:
+    """Joint torques, and what must hold the trunk, for a given motion of trunk and legs.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose and motion of the trunk; its leading axes broadcast against those of q.
+        q: Joint angles [rad], shape (..., L, 3).
+        qd: Joint speeds [rad/s], shape (..., L, 3).
+        qdd: Joint accelerations [rad/s²], shape (..., L, 3).
+        foot_force: Force of the ground on each foot in world axes [N], shape (..., L, 3);
+            none by default.
+        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+
+    Returns:
+        Joint torques, and the wrench that something must exert on the trunk besides the given
+        foot forces. Without foot forces it is what all feet together have to give.
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+
+    Source: the recursive Newton-Euler algorithm (Luh, Walker, Paul 1980) on a moving base;
+    gravity enters as an acceleration of the base upwards. For one leg on a base at rest it
+    equals Eq. 11, corrected.
+    """
+    foot_force = np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force
+    batch = _batch(robot, body, q=q, qd=qd, qdd=qdd, foot_force=foot_force)
+    legs = (*batch, len(robot.legs))
+    R_world_body = components(body.rotation, 2, batch)
+    R_body_world = np.swapaxes(R_world_body, 0, 1)
+    R_body_hip = components(robot.arrays.R_body_hip, 2)
+    R_hip_body = np.swapaxes(R_body_hip, 0, 1)
+    p_body_hip = components(robot.arrays.p_body_hip)
+
+    # Gravity acts as if everything accelerated upwards.
+    felt = body.acceleration + np.array([0.0, 0.0, gravity])
+    w, dw, a = (
+        apply(R_body_world, components(v, 1, batch))
+        for v in (body.angular_velocity, body.angular_acceleration, felt)
+    )
+    force, moment = newton_euler(*trunk_moments(robot), w, dw, a)
+
+    w, dw, a = w[..., None], dw[..., None], a[..., None]
+    foot = apply(R_body_world[..., None], components(foot_force, 1, legs))
+    torque, leg_force, leg_moment = leg_needs(
+        robot,
+        *(apply(R_hip_body, v) for v in (w, dw, a + carried(p_body_hip, w, dw), foot)),
+        *(components(v, 1, legs) for v in (q, qd, qdd)),
+    )
+    leg_force, leg_moment = apply(R_body_hip, leg_force), apply(R_body_hip, leg_moment)
+    leg_moment = leg_moment + cross(p_body_hip, leg_force)
+    wrench = [
+        *apply(R_world_body, force + leg_force.sum(axis=-1)),
+        *apply(R_world_body, moment + leg_moment.sum(axis=-1)),
+    ]
+    return JointTorqueAndWrench(np.stack(torque, axis=-1), np.stack(wrench, axis=-1))
+
+
+def kinetic_energy(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    qd: Float[np.ndarray, "*#batch legs 3"],
+) -> Float[np.ndarray, "*batch"]:
+    """Kinetic energy of trunk and legs.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose and motion of the trunk.
+        q: Joint angles [rad], shape (..., L, 3).
+        qd: Joint speeds [rad/s], shape (..., L, 3).
+
+    Returns:
+        Energy [J], shape (...).
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+    """
+    batch = _batch(robot, body, q=q, qd=qd)
+    legs = (*batch, len(robot.legs))
+    R_body_world = np.swapaxes(components(body.rotation, 2, batch), 0, 1)
+    R_hip_body = np.swapaxes(components(robot.arrays.R_body_hip, 2), 0, 1)
+    w = apply(R_body_world, components(body.angular_velocity, 1, batch))
+    v = apply(R_body_world, components(body.velocity, 1, batch))
+    energy = energy_of(*trunk_moments(robot), w, v)
+
+    w, v = w[..., None], v[..., None]
+    v = apply(R_hip_body, v + cross(w, components(robot.arrays.p_body_hip)))
+    w = apply(R_hip_body, w)
+    angles, speeds = components(q, 1, legs), components(qd, 1, legs)
+    return np.asarray(energy + leg_energies(robot, w, v, angles, speeds).sum(axis=-1))
+
+
+def potential_energy(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    *,
+    gravity: float = STANDARD_GRAVITY,
+) -> Float[np.ndarray, "*batch"]:
+    """Potential energy of trunk and legs, zero at the world's z = 0.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose of the trunk.
+        q: Joint angles [rad], shape (..., L, 3).
+        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+
+    Returns:
+        Energy [J], shape (...).
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the trunk's.
+    """
+    _batch(robot, body, q=q)
+    lift = np.sum(body.rotation[..., 2, :] * centre_of_mass(robot, q), axis=-1)
+    return np.asarray(robot.mass * gravity * (body.position[..., 2] + lift))
+
+
+def _batch(robot: Robot, body: BodyMotion, **per_leg: np.ndarray) -> tuple[int, ...]:
+    """The leading axes that trunk and legs share."""
+    count = len(robot.legs)
+    shapes = [body.position.shape[:-1]]
+    for name, array in per_leg.items():
+        shape = np.shape(array)
+        if shape[-2:] != (count, 3):
+            raise InvalidInput(
+                f"{name} has shape {shape}; it must end in {count}, 3: legs, joints or axes."
+            )
+        shapes.append(shape[:-2])
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        listed = ", ".join(map(str, shapes))
+        names = ", ".join(per_leg)
+        raise InvalidInput(
+            f"the leading axes of body, {names} are {listed}; they must broadcast together."
+        ) from None

@@ -1,0 +1,136 @@
+"""Robots to test on, and the same robots in MuJoCo."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+import pytest
+
+from phasmid.robot import Body, Leg, Link, Robot, load_robot, preset_names
+
+
+def _random_inertia(rng: np.random.Generator, mass: float, size: float) -> np.ndarray:
+    # Second moments of a cloud of points, so that some rigid body has this inertia.
+    points = rng.normal(size=(8, 3)) * size / 4
+    spread = mass * points.T @ points / 8
+    return np.trace(spread) * np.eye(3) - spread
+
+
+def _random_link(rng: np.random.Generator, name: str) -> Link:
+    length, mass = rng.uniform(0.05, 0.2), rng.uniform(0.02, 0.3)
+    com = rng.uniform(-0.4, 0.4, size=3) * length + [length / 2, 0.0, 0.0]
+    return Link(name, length, mass, com, _random_inertia(rng, mass, length))
+
+
+def _general_robot() -> Robot:
+    """Five unlike legs, every centre of mass off its link, every inertia full."""
+    rng = np.random.default_rng(20180816)
+    legs = []
+    for i in range(5):
+        coxa, femur, tibia = (_random_link(rng, name) for name in ("coxa", "femur", "tibia"))
+        legs.append(
+            Leg(
+                f"leg_{i}",
+                coxa,
+                femur,
+                tibia,
+                mount_position=rng.uniform(-0.2, 0.2, size=3),
+                mount_yaw=rng.uniform(-np.pi, np.pi),
+                neutral_foot=np.array([coxa.length + femur.length, 0.0, -tibia.length]),
+                joint_limits=np.array([[-3.0, 3.0]] * 3),
+            )
+        )
+    body = Body(1.3, np.array([0.02, -0.03, 0.01]), _random_inertia(rng, 1.3, 0.3), np.full(3, 0.3))
+    return Robot("general", body, tuple(legs), load_robot("phantomx-paper").servo)
+
+
+@pytest.fixture(params=[*preset_names(), "general"])
+def robot(request: pytest.FixtureRequest) -> Robot:
+    """Every preset, and a robot without any symmetry."""
+    return _general_robot() if request.param == "general" else load_robot(request.param)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(10)
+
+
+@pytest.fixture
+def derivative() -> Callable[..., np.ndarray]:
+    """d f / d t by the central difference of eighth order.
+
+    Its truncation error is (w h)^8 w / 630 times the size of a component of frequency w, and
+    its round-off about 2e-16 / h times the size of f.
+    """
+    weights = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+
+    def differentiate(f: Callable[..., np.ndarray], t: float, h: float = 0.01) -> np.ndarray:
+        steps = enumerate(weights, start=1)
+        return sum(c * (f(t + k * h) - f(t - k * h)) for k, c in steps) / h
+
+    return differentiate
+
+
+Inverse = Callable[..., np.ndarray]
+
+
+@pytest.fixture
+def mujoco_inverse() -> Callable[..., Inverse]:
+    """Builds mj_inverse of a robot whose trunk is fixed in the world, or free."""
+
+    def build(robot: Robot, *, free: bool) -> Inverse:
+        model = _mujoco_model(robot, free=free)
+        data = mujoco.MjData(model)
+        jacobian = np.empty((3, model.nv))
+
+        def inverse(
+            qpos: np.ndarray, qvel: np.ndarray, qacc: np.ndarray, foot_force: np.ndarray
+        ) -> np.ndarray:
+            """Generalised forces besides those of the ground on the feet (L, 3)."""
+            data.qpos, data.qvel, data.qacc = qpos, qvel, qacc
+            mujoco.mj_inverse(model, data)
+            total = data.qfrc_inverse.copy()
+            for site, force in enumerate(foot_force):
+                mujoco.mj_jacSite(model, data, jacobian, None, site)
+                total -= jacobian.T @ force
+            return total
+
+        return inverse
+
+    return build
+
+
+def _mujoco_model(robot: Robot, *, free: bool) -> mujoco.MjModel:
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.option.gravity = [0.0, 0.0, -9.81]
+    trunk = _add_body(spec.worldbody, robot.body, [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
+    if free:
+        trunk.add_freejoint()
+    for leg in robot.legs:
+        parent, at = trunk, list(leg.mount_position)
+        # The frames of Table 1: mount yaw, then the quarter turn about x before the femur.
+        turns = (
+            [np.cos(leg.mount_yaw / 2), 0.0, 0.0, np.sin(leg.mount_yaw / 2)],
+            [np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0],
+            [1.0, 0.0, 0.0, 0.0],
+        )
+        for link, turn in zip(leg.links, turns, strict=True):
+            parent = _add_body(parent, link, at, turn)
+            parent.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+            at = [link.length, 0.0, 0.0]
+        parent.add_site(pos=at)
+    return spec.compile()
+
+
+def _add_body(
+    parent: mujoco.MjsBody, part: Body | Link, pos: list[float], quat: list[float]
+) -> mujoco.MjsBody:
+    body = parent.add_body(pos=pos, quat=quat)
+    tensor = part.inertia
+    body.explicitinertial = True
+    body.mass, body.ipos = part.mass, part.com
+    body.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+    return body

@@ -1,0 +1,41 @@
+"""The trunk's motion as a value that cannot be wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from phasmid.dynamics import BodyMotion
+from phasmid.errors import InvalidInput
+
+ZERO = np.zeros(3)
+
+
+def test_at_rest_the_trunk_has_a_pose_and_no_motion() -> None:
+    body = BodyMotion.at_rest(np.ones((4, 3)))
+    assert body.position.shape == body.velocity.shape == (4, 3)
+    assert body.rotation.shape == (4, 3, 3)
+    for part in (body.velocity, body.angular_velocity, body.acceleration):
+        np.testing.assert_array_equal(part, 0.0)
+
+
+def test_its_numbers_cannot_be_changed_from_outside() -> None:
+    position = np.zeros(3)
+    body = BodyMotion.at_rest(position)
+    position[0] = 1.0
+    assert body.position[0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        body.position[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    "matrix", [np.diag([1.0, 1.0, 1.1]), np.diag([1.0, 1.0, -1.0])], ids=["stretched", "mirrored"]
+)
+def test_a_matrix_that_is_no_rotation_is_refused(matrix: np.ndarray) -> None:
+    with pytest.raises(InvalidInput, match="rotation is no rotation"):
+        BodyMotion.at_rest(ZERO, matrix)
+
+
+def test_a_number_that_is_not_finite_is_refused() -> None:
+    with pytest.raises(InvalidInput, match=r"position\[1\] is nan; it must be finite"):
+        BodyMotion.at_rest(np.array([0.0, np.nan, 0.0]))

@@ -1,0 +1,186 @@
+"""The closed form of one leg (Eqs. 10 and 11, corrected)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from phasmid import dynamics, kinematics
+from phasmid.robot import Robot, load_robot, with_mass_model
+
+# Row 10 of the physics charter: 1e-10 N·m. Torques here are about 10 N·m at most, sums of some
+# hundred terms, so round-off is below 100 * 2.2e-16 * 10 = 2e-13; a wrong term shows at 1e-5.
+TORQUE = 1e-10
+
+
+def _states(rng: np.random.Generator, robot: Robot, n: int = 1000) -> tuple[np.ndarray, ...]:
+    shape = (n, len(robot.legs), 3)
+    q = rng.uniform(-np.pi, np.pi, size=shape)
+    return q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)
+
+
+def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    return (matrix @ vector[..., None])[..., 0]
+
+
+def _products(qd: np.ndarray) -> np.ndarray:
+    q1, q2, q3 = np.moveaxis(qd, -1, 0)
+    return np.stack([q1 * q2, q1 * q3, q2 * q3], axis=-1)
+
+
+def _christoffel(m: dynamics.LegMatrices, qd: np.ndarray) -> np.ndarray:
+    """S with S q' = B [q' q'] + C [q'²], from symbols symmetric in their last two indices."""
+    symbols = np.zeros((*qd.shape, 3, 3))
+    for j in range(3):
+        symbols[..., j, j] = m.C[..., :, j]
+    for column, (j, k) in enumerate(((0, 1), (0, 2), (1, 2))):
+        symbols[..., j, k] = symbols[..., k, j] = m.B[..., :, column] / 2
+    return np.einsum("...ijk,...k->...ij", symbols, qd)
+
+
+def test_leg_torque_equals_the_inverse_dynamics_of_mujoco(
+    robot: Robot, rng: np.random.Generator, mujoco_inverse: Callable[..., Any]
+) -> None:
+    # torque = M q" + B [q' q'] + C [q'²] + G - Jᵀ F, the hips fixed in the world.
+    q, qd, qdd, force = _states(rng, robot)
+    torque = dynamics.leg_torque(robot.arrays, q, qd, qdd, foot_force=force)
+    inverse = mujoco_inverse(robot, free=False)
+    force_in_world = np.einsum("lij,nlj->nli", robot.arrays.R_body_hip, force)
+    expected = [
+        inverse(*(v.ravel() for v in state[:3]), state[3])
+        for state in zip(q, qd, qdd, force_in_world, strict=True)
+    ]
+    np.testing.assert_allclose(torque, np.reshape(expected, q.shape), rtol=0, atol=TORQUE)
+
+
+def test_leg_torque_equals_the_recursion_over_a_robot_that_stands_still(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    q, qd, qdd, force = _states(rng, robot)
+    force_in_world = np.einsum("lij,nlj->nli", robot.arrays.R_body_hip, force)
+    recursive = dynamics.inverse_dynamics(
+        robot, dynamics.BodyMotion.at_rest(), q, qd, qdd, foot_force=force_in_world
+    )
+    closed = dynamics.leg_torque(robot.arrays, q, qd, qdd, foot_force=force)
+    np.testing.assert_allclose(closed, recursive.joint_torque, rtol=0, atol=TORQUE)
+
+
+def test_the_matrices_add_up_to_the_leg_torque(robot: Robot, rng: np.random.Generator) -> None:
+    # The left side is Eq. 10 with its four parts, the right one groups the same terms otherwise.
+    q, qd, qdd, _ = _states(rng, robot)
+    for i, leg in enumerate(robot.legs):
+        m = dynamics.leg_matrices(leg, q[:, i])
+        parts = _times(m.M, qdd[:, i]) + _times(m.B, _products(qd[:, i]))
+        total = parts + _times(m.C, qd[:, i] ** 2) + m.G
+        torque = dynamics.leg_torque(leg, q[:, i], qd[:, i], qdd[:, i])
+        np.testing.assert_allclose(total, torque, rtol=0, atol=TORQUE)
+
+
+def test_the_mass_matrix_is_symmetric_and_positive_definite(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    q, *_ = _states(rng, robot)
+    M = dynamics.leg_matrices(robot.arrays, q).M
+    # Both halves are written from the same numbers, so that not even round-off differs.
+    np.testing.assert_array_equal(M, np.swapaxes(M, -1, -2))
+    assert np.linalg.eigvalsh(M).min() > 0
+
+
+def test_mass_rate_less_twice_the_christoffel_matrix_is_skew(
+    robot: Robot, rng: np.random.Generator, derivative: Callable[..., Any]
+) -> None:
+    # N = M' - 2 S with S q' = B [q' q'] + C [q'²]; then N + Nᵀ = 0, which makes power balance.
+    # M' along q + t q', whose angles turn at 5 to 20 rad/s, twice that in M: truncation
+    # (40 h)^8 / 630 = 4e-14 of M' at h = 5e-4, round-off 2e-16 / (40 h) = 1e-14 of it.
+    q, qd, *_ = _states(rng, robot)
+    rate = derivative(lambda t: dynamics.leg_matrices(robot.arrays, q + t * qd).M, 0.0, h=5e-4)
+    S = _christoffel(dynamics.leg_matrices(robot.arrays, q), qd)
+    N = rate - 2 * S
+    bound = 1e-11 * np.abs(rate).max()
+    np.testing.assert_allclose(N + np.swapaxes(N, -1, -2), 0.0, rtol=0, atol=bound)
+    assert np.abs(N).max() > 1e-2 * np.abs(rate).max()
+
+
+def test_with_masses_at_mid_length_it_is_the_corrected_form_of_the_paper(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    # Eq. 10 with its misprints mended and Table 1's sign of the tibia's angle; in particular
+    # m12 = m13 = 0. Matrices below 0.1 kg·m² and torques below 10 N·m are sums of about ten
+    # terms: round-off below 10 * 2.2e-16 * 10 = 2e-14.
+    leg = with_mass_model(robot, "mid-length").legs[0]
+    q = rng.uniform(-np.pi, np.pi, size=(100, 3))
+    M, B, C, G = dynamics.leg_matrices(leg, q)
+    (m1, m2, m3), (L1, L2, L3) = (link.mass for link in leg.links), leg.lengths
+    (_, _, zz1), (xx2, yy2, zz2), (xx3, yy3, zz3) = (np.diag(k.inertia) for k in leg.links)
+    t2, t3 = q[:, 1], q[:, 2]
+    t23 = t2 + t3
+    c2, c3, c23, s2, s3, s23 = *map(np.cos, (t2, t3, t23)), *map(np.sin, (t2, t3, t23))
+    zero = np.zeros(100)
+
+    m11 = (
+        zz1 + xx2 * s2**2 + yy2 * c2**2 + xx3 * s23**2 + yy3 * c23**2
+        + L1**2 * (m1 / 4 + m2 + m3) + L2**2 * (m2 / 4 + m3) * c2**2 + m3 * L3**2 / 4 * c23**2
+        + L1 * L2 * c2 * (m2 + 2 * m3) + m3 * L3 * c23 * (L1 + L2 * c2)
+    )  # fmt: skip
+    m33 = zz3 + m3 * L3**2 / 4 + zero
+    m23 = m33 + m3 * L2 * L3 * c3 / 2
+    m22 = zz2 + zz3 + L2**2 * (m2 / 4 + m3) + L3 * m3 * (L3 / 4 + L2 * c3)
+    b12 = (
+        np.sin(2 * t23) * (xx3 - yy3 - m3 * L3**2 / 4)
+        - m3 * L3 * (L1 * s23 + L2 * np.sin(t2 + t23) / 2 + L2 * s3 / 2)
+    )  # fmt: skip
+    b11 = (
+        np.sin(2 * t2) * (xx2 - yy2 - L2**2 * (m2 / 4 + m3))
+        + np.sin(2 * t23) * (xx3 - yy3 - m3 * L3**2 / 4)
+        - L1 * L2 * s2 * (m2 + 2 * m3) - m3 * L3 * (L1 * s23 + L2 * np.sin(t2 + t23))
+    )  # fmt: skip
+    c23_ = -m3 * L2 * L3 * s3 / 2
+    g3 = 9.81 * m3 * L3 / 2 * c23
+    g2 = 9.81 * L2 * (m2 / 2 + m3) * c2 + g3
+    expected = (
+        ([m11, zero, zero], [zero, m22, m23], [zero, m23, m33]),
+        ([b11, b12, zero], [zero, zero, 2 * c23_], [zero, zero, zero]),
+        ([zero, zero, zero], [-b11 / 2, zero, c23_], [-b12 / 2, -c23_, zero]),
+    )
+    for matrix, rows in zip((M, B, C), expected, strict=True):
+        np.testing.assert_allclose(matrix, np.moveaxis(np.array(rows), -1, 0), rtol=0, atol=2e-14)
+    np.testing.assert_allclose(G, np.stack([zero, g2, g3], axis=-1), rtol=0, atol=2e-14)
+
+
+def test_the_ground_pushing_up_relieves_a_horizontal_leg() -> None:
+    # A leg stretched out level, a force F up at its foot: Jᵀ F = (0, (Lf + Lt) F, Lt F).
+    # Numbers below 10 N·m, so 1e-14 is a few units in the last place.
+    leg = load_robot("phantomx-paper").legs[0]
+    still, up = np.zeros(3), np.array([0.0, 0.0, 10.0])
+    unloaded = dynamics.leg_torque(leg, still, still, still)
+    loaded = dynamics.leg_torque(leg, still, still, still, foot_force=up)
+    np.testing.assert_allclose(unloaded - loaded, [0.0, 2.22, 1.40], rtol=0, atol=1e-14)
+
+
+def test_without_gravity_a_leg_at_rest_needs_no_torque(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    q, *_ = _states(rng, robot, 5)
+    rest = np.zeros_like(q)
+    torque = dynamics.leg_torque(robot.arrays, q, rest, rest, gravity=0.0)
+    np.testing.assert_array_equal(torque, 0.0)
+
+
+@pytest.mark.parametrize("lead", [(), (4,), (2, 3)])
+def test_leading_axes_broadcast(robot: Robot, lead: tuple[int, ...]) -> None:
+    # The same arithmetic on torques below 1 N·m, whatever the order in which loops take it:
+    # equal within a few units in the last place.
+    leg = robot.legs[0]
+    q = np.random.default_rng(3).normal(size=(*lead, 3))
+    qd, qdd = np.array([1.0, 2.0, 3.0]), np.array([-1.0, 0.5, 2.0])
+    force = kinematics.foot_position(leg, q)
+    torque = dynamics.leg_torque(leg, q, qd, qdd, foot_force=force)
+    assert torque.shape == (*lead, 3)
+    for index in np.ndindex(*lead):
+        one = dynamics.leg_torque(leg, q[index], qd, qdd, foot_force=force[index])
+        np.testing.assert_allclose(torque[index], one, rtol=0, atol=1e-15)
+    shapes = [part.shape for part in dynamics.leg_matrices(leg, q)]
+    assert shapes == [(*lead, 3, 3)] * 3 + [(*lead, 3)]

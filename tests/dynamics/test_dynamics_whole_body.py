@@ -1,0 +1,197 @@
+"""Inverse dynamics of the whole robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from phasmid import dynamics, kinematics
+from phasmid.errors import InvalidInput
+from phasmid.robot import Robot
+
+# Forces here reach 200 N, sums of some thousand terms in which round-off adds at random: about
+# 30 * 2.2e-16 * 200 = 1e-12. The bound leaves room for other machines' arithmetic; a wrong term
+# shows at 1e-4.
+WHOLE = 1e-8
+
+
+def _random_motion(rng: np.random.Generator, *lead: int) -> tuple[np.ndarray, dynamics.BodyMotion]:
+    quaternion = rng.normal(size=(*lead, 4))
+    quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    p, v, w, a, dw = rng.normal(size=(5, *lead, 3)) * np.reshape([1, 1, 3, 5, 20], (5, 1, 1))
+    R = kinematics.quaternion_rotation(quaternion)
+    return quaternion, dynamics.BodyMotion(p, R, v, w, a, dw)
+
+
+def _random_joints(rng: np.random.Generator, robot: Robot, *lead: int) -> list[np.ndarray]:
+    shape = (*lead, len(robot.legs), 3)
+    q = rng.uniform(-np.pi, np.pi, size=shape)
+    return [q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)]
+
+
+def _feet_in_world(robot: Robot, body: dynamics.BodyMotion, q: np.ndarray) -> np.ndarray:
+    feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q))
+    return body.position[..., None, :] + feet @ np.swapaxes(body.rotation, -1, -2)
+
+
+def test_torques_and_wrench_equal_the_inverse_dynamics_of_mujoco(
+    robot: Robot, rng: np.random.Generator, mujoco_inverse: Callable[..., Any]
+) -> None:
+    n = 300
+    quaternion, body = _random_motion(rng, n)
+    q, qd, qdd, force = _random_joints(rng, robot, n)
+    ours = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force)
+
+    # MuJoCo's free joint: linear motion in world axes, turning in the trunk's own.
+    into_body = np.swapaxes(body.rotation, -1, -2)
+    w = (into_body @ body.angular_velocity[..., None])[..., 0]
+    dw = (into_body @ body.angular_acceleration[..., None])[..., 0]
+    flat = (v.reshape(n, -1) for v in (q, qd, qdd))
+    qpos, qvel, qacc = (
+        np.concatenate(parts, axis=1)
+        for parts in zip(
+            (body.position, body.velocity, body.acceleration),
+            (quaternion, w, dw),
+            flat,
+            strict=True,
+        )
+    )
+    inverse = mujoco_inverse(robot, free=True)
+    theirs = np.array([inverse(*state) for state in zip(qpos, qvel, qacc, force, strict=True)])
+    moment = (body.rotation @ theirs[:, 3:6, None])[..., 0]
+    np.testing.assert_allclose(
+        ours.joint_torque, theirs[:, 6:].reshape(q.shape), rtol=0, atol=WHOLE
+    )
+    np.testing.assert_allclose(ours.wrench[:, :3], theirs[:, :3], rtol=0, atol=WHOLE)
+    np.testing.assert_allclose(ours.wrench[:, 3:], moment, rtol=0, atol=WHOLE)
+
+
+def test_a_robot_in_free_fall_with_locked_joints_feels_nothing(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    # a = (0, 0, -g), nothing turns: every link falls by itself. -9.81 + 9.81 is exactly 0.
+    _, pose = _random_motion(rng, 10)
+    q, *_ = _random_joints(rng, robot, 10)
+    still, zero = np.zeros_like(q), np.zeros(3)
+    fall = dynamics.BodyMotion(
+        pose.position, pose.rotation, pose.velocity, zero, np.array([0.0, 0.0, -9.81]), zero
+    )
+    result = dynamics.inverse_dynamics(robot, fall, q, still, still)
+    np.testing.assert_array_equal(result.joint_torque, 0.0)
+    np.testing.assert_array_equal(result.wrench, 0.0)
+
+
+def test_without_feet_on_the_ground_the_wrench_at_rest_carries_the_weight(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    # f = (0, 0, m g), n = r × f with r from the body's origin to the centre of mass. Weights
+    # reach 50 N in sums of twenty links: 20 * 2.2e-16 * 50 = 2e-13; WHOLE is the house's bound.
+    _, pose = _random_motion(rng, 10)
+    body = dynamics.BodyMotion.at_rest(pose.position, pose.rotation)
+    q, *_ = _random_joints(rng, robot, 10)
+    still = np.zeros_like(q)
+    wrench = dynamics.inverse_dynamics(robot, body, q, still, still).wrench
+    weight = np.array([0.0, 0.0, robot.mass * 9.81])
+    arm = (pose.rotation @ kinematics.centre_of_mass(robot, q)[..., None])[..., 0]
+    expected = np.concatenate([np.broadcast_to(weight, arm.shape), np.cross(arm, weight)], axis=-1)
+    np.testing.assert_allclose(wrench, expected, rtol=0, atol=1e-12)
+
+
+def test_foot_forces_that_balance_the_weight_leave_no_wrench(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    # Σ f = (0, 0, m g) and Σ (p - c) × f = 0 about the centre of mass c, solved by least norm.
+    # Row 15's bound for statics, 1e-9; the solver's own residual is about 1e-13.
+    q = np.tile(kinematics.joint_angles(robot.arrays, robot.arrays.neutral_foot), (5, 1, 1))
+    q += 0.1 * rng.normal(size=q.shape)
+    _, pose = _random_motion(rng, 5)
+    body = dynamics.BodyMotion.at_rest(pose.position, pose.rotation)
+    com = (pose.rotation @ kinematics.centre_of_mass(robot, q)[..., None])[..., 0]
+    arms = _feet_in_world(robot, body, q) - (pose.position + com)[:, None, :]
+    cross = np.cross(arms[..., None, :], np.eye(3)).swapaxes(-1, -2)
+    unit = np.broadcast_to(np.eye(3), cross.shape)
+    grasp = np.concatenate([unit, cross], axis=-2).swapaxes(1, 2).reshape(5, 6, -1)
+    weight = np.array([0.0, 0.0, robot.mass * 9.81, 0.0, 0.0, 0.0])
+    force = (np.linalg.pinv(grasp) @ weight).reshape(q.shape)
+
+    still = np.zeros_like(q)
+    result = dynamics.inverse_dynamics(robot, body, q, still, still, foot_force=force)
+    np.testing.assert_allclose(result.wrench, 0.0, rtol=0, atol=1e-9)
+    assert np.abs(result.joint_torque).max() > 1e-2
+
+
+def test_turning_the_world_turns_the_wrench_and_leaves_the_torques(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    # Gravity is vertical, so that a yaw of everything changes nothing but the axes.
+    _, body = _random_motion(rng, 20)
+    q, qd, qdd, force = _random_joints(rng, robot, 20)
+    yaw = kinematics.quaternion_rotation(kinematics.yaw_quaternion(np.array(0.7)))
+    turned = dynamics.BodyMotion(
+        body.position @ yaw.T,
+        yaw @ body.rotation,
+        *(
+            v @ yaw.T
+            for v in (
+                body.velocity,
+                body.angular_velocity,
+                body.acceleration,
+                body.angular_acceleration,
+            )
+        ),
+    )
+    here = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force)
+    there = dynamics.inverse_dynamics(robot, turned, q, qd, qdd, foot_force=force @ yaw.T)
+    np.testing.assert_allclose(there.joint_torque, here.joint_torque, rtol=0, atol=WHOLE)
+    in_turned_axes = (here.wrench.reshape(20, 2, 3) @ yaw.T).reshape(20, 6)
+    np.testing.assert_allclose(there.wrench, in_turned_axes, rtol=0, atol=WHOLE)
+
+
+@pytest.mark.parametrize("lead", [(), (4,), (2, 3)])
+def test_one_trunk_serves_any_number_of_joint_states(robot: Robot, lead: tuple[int, ...]) -> None:
+    # The same arithmetic whatever the leading axes; forces of 1e2 N within some units in the
+    # last place, 1e-14 each.
+    rng = np.random.default_rng(5)
+    _, motions = _random_motion(rng, 1)
+    body = dynamics.BodyMotion(
+        *(getattr(motions, name)[0] for name in dynamics.BodyMotion.__dataclass_fields__)
+    )
+    q, qd, qdd, force = _random_joints(rng, robot, *lead)
+    result = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force)
+    energy = dynamics.kinetic_energy(robot, body, q, qd)
+    height = dynamics.potential_energy(robot, body, q)
+    assert result.joint_torque.shape == q.shape
+    assert result.wrench.shape == (*lead, 6)
+    assert energy.shape == height.shape == lead
+    for i in np.ndindex(*lead):
+        one = dynamics.inverse_dynamics(robot, body, q[i], qd[i], qdd[i], foot_force=force[i])
+        np.testing.assert_allclose(result.joint_torque[i], one.joint_torque, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(result.wrench[i], one.wrench, rtol=0, atol=1e-12)
+
+
+def test_many_trunks_may_share_one_joint_state(robot: Robot, rng: np.random.Generator) -> None:
+    _, body = _random_motion(rng, 4)
+    q, qd, qdd, _ = _random_joints(rng, robot)
+    shared = dynamics.inverse_dynamics(robot, body, q, qd, qdd)
+    tiled = dynamics.inverse_dynamics(robot, body, *(np.tile(v, (4, 1, 1)) for v in (q, qd, qdd)))
+    np.testing.assert_allclose(shared.joint_torque, tiled.joint_torque, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(shared.wrench, tiled.wrench, rtol=0, atol=1e-12)
+
+
+def test_angles_of_the_wrong_number_of_legs_are_refused(robot: Robot) -> None:
+    count = len(robot.legs)
+    q = np.zeros((count - 1, 3))
+    with pytest.raises(InvalidInput, match=rf"q has shape \({count - 1}, 3\); it must end in"):
+        dynamics.inverse_dynamics(robot, dynamics.BodyMotion.at_rest(), q, q, q)
+
+
+def test_trunk_and_joints_of_unlike_lengths_are_refused(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    _, body = _random_motion(rng, 4)
+    q = np.zeros((3, len(robot.legs), 3))
+    with pytest.raises(InvalidInput, match=r"body, q, qd are \(4,\), \(3,\), \(3,\)"):
+        dynamics.kinetic_energy(robot, body, q, q)
