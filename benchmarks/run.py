@@ -1,4 +1,4 @@
-"""How fast phasmid is, beside the limit that the machine sets; all in one run, so that the ratios hold.
+"""How fast phasmid is, beside the limit that the machine sets, in one run.
 
 Read the ratios: on a shared machine the times of one run to the next differ.
 """
@@ -47,8 +47,10 @@ def simulation_loop(drive: str) -> None:
     print(f"simulation loop, {drive} joints, every channel at every step")
     print(f"  phasmid            {1e6 * best:7.1f} us a step  ({1 / best:,.0f} steps/s)")
     print(f"  mj_step(m, d, n)   {1e6 * limit:7.1f} us a step")
-    print(f"  rate against C     {limit / best:7.2f}  (median of rounds "
-          f"{statistics.median(e / o for e, o in zip(engine, ours, strict=True)):.2f})")
+    print(
+        f"  rate against C     {limit / best:7.2f}  (median of rounds "
+        f"{statistics.median(e / o for e, o in zip(engine, ours, strict=True)):.2f})"
+    )
 
 
 def arrays() -> None:

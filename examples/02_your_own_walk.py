@@ -1,4 +1,4 @@
-"""Another robot, gait and stride; a longer step than the leg can make is refused with the reason."""
+"""Another robot, gait and stride; a step longer than the legs is refused with the reason."""
 
 import phasmid
 from phasmid import kinematics

@@ -325,10 +325,11 @@ def _check_robot(robot: Robot) -> int:
 
     from phasmid.errors import InfeasibleWalk
     from phasmid.kinematics import joint_angles, longest_stride
+    from phasmid.units import STANDARD_GRAVITY
 
     print(
         f"robot {robot.name}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
-        f"({robot.mass * 9.81:.2f} N), servo {robot.servo.name}"
+        f"({robot.mass * STANDARD_GRAVITY:.2f} N), servo {robot.servo.name}"
     )
     for number, leg in enumerate(robot.legs, 1):
         lengths = " / ".join(f"{1000 * length:.4g}" for length in leg.lengths)

@@ -81,7 +81,8 @@ class Unreachable(InfeasibleWalk):
         which = f", point {', '.join(map(str, index))}" if index else ""
         super().__init__(
             f"leg {leg}{which}: foot target ({point}) mm is "
-            f"{1000 * distance:.1f} mm from the femur axis; the leg reaches {1000 * reach[0]:.1f} to {1000 * reach[1]:.1f} mm.",
+            f"{1000 * distance:.1f} mm from the femur axis; "
+            f"the leg reaches {1000 * reach[0]:.1f} to {1000 * reach[1]:.1f} mm.",
             where=where,
             hint=hint,
         )

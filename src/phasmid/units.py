@@ -30,6 +30,9 @@ class Unit:
         return value * self.per_si
 
 
+STANDARD_GRAVITY = 9.81
+"""Acceleration of free fall by which weights are turned into masses; the paper's [m/s²]."""
+
 UNITS = {
     "m": Unit("m", "length", 1.0),
     "cm": Unit("cm", "length", 100.0),

@@ -30,8 +30,8 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_path(curve, path):
 
 @pytest.mark.parametrize("curve", ["quintic", "cubic-spline"])
 def test_a_lift_is_smooth_over_its_top(curve):
-    # Both halves meet with one position and velocity; the spline also with one acceleration
-    # (that makes it the clamped spline through lift-off, apex and touchdown), the quintic with none.
+    # Both halves meet with one position and velocity; the spline also with one acceleration,
+    # which makes it the clamped spline through lift-off, apex and touchdown.
     below, above = lift(curve, np.array(0.5 - 1e-12)), lift(curve, np.array(0.5 + 1e-12))
     for a, b in zip(below, above, strict=True):
         assert float(a) == pytest.approx(float(b), abs=1e-9)

@@ -1,7 +1,7 @@
 """What torques a motion needs: the leg's equations in closed form, and the whole robot."""
 
 from phasmid.dynamics.body_motion import BodyMotion
-from phasmid.dynamics.leg import STANDARD_GRAVITY, LegMatrices, leg_matrices, leg_torque
+from phasmid.dynamics.leg import LegMatrices, leg_matrices, leg_torque
 from phasmid.dynamics.whole_body import (
     JointTorqueAndWrench,
     inverse_dynamics,
@@ -10,7 +10,6 @@ from phasmid.dynamics.whole_body import (
 )
 
 __all__ = [
-    "STANDARD_GRAVITY",
     "BodyMotion",
     "JointTorqueAndWrench",
     "LegMatrices",

@@ -11,9 +11,7 @@ from phasmid.dynamics.components import Samples
 from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.kinematics import jacobian
 from phasmid.robot import Leg, LegArrays
-
-STANDARD_GRAVITY = 9.81
-"""The g of the paper [m/s²]."""
+from phasmid.units import STANDARD_GRAVITY
 
 
 class LegMatrices(NamedTuple):

@@ -9,7 +9,6 @@ from jaxtyping import Float
 
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.components import apply, carried, components, cross
-from phasmid.dynamics.leg import STANDARD_GRAVITY
 from phasmid.dynamics.recursion import (
     energy_of,
     leg_energies,
@@ -20,6 +19,7 @@ from phasmid.dynamics.recursion import (
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import centre_of_mass
 from phasmid.robot import Robot
+from phasmid.units import STANDARD_GRAVITY
 
 
 class JointTorqueAndWrench(NamedTuple):

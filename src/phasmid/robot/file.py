@@ -30,10 +30,7 @@ from phasmid.tables import (
     read_toml,
     validate,
 )
-from phasmid.units import split_unit
-
-STANDARD_GRAVITY = 9.81
-"""The g by which a file's total weight is turned into mass, as in the paper [m/s²]."""
+from phasmid.units import STANDARD_GRAVITY, split_unit
 
 Vector = Annotated[list[Length], Len(3, 3)]
 Tensor = dict[str, Inertia] | Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3)]

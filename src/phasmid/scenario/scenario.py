@@ -13,7 +13,7 @@ from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.gait import Gait, load_gait
 from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
 from phasmid.tables import Angle, Hint, Length, Locator, Table, Time, key_of, leaves, validate
-from phasmid.units import split_unit
+from phasmid.units import STANDARD_GRAVITY, split_unit
 
 MOST_SAMPLES = 10_000_000
 """Most samples of a planned walk: above it the walk alone would fill the memory."""
@@ -90,7 +90,7 @@ class ModelTable(Table):
     mounts: Literal["as-given", "perpendicular"] = "as-given"
     body_acceleration: Literal["included", "quasi-static"] = "included"
     force_model: Literal["minimum-norm"] = "minimum-norm"
-    gravity: Annotated[float, Gt(0), Le(100)] = 9.81
+    gravity: Annotated[float, Gt(0), Le(100)] = STANDARD_GRAVITY
 
 
 class SimulationTable(Table):
