@@ -1,8 +1,8 @@
 """How feet, body and joints travel: curves, steps, and the plan of a walk."""
 
 from phasmid.motion.curves import Path, blend, join, lift
-from phasmid.motion.plan import Walk, plan
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
+from phasmid.motion.walk import Walk, plan
 
 __all__ = [
     "Path",

@@ -1,0 +1,18 @@
+"""What was seen, kept safely: named channels that carry their units, and files of them."""
+
+from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Channel
+from phasmid.recording.file import load_recording, save_recording
+from phasmid.recording.recording import FORMAT, Recording, new_recording
+
+__all__ = [
+    "AXES",
+    "CHANNELS",
+    "FORMAT",
+    "JOINTS",
+    "QUATERNION",
+    "Channel",
+    "Recording",
+    "load_recording",
+    "new_recording",
+    "save_recording",
+]

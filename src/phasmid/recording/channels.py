@@ -1,0 +1,64 @@
+"""The table of channels: what a recording may hold, in which unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+JOINTS = ("coxa", "femur", "tibia")
+"""Coordinates of ``joint``."""
+
+AXES = ("x", "y", "z")
+"""Coordinates of ``axis``: forward, left and up where the walk begins."""
+
+QUATERNION = ("w", "x", "y", "z")
+"""Coordinates of ``quaternion``."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One kind of measurement.
+
+    Attributes:
+        dims: Names of the array's axes.
+        units: Unit of every value; ``1`` where there is none.
+        long_name: What it is, in words.
+        kind: ``float`` for numbers, ``bool`` for yes or no.
+    """
+
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+    kind: Literal["float", "bool"] = "float"
+
+
+_JOINT = ("time", "leg", "joint")
+_FOOT = ("time", "leg", "axis")
+_LEG = ("time", "leg")
+_BODY = ("time", "axis")
+
+CHANNELS: dict[str, Channel] = {
+    "joint_position_target": Channel(_JOINT, "rad", "planned joint angle"),
+    "joint_velocity_target": Channel(_JOINT, "rad/s", "planned joint speed"),
+    "joint_acceleration_target": Channel(_JOINT, "rad/s²", "planned joint acceleration"),
+    "joint_position": Channel(_JOINT, "rad", "joint angle"),
+    "joint_velocity": Channel(_JOINT, "rad/s", "joint speed"),
+    "joint_torque": Channel(_JOINT, "N·m", "joint torque, simulated or measured"),
+    "joint_torque_model": Channel(_JOINT, "N·m", "joint torque by inverse dynamics"),
+    "foot_force": Channel(_FOOT, "N", "force of the ground on the foot, world axes"),
+    "foot_force_model": Channel(_FOOT, "N", "force of the ground on the foot by the model"),
+    "foot_normal_force": Channel(_LEG, "N", "normal force of the ground on the foot"),
+    "foot_normal_force_model": Channel(_LEG, "N", "normal force on the foot by the model"),
+    "foot_position": Channel(_FOOT, "m", "foot in the world"),
+    "stance": Channel(_LEG, "1", "whether the foot is planned to stand", "bool"),
+    "contact": Channel(_LEG, "1", "whether the foot touches the ground", "bool"),
+    "body_position": Channel(_BODY, "m", "origin of the body frame in the world"),
+    "body_velocity": Channel(_BODY, "m/s", "velocity of the body frame's origin, world axes"),
+    "body_orientation": Channel(
+        ("time", "quaternion"), "1", "orientation of the body in the world, w x y z"
+    ),
+}
+"""Every channel by its name, in the order in which a recording keeps them."""
+
+COORDINATES: dict[str, tuple[str, ...]] = {"joint": JOINTS, "axis": AXES, "quaternion": QUATERNION}
+"""Axes of fixed length; ``time`` and ``leg`` are as long as the run and the robot make them."""

@@ -1,0 +1,187 @@
+"""Recordings as netCDF-4 files, which appear whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phasmid.errors import InvalidInput, OutputError, PhasmidError, located
+from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.recording import FORMAT, Recording, new_recording
+
+DEFLATE_LIMIT = 1100
+"""Deflate shrinks data at most 1032-fold, so a file that claims more is not to be believed."""
+
+
+def save_recording(recording: Recording, path: str | Path) -> None:
+    """Write a recording to a file; numbers are kept bit by bit.
+
+    The file is written under another name in the same folder, forced to the disk and then renamed,
+    so that a file of this name is always whole. An older file of that name is replaced.
+
+    Args:
+        recording: What to keep.
+        path: The file, by custom ``.nc``.
+
+    Raises:
+        OutputError: The disk is full, the folder is absent or not writable; nothing is left behind.
+    """
+    path = Path(path)
+    # Encoding in memory leaves plain writes as the only thing that can fail.
+    encoding = {
+        name: {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
+        for name in recording.data_vars
+    }
+    data = recording.to_netcdf(engine="h5netcdf", encoding=encoding)
+    write_whole(path, data)
+
+
+def write_whole(path: Path, data: bytes | memoryview) -> None:
+    """Write a file that appears whole or not at all.
+
+    Args:
+        path: The file.
+        data: All of its bytes.
+
+    Raises:
+        OutputError: It cannot be written; nothing is left behind.
+    """
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+    try:
+        try:
+            with partial.open("xb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(path)
+            _sync_folder(path.parent)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                partial.unlink()
+            raise
+    except OSError as error:
+        raise cannot_write(path, error) from None
+
+
+def cannot_write(path: Path, error: OSError) -> OutputError:
+    """The error for a path that the system refuses to write, in one sentence."""
+    reason = (error.strerror or str(error)).lower()
+    return OutputError(f"cannot write {path}: {reason}.")
+
+
+def _sync_folder(folder: Path) -> None:
+    """Force a rename to the disk, on systems that let a folder be opened."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def load_recording(path: str | Path) -> Recording:
+    """Read a recording; all of it is in memory and the file is closed.
+
+    Args:
+        path: A file that `save_recording` wrote.
+
+    Raises:
+        InvalidInput: The file is absent, damaged, not a recording, or of a newer format.
+    """
+    import h5py
+
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        with path.open("rb"):
+            pass
+    except FileNotFoundError:
+        raise InvalidInput(f"recording {path} does not exist.") from None
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InvalidInput(f"cannot read {path}: {reason}.") from None
+    try:
+        with h5py.File(path, "r") as stored:
+            attributes = {
+                str(name): _plain(value)
+                for name, value in stored.attrs.items()
+                if not str(name).startswith("_NC")
+            }
+            _check_format(attributes.pop("format", None), path)
+            _check_claims(stored, path, size)
+            time = np.asarray(stored["time"][()])
+            channels = {
+                str(name): _read(stored[name]) for name in stored if str(name) not in _COORDINATES
+            }
+        with located(str(path)):
+            return new_recording(time.astype(np.float64), channels, attributes)
+    except PhasmidError:
+        raise
+    except Exception as error:
+        # A damaged file can make the HDF5 reader fail in any way at all.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InvalidInput(
+            f"{path} is not a recording that can be read: {reason[:160]}.",
+            hint="a recording.nc that phasmid wrote, copied whole",
+        ) from None
+
+
+_COORDINATES = {"time", "leg", *COORDINATES}
+
+
+def _plain(value: Any) -> str | int | float:
+    """An attribute as Python's own text or number."""
+    if isinstance(value, bytes | np.bytes_):
+        return value.decode("utf-8")
+    if isinstance(value, np.ndarray | np.generic) and value.size == 1:
+        value = value.item()
+    if isinstance(value, str | int | float):
+        return value
+    # HDF5 has its own way to say that a text is empty.
+    if type(value).__name__ == "Empty":
+        return ""
+    raise ValueError(f"an attribute holds {type(value).__name__}")
+
+
+def _check_format(version: str | int | float | None, path: Path) -> None:
+    if not isinstance(version, int) or version < 1:
+        raise InvalidInput(f"{path} is not a phasmid recording: it names no format of ours.")
+    if version > FORMAT:
+        raise InvalidInput(
+            f"{path} uses format {version}; this version reads up to {FORMAT}.",
+            hint="upgrade phasmid",
+        )
+
+
+def _check_claims(stored: Any, path: Path, size: int) -> None:
+    """Refuse arrays that the file cannot hold itself, before any memory is asked for them."""
+    import h5py
+
+    claimed = 0
+    for name in stored:
+        array = stored[name]
+        own = isinstance(stored.get(name, getlink=True), h5py.HardLink)
+        if not own or not isinstance(array, h5py.Dataset) or array.external or array.is_virtual:
+            raise InvalidInput(f"{path} is damaged: {name} is not an array of its own.")
+        claimed += array.nbytes
+    if claimed > DEFLATE_LIMIT * size:
+        raise InvalidInput(f"{path} is damaged: it claims {claimed:.3g} bytes in a file of {size}.")
+
+
+def _read(stored: Any) -> np.ndarray:
+    """A channel's numbers; netCDF keeps yes and no as small numbers."""
+    name = str(stored.name).lstrip("/")
+    channel = CHANNELS.get(name)
+    if channel is None:
+        # An unknown name is refused later, in the words of `new_recording`.
+        return np.zeros(0)
+    units = _plain(stored.attrs["units"])
+    if units != channel.units:
+        raise InvalidInput(f'channel "{name}" is in {units}; it must be in {channel.units}.')
+    values = np.asarray(stored[()])
+    return values.astype(np.bool_) if channel.kind == "bool" else values

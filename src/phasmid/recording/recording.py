@@ -1,0 +1,146 @@
+"""Build a recording, which cannot be malformed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput, nearest
+from phasmid.recording.channels import CHANNELS, COORDINATES
+
+if TYPE_CHECKING:
+    import xarray
+
+FORMAT = 1
+"""Version of the recording's names, units and attributes."""
+
+Recording: TypeAlias = "xarray.Dataset"
+"""A dataset whose variables are channels; the name is text so that importing it is quick."""
+
+
+def new_recording(
+    time: Float[np.ndarray, " time"],
+    channels: Mapping[str, np.ndarray],
+    attributes: Mapping[str, str | int | float],
+) -> Recording:
+    """Put what was seen in its place.
+
+    Args:
+        time: Time of each sample [s], increasing, shape (N,).
+        channels: Arrays by channel name, in the channels' units and shapes; see `CHANNELS`.
+            What was not seen is left out.
+        attributes: Where it comes from: the scenario and robot as text, versions, how it ended.
+
+    Returns:
+        A dataset with coordinates, units and the format's version.
+
+    Raises:
+        InvalidInput: A name is unknown, a shape is wrong, or time does not increase.
+    """
+    import xarray
+
+    time = _checked_time(time)
+    arrays = {name: _checked(name, channels[name]) for name in _in_order(channels)}
+    legs = _leg_count(arrays)
+    sizes = {"time": len(time), **{dim: len(labels) for dim, labels in COORDINATES.items()}}
+    for name, array in arrays.items():
+        _check_shape(name, array, sizes | ({} if legs is None else {"leg": legs}))
+    variables = {
+        name: (
+            CHANNELS[name].dims,
+            array,
+            {"units": CHANNELS[name].units, "long_name": CHANNELS[name].long_name},
+        )
+        for name, array in arrays.items()
+    }
+    used = {dim for name in arrays for dim in CHANNELS[name].dims}
+    coordinates: dict[str, Any] = {"time": ("time", time, {"units": "s", "long_name": "time"})}
+    if legs is not None:
+        coordinates["leg"] = ("leg", np.arange(1, legs + 1), {"long_name": "leg, from 1"})
+    for dim, labels in COORDINATES.items():
+        if dim in used:
+            coordinates[dim] = (dim, list(labels))
+    return xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
+
+
+def _in_order(channels: Mapping[str, np.ndarray]) -> list[str]:
+    for name in channels:
+        if name not in CHANNELS:
+            guess = nearest(name, CHANNELS)
+            raise InvalidInput(
+                f'a recording has no channel "{name}".',
+                hint=f'"{guess}"' if guess else f"one of {', '.join(CHANNELS)}",
+            )
+    return [name for name in CHANNELS if name in channels]
+
+
+def _checked_time(time: np.ndarray) -> np.ndarray:
+    time = np.array(time, dtype=np.float64)
+    if time.ndim != 1 or len(time) == 0:
+        raise InvalidInput(
+            f"time has shape {time.shape}; it must be one row with at least one sample."
+        )
+    if not np.isfinite(time).all():
+        first = int(np.argmin(np.isfinite(time)))
+        raise InvalidInput(f"recording sample {first}: time is {time[first]}; it must be finite.")
+    steps = np.diff(time)
+    if (steps <= 0).any():
+        late = int(np.argmax(steps <= 0)) + 1
+        raise InvalidInput(
+            f"recording sample {late}: time {time[late]:.6g} s does not follow "
+            f"{time[late - 1]:.6g} s."
+        )
+    return time
+
+
+def _checked(name: str, array: np.ndarray) -> np.ndarray:
+    """A copy in the channel's type; values that are not finite are kept as what was seen."""
+    array, kind = np.asarray(array), CHANNELS[name].kind
+    if array.dtype.kind not in ("b" if kind == "bool" else "fiu"):
+        wanted = "true or false" if kind == "bool" else "real numbers"
+        raise InvalidInput(f'channel "{name}" holds {array.dtype} values; it must hold {wanted}.')
+    return array.astype(np.bool_ if kind == "bool" else np.float64)
+
+
+def _leg_count(arrays: Mapping[str, np.ndarray]) -> int | None:
+    """Legs of the first channel that has any."""
+    for name, array in arrays.items():
+        if "leg" in CHANNELS[name].dims and array.ndim >= 2:
+            return int(array.shape[1])
+    return None
+
+
+def _check_shape(name: str, array: np.ndarray, sizes: Mapping[str, int]) -> None:
+    dims = CHANNELS[name].dims
+    wanted = tuple(sizes.get(dim, -1) for dim in dims)
+    if array.shape != wanted or 0 in wanted:
+        needed = ", ".join(
+            f"{dim} {size}" if size > 0 else dim for dim, size in zip(dims, wanted, strict=True)
+        )
+        raise InvalidInput(
+            f'channel "{name}" has shape {array.shape}; it must be ({needed}).',
+        )
+
+
+def _checked_attributes(
+    attributes: Mapping[str, str | int | float],
+) -> dict[str, str | int | float]:
+    checked: dict[str, str | int | float] = {}
+    for name, value in attributes.items():
+        value = value.item() if isinstance(value, np.generic) else value
+        if not isinstance(value, str | int | float):
+            raise InvalidInput(
+                f'attribute "{name}" is {type(value).__name__}; it must be text or a number.'
+            )
+        try:
+            whole = "\0" not in f"{name}{value}" and f"{name}{value}".encode()
+        except UnicodeEncodeError:
+            whole = False
+        if not whole:
+            raise InvalidInput(f'attribute "{name!r}" is not text that a file can hold.')
+        checked[name] = value
+    checked["format"] = FORMAT
+    return checked

@@ -1,0 +1,187 @@
+"""The paper's Figs 12 to 16: joint angles, joint torques and normal forces of each leg."""
+
+from __future__ import annotations
+
+import string
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phasmid.errors import InvalidInput
+from phasmid.recording import Recording
+from phasmid.recording.channels import JOINTS
+from phasmid.reporting.panels import Axes, legend, panels
+from phasmid.reporting.source import attribute, channel, finite_part, read_source
+from phasmid.reporting.style import (
+    FAINT,
+    INK,
+    JOINT_COLOURS,
+    Figure,
+    leg_colour,
+    save_figure,
+    styled,
+    thin,
+)
+
+LEGS_PER_FIGURE = 3
+MODEL_DASH = (0, (3.2, 1.6))
+
+
+def figures(recording: Recording) -> dict[str, Figure]:
+    """Every figure that the recording has the channels for, by its file's stem.
+
+    Returns:
+        For a hexapod ``fig12`` to ``fig16``, as in the paper. With another number of legs there
+        are as many of a kind as groups of three legs need: ``fig14b`` follows ``fig14``.
+    """
+    source = read_source(recording)
+    recording = finite_part(recording)
+    groups = leg_groups(len(source.robot.legs))
+    first = groups if len(groups) > 2 else groups[:1]
+    found: dict[str, Figure] = {}
+    angles = ("joint_position", "joint_position_target")
+    torques = ("joint_torque", "joint_torque_model")
+    forces = ("foot_normal_force", "foot_normal_force_model")
+    for name, draw, needed, members in (
+        ("fig12", trajectory_figure, angles, first),
+        ("fig13", torque_figure, torques, groups[:1]),
+        ("fig14", torque_figure, torques, groups[1:]),
+        ("fig15", normal_force_figure, forces, groups[:1]),
+        ("fig16", normal_force_figure, forces, groups[1:]),
+    ):
+        if any(name_of in recording.data_vars for name_of in needed):
+            for number, legs in enumerate(members):
+                found[name + suffix_of(number)] = draw(recording, legs)
+    return found
+
+
+def suffix_of(number: int) -> str:
+    """What tells the files of one kind apart: nothing, then b, c and so on, then a number."""
+    letters = string.ascii_lowercase
+    return "" if number == 0 else letters[number] if number < 26 else f"-{number + 1}"
+
+
+def leg_groups(count: int) -> list[tuple[int, ...]]:
+    """Leg numbers from 1 in groups of at most three, as even as can be."""
+    parts = np.array_split(np.arange(1, count + 1), -(-count // LEGS_PER_FIGURE))
+    return [tuple(int(leg) for leg in part) for part in parts]
+
+
+def save_figures(recording: Recording, folder: Path) -> list[Path]:
+    """Write every figure of `figures` as ``.svg`` and ``.png`` into an existing folder."""
+    written = []
+    for name, figure in figures(recording).items():
+        for suffix in (".svg", ".png"):
+            written.append(folder / f"{name}{suffix}")
+            save_figure(figure, written[-1])
+    return written
+
+
+def trajectory_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
+    """Joint angles of some legs over time, as in Fig. 12.
+
+    Args:
+        recording: What was seen, or at least planned.
+        legs: Their numbers, from 1.
+
+    Raises:
+        InvalidInput: There is no such leg or no such channel.
+    """
+    name = "joint_position" if "joint_position" in recording.data_vars else "joint_position_target"
+    angles = _needed(recording, name)
+    what = "Joint angles" if name == "joint_position" else "Planned joint angles"
+    with styled():
+        figure, axes, time = panels(recording, legs, what, "angle [°]")
+        for axis, leg in zip(axes, legs, strict=True):
+            for joint in range(3):
+                line = thin(time, np.degrees(angles[:, leg - 1, joint]))
+                axis.plot(*line, color=JOINT_COLOURS[joint])
+        legend(figure, [(joint, JOINT_COLOURS[k], "-") for k, joint in enumerate(JOINTS)])
+    return figure
+
+
+def torque_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
+    """Joint torques of some legs over time, as in Figs. 13 and 14; simulated and of the model.
+
+    Args:
+        recording: What was seen, computed or both.
+        legs: Their numbers, from 1.
+
+    Raises:
+        InvalidInput: There is no such leg or no such channel.
+    """
+    seen, model = channel(recording, "joint_torque"), channel(recording, "joint_torque_model")
+    if seen is None and model is None:
+        _needed(recording, "joint_torque")
+    entries = [(joint, JOINT_COLOURS[k], "-") for k, joint in enumerate(JOINTS)]
+    with styled():
+        figure, axes, time = panels(recording, legs, "Joint torques", "torque [N·m]")
+        for axis, leg in zip(axes, legs, strict=True):
+            for joint in range(3):
+                _pair(axis, time, seen, model, (leg - 1, joint), JOINT_COLOURS[joint])
+        legend(figure, entries + _pair_entries(recording, seen, model))
+    return figure
+
+
+def normal_force_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
+    """Normal forces on some feet over time, as in Figs. 15 and 16; simulated and of the model.
+
+    Args:
+        recording: What was seen, computed or both.
+        legs: Their numbers, from 1.
+
+    Raises:
+        InvalidInput: There is no such leg or no such channel.
+    """
+    seen = channel(recording, "foot_normal_force")
+    model = channel(recording, "foot_normal_force_model")
+    if seen is None and model is None:
+        _needed(recording, "foot_normal_force")
+    source = read_source(recording)
+    weight = f" · weight {source.weight:.4g} N"
+    with styled():
+        figure, axes, time = panels(recording, legs, "Normal forces", "force [N]", weight)
+        for axis, leg in zip(axes, legs, strict=True):
+            _pair(axis, time, seen, model, (leg - 1,), leg_colour(leg - 1))
+        legend(figure, _pair_entries(recording, seen, model))
+    return figure
+
+
+def _pair(
+    axis: Axes,
+    time: np.ndarray,
+    seen: np.ndarray | None,
+    model: np.ndarray | None,
+    of: tuple[int, ...],
+    colour: str,
+) -> None:
+    """One quantity as simulated, in colour, and by the model, dashed on top where both are."""
+    if seen is not None:
+        axis.plot(*thin(time, _column(seen, of)), color=colour, linewidth=1.5)
+    if model is not None:
+        line = thin(time, _column(model, of))
+        if seen is None:
+            axis.plot(*line, color=colour)
+        else:
+            axis.plot(*line, color=INK, linewidth=0.8, linestyle=MODEL_DASH)
+
+
+def _column(values: np.ndarray, of: tuple[int, ...]) -> np.ndarray:
+    return values.reshape(len(values), -1)[:, np.ravel_multi_index(of, values.shape[1:])]
+
+
+def _pair_entries(
+    recording: Recording, seen: np.ndarray | None, model: np.ndarray | None
+) -> list[tuple[str, str, Any]]:
+    seen_name = "simulated" if attribute(recording, "kind") == "simulation" else "recorded"
+    if seen is not None and model is not None:
+        return [(seen_name, FAINT, "-"), ("model", INK, MODEL_DASH)]
+    return [(seen_name if seen is not None else "model", FAINT, "-")]
+
+
+def _needed(recording: Recording, name: str) -> np.ndarray:
+    values = channel(recording, name)
+    if values is None:
+        raise InvalidInput(f"the recording has no {name}; this figure needs it.")
+    return values

@@ -1,0 +1,115 @@
+"""What the joints did: torque, speed, energy, and how the model's torque compares."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from phasmid.recording import Recording
+from phasmid.reporting.source import Source, channel
+from phasmid.reporting.steps import away_from_switches, durations, middle_halves, rms
+
+STEADY_SHARE = 1 / 5
+"""Part of a servo's stall torque that makers advise not to exceed under steady load."""
+
+SHORTEST_WAY = 1e-3
+"""Ways shorter than this have no cost of transport [m]."""
+
+
+def torque(recording: Recording, source: Source, name: str) -> dict[str, Any]:
+    """Torques of one channel.
+
+    Args:
+        recording: What was seen.
+        source: The experiment.
+        name: ``joint_torque`` or ``joint_torque_model``.
+
+    Returns:
+        ``peak`` and ``rms`` of each joint [N·m], shape (L, 3), ``peak_over_stall`` and
+        ``share_above_advice``, the part of all samples above the steady load that makers advise;
+        empty without the channel.
+    """
+    tau = channel(recording, name)
+    if tau is None:
+        return {}
+    size, stall = np.abs(tau), source.robot.servo.stall_torque
+    peak = size.max(axis=0)
+    return {
+        "peak": peak.tolist(),
+        "rms": rms(tau, np.ones(tau.shape, dtype=bool)).tolist(),
+        "peak_over_stall": (peak / stall).tolist(),
+        "largest": float(peak.max()),
+        "largest_over_stall": float(peak.max() / stall),
+        "share_above_advice": float((size > STEADY_SHARE * stall).mean()),
+    }
+
+
+def torque_difference(recording: Recording) -> dict[str, Any]:
+    """Rms difference of the model's torques from the simulated ones, of each joint [N·m].
+
+    Returns:
+        ``rms`` away from all legs' switches and ``rms_mid_stance`` over the middle half of each
+        stance, shape (L, 3); empty unless both are recorded.
+    """
+    seen, model = channel(recording, "joint_torque"), channel(recording, "joint_torque_model")
+    stance = channel(recording, "stance")
+    if seen is None or model is None or stance is None:
+        return {}
+    time = np.asarray(recording["time"].values)
+    calm = np.all(away_from_switches(time, stance), axis=1, keepdims=True)[..., None]
+    middle = middle_halves(stance)[..., None]
+    difference = model - seen
+    return {
+        "rms": rms(difference, np.broadcast_to(calm, seen.shape)).tolist(),
+        "rms_mid_stance": rms(difference, np.broadcast_to(middle, seen.shape)).tolist(),
+    }
+
+
+def speed(recording: Recording, source: Source) -> dict[str, Any]:
+    """Peak speed of the joints [rad/s], as seen or else as planned, and against the servo's own."""
+    for name in ("joint_velocity", "joint_velocity_target"):
+        qd = channel(recording, name)
+        if qd is not None:
+            peak = np.abs(qd).max(axis=0)
+            return {
+                "channel": name,
+                "peak": peak.tolist(),
+                "largest": float(peak.max()),
+                "largest_over_no_load": float(peak.max() / source.robot.servo.no_load_speed),
+            }
+    return {}
+
+
+def energy(recording: Recording, source: Source, distance: float | None) -> dict[str, Any]:
+    """Mechanical work of the joints, and what the way cost.
+
+    Args:
+        recording: What was seen.
+        source: The experiment.
+        distance: Way of the body [m], if it is known.
+
+    Returns:
+        ``work`` [J]: the integral of the sum over joints of max(torque · speed, 0), as nothing
+        is won back from a joint that brakes; ``mean_power`` [W]; ``cost_of_transport``: work over
+        weight and distance. Empty without torques and speeds.
+    """
+    time = np.asarray(recording["time"].values)
+    for torques, speeds in (
+        ("joint_torque", "joint_velocity"),
+        ("joint_torque_model", "joint_velocity_target"),
+    ):
+        tau, qd = channel(recording, torques), channel(recording, speeds)
+        if tau is None or qd is None or len(time) < 2:
+            continue
+        power = np.maximum(tau * qd, 0.0).sum(axis=(1, 2))
+        work = float(power @ durations(time))
+        found = {
+            "channel": torques,
+            "work": work,
+            "mean_power": work / float(time[-1] - time[0]),
+        }
+        if distance is not None and distance >= SHORTEST_WAY:
+            found["cost_of_transport"] = work / (source.weight * distance)
+        return found
+    return {}

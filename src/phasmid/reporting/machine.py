@@ -1,0 +1,153 @@
+"""A robot's shape at one moment of a recording."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid import kinematics
+from phasmid.reporting.shapes import Mesh, ball, beam, box, cylinder, joined, loft, rgb, slab
+from phasmid.reporting.style import leg_colour
+from phasmid.robot import Leg, Robot
+
+PLATE, FRAME, SERVO, RUBBER, LAMP = "#4a515e", "#7d8796", "#343941", "#24272c", "#e8edf4"
+
+
+def body_pose(
+    position: Float[np.ndarray, "3"], orientation: Float[np.ndarray, "4"]
+) -> Float[np.ndarray, "4 4"]:
+    """``X_world_body`` of a position [m] and a unit quaternion."""
+    X = np.eye(4)
+    X[:3, :3] = kinematics.quaternion_rotation(orientation)
+    X[:3, 3] = position
+    return X
+
+
+def robot_mesh(
+    robot: Robot, q: Float[np.ndarray, "legs 3"], X_world_body: Float[np.ndarray, "4 4"]
+) -> Mesh:
+    """The robot in the world.
+
+    Args:
+        robot: Its lengths and mounts give the shape; widths are made up.
+        q: Joint angles [rad], shape (L, 3).
+        X_world_body: Pose of the body.
+    """
+    width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
+    parts = [body_mesh(robot, width).at(X_world_body)]
+    for number, leg in enumerate(robot.legs):
+        X_world_hip = X_world_body @ leg.X_body_hip
+        frames = X_world_hip @ kinematics.leg_frames(leg, q[number])
+        parts += _leg(leg, frames, width, leg_colour(number), float(robot.body.size[2]))
+    return joined(parts)
+
+
+def body_mesh(robot: Robot, width: float) -> Mesh:
+    """The trunk in its own frame: two plates that hold the hips, and what is between and on top."""
+    hips = robot.arrays.p_body_hip
+    length, breadth, height = (float(s) for s in robot.body.size)
+    middle = float(hips[:, 2].mean())
+    top, bottom = middle + height / 2, middle - height / 2
+    plate = 0.09 * height
+    outline = hips[:, :2]
+    parts = [
+        slab(outline, 0.62 * width, bottom, bottom + plate, PLATE),
+        slab(outline, 0.62 * width, top - plate, top, PLATE),
+        box((0, 0, middle), (0.78 * length, 0.42 * breadth, 0.80 * height), SERVO),
+        slab(0.52 * outline, 0.35 * width, top, top + 0.18 * height, FRAME),
+        box(
+            (0.02 * length, 0, top + 0.26 * height),
+            (0.30 * length, 0.34 * breadth, 0.22 * height),
+            SERVO,
+        ),
+    ]
+    # An arrow on the lid tells which way is forward.
+    tip, root, side = 0.13 * length, 0.02 * length, 0.085 * breadth
+    lid = top + 0.372 * height
+    arrow = np.array([[tip, 0], [root, side], [root + 0.02 * length, 0], [root, -side]])
+    rings = np.stack([np.c_[arrow, np.full(4, z)] for z in (lid - 0.004, lid)])
+    return joined([*parts, loft(rings, LAMP)])
+
+
+def _leg(leg: Leg, frames: np.ndarray, w: float, colour: str, height: float) -> list[Mesh]:
+    """Coxa, femur and tibia as servos, brackets and a blade with a rubber tip."""
+    X_coxa, X_femur, X_tibia, X_foot = frames
+    coxa, femur, tibia = (float(length) for length in leg.lengths)
+    up = np.array([0.0, 0.0, 1.0])
+    zero = np.zeros(3)
+    hip = cylinder(-0.40 * height * up, 0.40 * height * up, (0.46 * w, 0.46 * w), FRAME)
+    yoke = beam(
+        [
+            (-0.30 * w, 0.34 * w, 0.42 * w),
+            (-0.22 * w, 0.42 * w, 0.50 * w),
+            (coxa - 0.25 * w, 0.42 * w, 0.50 * w),
+            (coxa + 0.10 * w, 0.34 * w, 0.36 * w),
+        ],
+        SERVO,
+    )
+    pivot = cylinder(-0.66 * w * up, 0.66 * w * up, (0.36 * w, 0.36 * w), FRAME)
+    parts = [hip.at(X_coxa), yoke.at(X_coxa), pivot.at(X_femur)]
+    for side in (-1, 1):
+        plate = beam(
+            [
+                (-0.34 * w, 0.20 * w, 0.07 * w),
+                (-0.10 * w, 0.42 * w, 0.07 * w),
+                (0.5 * femur, 0.30 * w, 0.07 * w),
+                (femur + 0.10 * w, 0.42 * w, 0.07 * w),
+                (femur + 0.34 * w, 0.20 * w, 0.07 * w),
+            ],
+            colour,
+            chamfer=0.5,
+        )
+        offset = np.eye(4)
+        offset[2, 3] = side * 0.53 * w
+        parts.append(plate.at(X_femur @ offset))
+    knee = beam(
+        [
+            (0.36 * femur, 0.22 * w, 0.38 * w),
+            (0.40 * femur, 0.30 * w, 0.44 * w),
+            (femur - 0.05 * w, 0.36 * w, 0.44 * w),
+        ],
+        SERVO,
+    )
+    parts += [knee.at(X_femur), pivot.at(X_tibia)]
+    blade = beam(
+        [
+            (-0.30 * w, 0.26 * w, 0.30 * w),
+            (0.10 * w, 0.44 * w, 0.42 * w),
+            (0.30 * tibia, 0.40 * w, 0.34 * w),
+            (0.72 * tibia, 0.19 * w, 0.20 * w),
+            (tibia - 0.12 * w, 0.12 * w, 0.13 * w),
+        ],
+        colour,
+    )
+    parts += [blade.at(X_tibia), ball(zero, 0.17 * w, RUBBER).at(X_foot)]
+    return parts
+
+
+def arrow_mesh(
+    start: Float[np.ndarray, "3"], vector: Float[np.ndarray, "3"], radius: float, colour: str
+) -> Mesh:
+    """An arrow [m]; a short one is all head."""
+    length = float(np.linalg.norm(vector))
+    head = min(4.5 * radius, 0.6 * length)
+    neck = start + vector * (1 - head / length)
+    shaft = cylinder(start, neck, (radius, radius), colour, sides=12)
+    return joined([shaft, cylinder(neck, start + vector, (2.3 * radius, 0.0), colour, sides=16)])
+
+
+def ribbon(
+    points: Float[np.ndarray, "points 3"], eye: Float[np.ndarray, "3"], width: float, colour: str
+) -> Mesh:
+    """A line of some width [m] that faces the eye."""
+    along = np.gradient(points, axis=0)
+    side = np.cross(along, eye - points)
+    side *= width / 2 / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
+    left, right = points - side, points + side
+    corners = np.concatenate(
+        [
+            np.stack([left[:-1], right[:-1], right[1:]], axis=1),
+            np.stack([left[:-1], right[1:], left[1:]], axis=1),
+        ]
+    )
+    return Mesh(corners, np.broadcast_to(rgb(colour), (len(corners), 3)))

@@ -1,0 +1,151 @@
+"""A run's folder, which appears whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import secrets
+import shutil
+from pathlib import Path
+
+from phasmid.errors import InvalidInput, OutputError
+from phasmid.recording import Recording, save_recording
+from phasmid.reporting.source import read_source
+from phasmid.reporting.summary import summarise
+
+OWN_FILES = ("summary.json", "recording.nc")
+"""A folder that holds one of these is a run's."""
+
+ENTRIES = {*OWN_FILES, "scenario.toml", "robot.toml", "figures", "report.html", "video.mp4"}
+"""All that phasmid puts into a run's folder; with anything else in it, it is never replaced."""
+
+
+def report(
+    recording: Recording, folder: str | Path, *, force: bool = False, figures: bool = True
+) -> Path:
+    """Write a run's folder: scenario, robot, recording, numbers and figures.
+
+    Everything is written into a folder beside it first, which is then renamed, so that the folder
+    is complete as soon as it exists; an older run is removed only after that.
+
+    Args:
+        recording: A simulation, an analysis or a robot's log.
+        folder: Where to; folders above it are made.
+        force: Whether an older run of that name is replaced.
+        figures: Whether pictures are drawn.
+
+    Returns:
+        The folder.
+
+    Raises:
+        InvalidInput: The folder exists, or the recording does not carry its robot and scenario.
+        OutputError: The disk is full or the folder cannot be written; nothing is left behind.
+    """
+    folder = Path(folder)
+    check_folder(folder, force=force)
+    # What the recording lacks is found out before anything is written.
+    read_source(recording)
+    target = folder.resolve()
+    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
+    try:
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            partial.mkdir()
+            _fill(recording, partial, figures=figures)
+            _take_place(partial, target, folder, force=force)
+        except BaseException:
+            shutil.rmtree(partial, ignore_errors=True)
+            raise
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(f"cannot write {folder}: {reason}.") from None
+    except OutputError as error:
+        # A message must not name the folder that was there only for a moment.
+        error.what = error.what.replace(str(partial), str(folder))
+        raise
+    return folder
+
+
+def check_folder(folder: str | Path, *, force: bool = False) -> None:
+    """Refuse a folder into which `report` could not write; to be asked before a run starts.
+
+    Args:
+        folder: Where the run shall go.
+        force: Whether an older run of that name may be replaced.
+
+    Raises:
+        InvalidInput: It exists and may not be replaced.
+        OutputError: It cannot be made there.
+    """
+    folder = Path(folder)
+    try:
+        exists = folder.exists() or folder.is_symlink()
+        if exists:
+            _check_existing(folder, force=force)
+        parent = folder.resolve().parent
+        while not parent.exists():
+            parent = parent.parent
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise OutputError(f"cannot write {folder}: {reason}.") from None
+    if not parent.is_dir():
+        raise OutputError(f"cannot write {folder}: {parent} is not a folder.")
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise OutputError(f"cannot write {folder}: {parent} is not writable.")
+
+
+def _check_existing(folder: Path, *, force: bool) -> None:
+    if not force:
+        raise InvalidInput(
+            f"{folder} exists; nothing was written.", hint="--force, or another --out"
+        )
+    if not folder.is_dir():
+        raise InvalidInput(f"{folder} is not a folder; nothing was written.", hint="another --out")
+    names = {path.name for path in folder.iterdir()}
+    if names and not names & set(OWN_FILES):
+        raise InvalidInput(
+            f"{folder} holds other things than a run; nothing was written.", hint="another --out"
+        )
+    foreign = sorted(names - ENTRIES)
+    if foreign:
+        raise InvalidInput(
+            f"{folder} also holds {foreign[0]}, which is no part of a run; nothing was written.",
+            hint="another --out, or move it away",
+        )
+
+
+def _fill(recording: Recording, folder: Path, *, figures: bool) -> None:
+    for name in ("scenario", "robot"):
+        text = str(recording.attrs[name])
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8", newline="\n")
+    save_recording(recording, folder / "recording.nc")
+    summary = json.dumps(summarise(recording), indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / "summary.json").write_text(summary + "\n", encoding="utf-8", newline="\n")
+    if figures:
+        from phasmid.reporting.drawing import can_be_drawn, walk_picture
+        from phasmid.reporting.figures import save_figures
+        from phasmid.reporting.style import save_figure
+
+        (folder / "figures").mkdir()
+        save_figures(recording, folder / "figures")
+        if can_be_drawn(recording):
+            save_figure(walk_picture(recording), folder / "figures" / "walk.png")
+
+
+def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> None:
+    """Rename the complete folder to its name, then remove the older one."""
+    # A run takes time, so that the folder may have appeared or changed since it was checked.
+    if not target.exists():
+        partial.rename(target)
+        return
+    _check_existing(folder, force=force)
+    old = target.with_name(f".{target.name}.{secrets.token_hex(4)}.old")
+    target.rename(old)
+    try:
+        partial.rename(target)
+    except BaseException:
+        old.rename(target)
+        raise
+    with contextlib.suppress(OSError):
+        shutil.rmtree(old)

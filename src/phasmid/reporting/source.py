@@ -1,0 +1,105 @@
+"""What a recording says of itself: its robot, its scenario, its gait."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phasmid.errors import InvalidInput
+from phasmid.gait import Gait
+from phasmid.recording import Recording
+from phasmid.robot import Robot
+from phasmid.robot.file import robot_from_table
+from phasmid.scenario import Scenario
+from phasmid.tables import in_file, validate
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The machine and the experiment behind a recording.
+
+    Attributes:
+        robot: As it was simulated: with the scenario's variants of mass, mounts and stance.
+        scenario: The experiment; its robot is only a file's name.
+        gait: Which legs were to stand, when.
+        weight: Of the whole robot [N].
+    """
+
+    robot: Robot
+    scenario: Scenario
+    gait: Gait
+    weight: float
+
+    @property
+    def step_time(self) -> float:
+        """Time for which a foot stands, and in which the body makes one step [s]."""
+        return self.gait.duty_factor * self.scenario.stride.period
+
+
+def read_source(recording: Recording) -> Source:
+    """The robot and the scenario that a recording carries as text.
+
+    Raises:
+        InvalidInput: The recording carries none, or not one that fits its channels.
+    """
+    robot_path, scenario_path = Path("robot.toml"), Path("scenario.toml")
+    robot_raw, robot_text = _table(recording, "robot")
+    scenario_raw, scenario_text = _table(recording, "scenario")
+    base = robot_from_table(robot_raw, robot_path, robot_text)
+    scenario = validate(Scenario, scenario_raw, in_file(scenario_path, scenario_text))
+    robot = scenario.vary(base)
+    legs = recording.sizes.get("leg")
+    if legs not in (None, len(robot.legs)):
+        raise InvalidInput(
+            f"the recording has {legs} legs; the robot that it names, {plain(robot.name)}, "
+            f"has {len(robot.legs)}."
+        )
+    gait = scenario.load_gait(len(robot.legs))
+    return Source(robot, scenario, gait, robot.mass * scenario.model.gravity)
+
+
+def _table(recording: Recording, name: str) -> tuple[dict[str, Any], str]:
+    text = recording.attrs.get(name)
+    if not isinstance(text, str) or not text:
+        raise InvalidInput(f"the recording does not say its {name}; a report needs it.")
+    try:
+        return tomllib.loads(text), text
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InvalidInput(f"the recording's {name} is not TOML: {error}.") from None
+
+
+def channel(recording: Recording, name: str) -> np.ndarray | None:
+    """A channel's numbers, or None where the recording lacks it."""
+    return np.asarray(recording[name].values) if name in recording.data_vars else None
+
+
+def finite_part(recording: Recording) -> Recording:
+    """The recording until its first sample that is not finite, as a run that diverged ends in.
+
+    A channel that is not finite from the beginning is left out.
+    """
+    time = recording.sizes["time"]
+    good, lost = np.ones(time, dtype=bool), []
+    for name in recording.data_vars:
+        values = np.asarray(recording[name].values)
+        finite = np.isfinite(values.reshape(time, -1)).all(axis=1)
+        if finite[0]:
+            good &= finite
+        else:
+            lost.append(name)
+    stop = time if good.all() else int(np.argmin(good))
+    return recording.drop_vars(lost).isel(time=slice(0, stop))
+
+
+def attribute(recording: Recording, name: str) -> str:
+    """An attribute as text that is safe to print; empty where the recording lacks it."""
+    return plain(str(recording.attrs.get(name, "")))
+
+
+def plain(text: str) -> str:
+    """Text on one line, without the control characters that could steer a terminal."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())

@@ -1,0 +1,67 @@
+"""When feet stand: intervals, and the samples that lie away from lift-off and touchdown."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+SETTLING = 0.080
+"""Time about a switch of legs in which impacts hide what model and simulation share [s]."""
+
+
+def intervals(mask: Bool[np.ndarray, " time"]) -> list[tuple[int, int]]:
+    """Runs of true samples, each as its first sample and the one after its last."""
+    edges = np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return [(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
+
+
+def away_from_switches(
+    time: Float[np.ndarray, " time"], stance: Bool[np.ndarray, "time legs"]
+) -> Bool[np.ndarray, "time legs"]:
+    """Samples of each leg at least `SETTLING` from its own lift-off and touchdown.
+
+    The beginning counts as a switch, since all feet stand before it.
+
+    Args:
+        time: Time of the samples [s].
+        stance: Which feet are planned to stand.
+    """
+    away = np.ones(stance.shape, dtype=bool)
+    for leg in range(stance.shape[1]):
+        changed = np.flatnonzero(np.diff(stance[:, leg].astype(np.int8))) + 1
+        for moment in [time[0], *time[changed]]:
+            # Half a sample's round-off must not drop the sample that lies exactly at the limit.
+            away[:, leg] &= np.abs(time - moment) >= SETTLING - 1e-9
+    return away
+
+
+def middle_halves(stance: Bool[np.ndarray, "time legs"]) -> Bool[np.ndarray, "time legs"]:
+    """Samples in the middle half of each stance of each leg."""
+    middle = np.zeros(stance.shape, dtype=bool)
+    for leg in range(stance.shape[1]):
+        for start, stop in intervals(stance[:, leg]):
+            quarter = (stop - start) // 4
+            middle[start + quarter : stop - quarter, leg] = stop - start >= 4
+    return middle
+
+
+def durations(time: Float[np.ndarray, " time"]) -> Float[np.ndarray, " time"]:
+    """Time for which each sample stands in means and shares [s], by the trapezoidal rule."""
+    weights = np.zeros(len(time))
+    steps = np.diff(time) / 2
+    weights[:-1] += steps
+    weights[1:] += steps
+    return weights if len(time) > 1 else np.ones(1)
+
+
+def rms(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """Root mean square over time where the mask holds; NaN where it never does.
+
+    Args:
+        values: Shape (N, ...).
+        mask: Of the same shape.
+    """
+    count = mask.sum(axis=0)
+    total = np.sum(np.where(mask, values, 0.0) ** 2, axis=0)
+    return np.where(count > 0, np.sqrt(total / np.maximum(count, 1)), np.nan)

@@ -1,0 +1,103 @@
+"""One look for all figures, and files that come out the same each time."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+
+Figure: TypeAlias = "matplotlib.figure.Figure"
+"""A matplotlib figure; the name is kept as text so that importing it is quick."""
+
+JOINT_COLOURS = ("#004488", "#bb5566", "#d9a21b")
+"""Coxa, femur and tibia: Paul Tol's high contrast, which also tells them apart in grey."""
+
+LEG_COLOURS = (
+    "#cc6677",
+    "#4a6fc4",
+    "#c9a227",
+    "#117733",
+    "#aa4499",
+    "#5ab4dc",
+    "#882255",
+    "#44aa99",
+    "#999933",
+)
+"""Colours of the legs, in order, in all pictures: near to Paul Tol's muted ones, all dark enough
+for text and light enough for a dashed line on top."""
+
+INK, FAINT = "#2b2f36", "#6b7079"
+"""Colours of text."""
+
+MOST_POINTS = 2000
+"""Most points drawn of one line: twice as many as a figure has pixels across."""
+
+
+def leg_colour(leg: int) -> str:
+    """Colour of a leg, counted from 0."""
+    return LEG_COLOURS[leg % len(LEG_COLOURS)]
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw and save in phasmid's style, whatever the user's own settings are."""
+    import matplotlib
+
+    path = Path(__file__).with_name("phasmid.mplstyle")
+    with warnings.catch_warnings():
+        # A name in a script that the font lacks is shown as boxes; that is no reason to complain.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        settings = dict(matplotlib.rc_params_from_file(path))
+        settings.pop("backend", None)
+        with matplotlib.rc_context(settings):
+            yield
+
+
+def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
+    """Write a figure as the kind of file that its name says; the same figure gives the same file.
+
+    Args:
+        figure: What to write.
+        path: File ending in ``.svg`` or ``.png``.
+        dpi: Pixels per inch of a ``.png``; the style's by default.
+    """
+    metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
+    with styled():
+        figure.savefig(path, metadata=metadata, dpi="figure" if dpi is None else dpi)
+
+
+def thin(
+    time: Float[np.ndarray, " time"], values: Float[np.ndarray, " time"], most: int = MOST_POINTS
+) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, " points"]]:
+    """Leave out points that no one would see: of each short span the extremes are kept.
+
+    Args:
+        time: Time of the samples [s].
+        values: The line.
+        most: Most points that are left; 4 or more.
+
+    Returns:
+        Times and values of what is left, at their own places.
+    """
+    count = len(values)
+    if count <= most:
+        return time, values
+    span = -(-count // ((most - 2) // 2))
+    whole = count // span * span
+    rows = np.where(np.isnan(values[:whole]), -np.inf, values[:whole]).reshape(-1, span)
+    starts = np.arange(0, whole, span)
+    tail = np.arange(whole, count)
+    ends = [tail[np.argmin(values[tail])], tail[np.argmax(values[tail])]] if len(tail) else []
+    kept = np.concatenate(
+        [[0], starts + rows.argmin(axis=1), starts + rows.argmax(axis=1), ends, [count - 1]]
+    )
+    kept = np.unique(kept.astype(int))
+    return time[kept], values[kept]

@@ -1,0 +1,105 @@
+"""A recording in numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from phasmid.recording import Recording
+from phasmid.reporting.feet import least_support, load, load_difference, slip
+from phasmid.reporting.joints import STEADY_SHARE, energy, speed, torque, torque_difference
+from phasmid.reporting.source import attribute, finite_part, read_source
+from phasmid.reporting.steps import SETTLING
+from phasmid.reporting.travel import travel
+
+Summary: TypeAlias = dict[str, Any]
+"""Numbers in SI by name, as JSON holds them."""
+
+
+def summarise(recording: Recording) -> Summary:
+    """The numbers that tell how a walk went.
+
+    Args:
+        recording: A simulation, an analysis or a robot's log; it carries its robot and scenario.
+
+    Returns:
+        A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
+        ``slip``, ``normal_force``, ``torque``, ``speed``, ``support``, ``energy`` and
+        ``model_against_simulation``. What the recording does not tell is absent.
+
+    Raises:
+        InvalidInput: The recording does not carry the robot and the scenario.
+    """
+    source = read_source(recording)
+    recorded, recording = recording.sizes["time"], finite_part(recording)
+    robot, scenario = source.robot, source.scenario
+    time = np.asarray(recording["time"].values)
+    way = travel(recording, source)
+    margin = least_support(recording, source)
+    normal_difference = load_difference(recording)
+    run: dict[str, Any] = {
+        name: attribute(recording, name)
+        for name in ("kind", "ending", "ending_reason", "force_model", "drive", "servo")
+    }
+    run |= {name: recording.attrs.get(name) for name in ("time_step",)}
+    run |= {name: attribute(recording, name) for name in ("phasmid_version", "mujoco_version")}
+    run |= {
+        "scenario": scenario.name,
+        "gait": source.gait.name,
+        "duration": float(time[-1] - time[0]),
+        "samples": recorded,
+        "samples_not_finite": recorded - len(time) or None,
+        "planned_duration": scenario.duration,
+    }
+    limits = robot.servo
+    summary = {
+        "run": run,
+        "robot": {
+            "name": robot.name,
+            "legs": list(robot.leg_names),
+            "mass": robot.mass,
+            "gravity": scenario.model.gravity,
+            "weight": source.weight,
+            "servo": limits.name,
+            "stall_torque": limits.stall_torque,
+            "no_load_speed": limits.no_load_speed,
+            "advised_share_of_stall": STEADY_SHARE,
+        },
+        "travel": way,
+        "slip": slip(recording, source),
+        "normal_force": {
+            "simulation": load(recording, source, "foot_normal_force"),
+            "model": load(recording, source, "foot_normal_force_model"),
+        },
+        "torque": {
+            "simulation": torque(recording, source, "joint_torque"),
+            "model": torque(recording, source, "joint_torque_model"),
+        },
+        "speed": speed(recording, source),
+        "support": {"least_margin": margin},
+        "energy": energy(recording, source, way.get("distance")),
+        "model_against_simulation": {
+            "left_out_about_switches": SETTLING if normal_difference else None,
+            "torque": torque_difference(recording),
+            "normal_force": {"rms": normal_difference},
+        },
+    }
+    compact: Summary = _known(summary)
+    return compact
+
+
+def _known(value: Any) -> Any:
+    """A copy without what is not known; in rows, which keep their length, it becomes None."""
+    if isinstance(value, dict):
+        kept = {key: _known(inner) for key, inner in value.items()}
+        return {key: inner for key, inner in kept.items() if inner not in (None, {}, "")}
+    if isinstance(value, list):
+        row = [_known(inner) for inner in value]
+        return None if all(inner is None for inner in row) else row
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,253 @@
+"""The summary as a person reads it in a terminal."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterator
+from typing import IO, Any, Protocol, cast, runtime_checkable
+
+from phasmid.errors import InvalidInput
+from phasmid.reporting.source import plain
+from phasmid.reporting.summary import Summary
+
+WIDTH = 80
+"""Columns for which the tables are laid out; they are no wider where there are more."""
+
+LABEL_WIDTH = 17
+"""Columns of a line's label."""
+
+ABSENT = "-"
+
+
+@runtime_checkable
+class Sink(Protocol):
+    """What takes text: an open file, standard output, or text in memory."""
+
+    def write(self, text: str, /) -> int:
+        """Take some text."""
+
+
+def print_summary(
+    summary: Summary, *, legs: tuple[int, ...] | None = None, file: Sink | None = None
+) -> None:
+    """Print the numbers of `summarise`, about a screen of them.
+
+    Args:
+        summary: What `summarise` gave, or the content of a ``summary.json``.
+        legs: Numbers of the legs whose rows are shown, from 1; all by default.
+        file: Where to; standard output by default. Without a terminal there is no colour.
+
+    Raises:
+        InvalidInput: There is no such leg.
+    """
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    names = [plain(name) for name in summary["robot"]["legs"]]
+    shown = tuple(range(1, len(names) + 1)) if legs is None else legs
+    for number in shown:
+        if not 1 <= number <= len(names):
+            raise InvalidInput(f"there is no leg {number}; legs are 1 to {len(names)}.")
+    console = Console(file=cast("IO[str] | None", file), highlight=False)
+    width = min(console.width, WIDTH)
+    run = summary["run"]
+    ended = str(run.get("ending", "")) or "no end recorded"
+    style = "bold green" if ended == "COMPLETED" else "bold yellow"
+    for line in textwrap.wrap(_headline(summary), width):
+        console.print(Text(line, style="bold"))
+    reason = plain(run.get("ending_reason", ""))
+    for number, line in enumerate(textwrap.wrap(f"{ended}: {reason}" if reason else ended, width)):
+        mark = len(ended) if number == 0 else 0
+        console.print(Text(line[:mark], style=style).append(line[mark:], style="default"))
+    for label, fact in _facts(summary):
+        lines = textwrap.wrap(fact, max(width - LABEL_WIDTH, 20))
+        for first, line in zip([label, *[""] * len(lines)], lines, strict=False):
+            console.print(
+                Text(first.ljust(LABEL_WIDTH), style="cyan").append(line, style="default")
+            )
+    console.print()
+
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="cyan")
+    table.add_column("leg", no_wrap=True, overflow="ellipsis")
+    for title in ("normal", "slip", "coxa", "femur", "tibia"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_row("", "mean", "per step", *["peak / rms"] * 3, style="dim")
+    for number in shown:
+        name = names[number - 1].replace("_", " ")
+        table.add_row(*_leg_row(summary, number - 1, f"{number} {name}"))
+    console.print(table, width=width)
+    note = _torque_note(summary)
+    for line in textwrap.wrap(note, width):
+        console.print(Text(line, style="dim"))
+
+
+def _headline(summary: Summary) -> str:
+    run, robot = summary["run"], summary["robot"]
+    what = "analysis" if run.get("kind") == "model" else plain(run.get("kind", "recording"))
+    parts = (run.get("scenario", ""), robot["name"], f"{run['gait']} gait", what)
+    return " · ".join(plain(str(part)) for part in parts if part)
+
+
+def _facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Label and text of each line above the table; lines of which nothing is known are left out."""
+    way, run = summary.get("travel", {}), summary["run"]
+    of_plan = ""
+    if run["planned_duration"] - run["duration"] > 1e-9:
+        of_plan = f" of {run['planned_duration']:g} s planned"
+    broken = run.get("samples_not_finite", 0)
+    broken_text = f", the last {broken} not finite" if broken else ""
+    yield "Duration", f"{run['duration']:g} s{of_plan}, {run['samples']} samples{broken_text}"
+    if "distance" in way:
+        line = f"{_mm(way['distance'])}, commanded {_mm(way['commanded_distance'])}"
+        if way["commanded_distance"] > 1e-3:
+            line += f" ({100 * way['distance'] / way['commanded_distance']:.1f} %)"
+        if "mean_speed" in way:
+            line += f"; {1000 * way['mean_speed']:.1f} mm/s"
+        yield "Distance", line
+        yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
+    else:
+        yield "Commanded", f"{_mm(way['commanded_distance'])} in {way['commanded_steps']:.3g} steps"
+    if "heading_change" in way:
+        yield (
+            "Heading",
+            f"{_degrees(way['heading_change'])} turned, "
+            f"{_degrees(way['commanded_turn'])} commanded; "
+            f"largest tilt {math.degrees(way['largest_tilt']):.2f}°",
+        )
+    if "body_height_change" in way:
+        yield (
+            "Body height",
+            f"{_mm(way['body_height_change'], sign=True)} from start to end, "
+            f"{_mm(way['body_height_range'])} between lowest and highest",
+        )
+    if "least_margin" in summary.get("support", {}):
+        yield "Support", f"{_mm(summary['support']['least_margin'])} margin at the least"
+    if "slip" in summary:
+        slip = summary["slip"]
+        yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"
+    yield from _force_facts(summary)
+    yield from _joint_facts(summary)
+    yield from _difference_facts(summary)
+
+
+def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    weight = summary["robot"]["weight"]
+    for label, force in _kinds(summary, "normal_force", "Normal forces"):
+        parts = []
+        if "mean_sum" in force:
+            parts.append(
+                f"sum {force['mean_sum']:.3f} N, weight {weight:.3f} N "
+                f"({100 * force['sum_over_weight']:.2f} %)"
+            )
+        if "largest_in_swing" in force:
+            parts.append(f"swing up to {force['largest_in_swing']:.3g} N")
+        yield label, "; ".join(parts) or f"up to {force['largest']:.3g} N"
+
+
+def _kinds(summary: Summary, section: str, label: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The simulated numbers and, under them or alone, the model's."""
+    found = summary.get(section, {})
+    if "simulation" in found:
+        yield label, found["simulation"]
+    if "model" in found:
+        yield "  by the model" if "simulation" in found else label, found["model"]
+
+
+def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    for label, torque in _kinds(summary, "torque", "Largest torque"):
+        yield (
+            label,
+            f"{torque['largest']:.3f} N·m, {100 * torque['largest_over_stall']:.0f} % of stall; "
+            f"{100 * torque['share_above_advice']:.1f} % of samples above stall/5",
+        )
+    if "speed" in summary:
+        speed = summary["speed"]
+        yield (
+            "Fastest joint",
+            f"{speed['largest']:.2f} rad/s, "
+            f"{100 * speed['largest_over_no_load']:.0f} % of the servo's no-load speed",
+        )
+    if "energy" in summary:
+        energy = summary["energy"]
+        line = f"{energy['work']:.3g} J positive work, {energy['mean_power']:.3g} W"
+        if "cost_of_transport" in energy:
+            line += f"; cost of transport {energy['cost_of_transport']:.3g}"
+        yield "Energy", line
+
+
+def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    compared = summary.get("model_against_simulation", {})
+    for label, section, key, unit in (
+        ("Torque rms diff.", "torque", "rms", "N·m"),
+        ("  in mid-stance", "torque", "rms_mid_stance", "N·m"),
+        ("Force rms diff.", "normal_force", "rms", "N"),
+    ):
+        # A leg that never stood, or a run that was too short, has no figure.
+        rows = [row for row in compared.get(section, {}).get(key) or () if row is not None]
+        if not rows:
+            continue
+        if section == "normal_force":
+            yield label, f"{max(rows):.3g} {unit}, the worst leg (model - simulation)"
+            continue
+        joints = [
+            max((v for v in c if v is not None), default=math.nan) for c in zip(*rows, strict=True)
+        ]
+        named = ", ".join(
+            f"{name} {value:.4f}"
+            for name, value in zip(("coxa", "femur", "tibia"), joints, strict=True)
+        )
+        yield label, f"{named} {unit}, the worst legs"
+
+
+def _leg_row(summary: Summary, leg: int, name: str) -> list[str]:
+    force = _first(summary.get("normal_force", {})).get("mean_in_stance")
+    slips = summary.get("slip", {}).get("mean_by_leg")
+    torque = _first(summary.get("torque", {}))
+    row = [name, _number(force and force[leg], "{:.2f} N")]
+    row.append(_number(slips and slips[leg], "{:.2f} mm", 1000))
+    for joint in range(3):
+        if torque:
+            row.append(f"{torque['peak'][leg][joint]:.3f} / {torque['rms'][leg][joint]:.3f}")
+        else:
+            row.append(ABSENT)
+    return row
+
+
+def _torque_note(summary: Summary) -> str:
+    run, robot = summary["run"], summary["robot"]
+    torque = summary.get("torque", {})
+    if not torque:
+        return ""
+    if "simulation" in torque:
+        drive = run.get("drive", "")
+        source = f"simulated, {drive} drive" if drive else "as recorded"
+    else:
+        source = "of the model"
+    model = run.get("force_model", "")
+    forces = f"; model forces: {model}" if model and "model" in torque else ""
+    return plain(
+        f"Normal forces mean in stance. Torques in N·m, {source}; servo {robot['servo']}, "
+        f"stall {robot['stall_torque']:g} N·m{forces}."
+    )
+
+
+def _first(kinds: dict[str, Any]) -> dict[str, Any]:
+    """The simulated numbers, or else the model's."""
+    found: dict[str, Any] = kinds.get("simulation") or kinds.get("model") or {}
+    return found
+
+
+def _number(value: float | None, form: str, scale: float = 1.0) -> str:
+    return ABSENT if value is None else form.format(scale * value)
+
+
+def _degrees(value: float) -> str:
+    return f"{round(math.degrees(value), 2) + 0.0:+.2f}°"
+
+
+def _mm(value: float, *, sign: bool = False) -> str:
+    # Round-off would otherwise print as a drift of -0.00 mm.
+    shown = round(1000 * value, 2) + 0.0
+    return f"{shown:+.2f} mm" if sign else f"{shown:.2f} mm"

@@ -1,0 +1,79 @@
+"""Where the body went, and where it was told to go."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid import kinematics
+from phasmid.recording import Recording
+from phasmid.reporting.source import Source, channel
+
+
+def commanded_way(source: Source, duration: float) -> dict[str, float]:
+    """Where the stride's steps take the body from its start, at constant pace.
+
+    Args:
+        source: The experiment.
+        duration: Time from the start [s].
+
+    Returns:
+        ``steps`` made; ``forward`` and ``sideways`` (left) from the start, in its axes [m];
+        ``turn`` to the left [rad]; ``distance`` along the way [m].
+
+    Each step takes the body by the stride's step, forward, left and around, from where the last
+    one left it; in between the body follows the arc through these places. A rest-to-rest walk is
+    on the pace after every whole step, and a little before or behind it within a step.
+    """
+    stride = source.scenario.stride
+    steps = duration / source.step_time
+    step = np.array([stride.step_length, stride.step_sideways, stride.step_turn])
+    forward, sideways, turn = kinematics.step_pose(step, np.array([steps]))[0].tolist()
+    return {
+        "steps": steps,
+        "forward": forward,
+        "sideways": sideways,
+        "turn": turn,
+        "distance": steps * math.hypot(stride.step_length, stride.step_sideways),
+    }
+
+
+def travel(recording: Recording, source: Source) -> dict[str, Any]:
+    """How far the body went, how straight and how level; what is not recorded is absent."""
+    time = np.asarray(recording["time"].values)
+    duration = float(time[-1] - time[0])
+    way = commanded_way(source, duration)
+    found: dict[str, Any] = {f"commanded_{name}": value for name, value in way.items()}
+    position = channel(recording, "body_position")
+    orientation = channel(recording, "body_orientation")
+    if position is not None:
+        first = 0.0
+        if orientation is not None:
+            first = float(kinematics.quaternion_yaw(orientation[:1])[0])
+        dx, dy = (position[-1] - position[0])[:2]
+        forward = math.cos(first) * dx + math.sin(first) * dy
+        sideways = math.cos(first) * dy - math.sin(first) * dx
+        # Chords of one step each follow a curved way and leave out the sway within a step.
+        marks = np.append(np.arange(time[0], time[-1] - 1e-9, source.step_time), time[-1])
+        places = np.stack([np.interp(marks, time, position[:, k]) for k in range(2)], axis=-1)
+        distance = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+        height = position[:, 2]
+        found |= {
+            "distance": distance,
+            "forward": forward,
+            "sideways": sideways,
+            "mean_speed": distance / duration if duration > 0 else math.nan,
+            "sideways_drift": sideways - way["sideways"],
+            "body_height_change": float(height[-1] - height[0]),
+            "body_height_range": float(height.max() - height.min()),
+        }
+    if orientation is not None:
+        yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
+        upright = kinematics.quaternion_rotation(orientation)[:, 2, 2]
+        found |= {
+            "heading_change": float(yaw[-1] - yaw[0]),
+            "largest_tilt": float(np.arccos(np.clip(upright, -1, 1)).max()),
+        }
+    return found

@@ -1,0 +1,293 @@
+"""A recording cannot be malformed, and a file of it is whole or absent."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InvalidInput, OutputError
+from phasmid.recording import CHANNELS, load_recording, new_recording, save_recording
+
+SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4}
+
+UNITS_OF_THE_DESIGN = {
+    "joint_position_target": "rad",
+    "joint_velocity_target": "rad/s",
+    "joint_acceleration_target": "rad/s²",
+    "joint_position": "rad",
+    "joint_velocity": "rad/s",
+    "joint_torque": "N·m",
+    "joint_torque_model": "N·m",
+    "foot_force": "N",
+    "foot_force_model": "N",
+    "foot_normal_force": "N",
+    "foot_normal_force_model": "N",
+    "foot_position": "m",
+    "stance": "1",
+    "contact": "1",
+    "body_position": "m",
+    "body_velocity": "m/s",
+    "body_orientation": "1",
+}
+
+
+def everything(samples=5, legs=6, seed=0):
+    rng = np.random.default_rng(seed)
+    sizes = SIZES | {"time": samples, "leg": legs}
+    arrays = {}
+    for name, channel in CHANNELS.items():
+        numbers = rng.standard_normal(tuple(sizes[dim] for dim in channel.dims))
+        arrays[name] = numbers > 0 if channel.kind == "bool" else numbers
+    return arrays
+
+
+def full(samples=5, legs=6, **attributes):
+    return new_recording(np.arange(samples) * 0.1, everything(samples, legs), attributes)
+
+
+def test_names_and_units_are_those_of_the_design():
+    recording = full()
+    assert {name: recording[name].attrs["units"] for name in recording} == UNITS_OF_THE_DESIGN
+    assert recording["time"].attrs["units"] == "s"
+    assert list(recording["leg"].values) == [1, 2, 3, 4, 5, 6]
+    assert list(recording["joint"].values) == ["coxa", "femur", "tibia"]
+    assert list(recording["axis"].values) == ["x", "y", "z"]
+    assert list(recording["quaternion"].values) == ["w", "x", "y", "z"]
+    assert recording.attrs["format"] == 1
+
+
+def test_what_was_not_seen_is_absent():
+    recording = new_recording(np.arange(3.0), {"body_position": np.zeros((3, 3))}, {})
+    assert list(recording) == ["body_position"]
+    assert "leg" not in recording.coords
+    assert "joint" not in recording.coords
+
+
+def test_a_recording_does_not_change_with_the_arrays_it_was_made_from():
+    time, position = np.arange(3.0), np.zeros((3, 3))
+    recording = new_recording(time, {"body_position": position}, {})
+    time[0], position[0, 0] = -9.0, 9.0
+    assert recording["time"].values[0] == 0.0
+    assert recording["body_position"].values[0, 0] == 0.0
+
+
+def test_an_unknown_channel_is_refused_with_the_nearest_name():
+    with pytest.raises(InvalidInput, match='has no channel "joint_torq"') as caught:
+        new_recording(np.arange(3.0), {"joint_torq": np.zeros((3, 6, 3))}, {})
+    assert caught.value.hint == '"joint_torque"'
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "words"),
+    [
+        ("joint_torque", (3, 6), r"has shape \(3, 6\); it must be \(time 3, leg 6, joint 3\)"),
+        ("joint_torque", (4, 6, 3), r"it must be \(time 3, leg 6, joint 3\)"),
+        ("body_orientation", (3, 3), r"it must be \(time 3, quaternion 4\)"),
+        ("foot_normal_force", (3,), r"it must be \(time 3, leg\)"),
+        ("foot_normal_force", (3, 0), r"it must be \(time 3, leg\)"),
+    ],
+)
+def test_a_wrong_shape_is_refused_with_the_right_one(name, shape, words):
+    with pytest.raises(InvalidInput, match=words):
+        new_recording(np.arange(3.0), {name: np.zeros(shape)}, {})
+
+
+def test_channels_of_different_numbers_of_legs_are_refused():
+    with pytest.raises(InvalidInput, match=r'"foot_normal_force" has shape \(3, 4\)'):
+        new_recording(
+            np.arange(3.0),
+            {"joint_torque": np.zeros((3, 6, 3)), "foot_normal_force": np.zeros((3, 4))},
+            {},
+        )
+
+
+def test_numbers_are_no_yes_or_no_and_the_reverse():
+    with pytest.raises(InvalidInput, match="it must hold true or false"):
+        new_recording(np.arange(3.0), {"stance": np.ones((3, 6))}, {})
+    with pytest.raises(InvalidInput, match="it must hold real numbers"):
+        new_recording(np.arange(3.0), {"body_position": np.ones((3, 3)) * 1j}, {})
+
+
+@pytest.mark.parametrize(
+    ("time", "words"),
+    [
+        ([0.0, 0.405, 0.4], "sample 2: time 0.4 s does not follow 0.405 s"),
+        ([0.0, 0.0, 0.1], "sample 1: time 0 s does not follow 0 s"),
+        ([0.0, np.nan, 0.1], "sample 1: time is nan"),
+        ([], "at least one sample"),
+    ],
+)
+def test_time_must_increase(time, words):
+    with pytest.raises(InvalidInput, match=words):
+        new_recording(np.array(time), {}, {})
+
+
+def test_attributes_that_a_file_cannot_hold_are_refused():
+    with pytest.raises(InvalidInput, match="not text that a file can hold"):
+        new_recording(np.arange(3.0), {}, {"scenario": "a\0b"})
+    with pytest.raises(InvalidInput, match="not text that a file can hold"):
+        new_recording(np.arange(3.0), {}, {"scenario": "\ud800"})
+
+
+def test_a_file_keeps_every_bit(tmp_path):
+    arrays = everything()
+    # Signed zero, the smallest number and what is no number must come back as they are.
+    odd = [-0.0, 5e-324, np.nan, -np.inf, 1 + 2**-52]
+    arrays["body_position"][:, 0] = odd
+    # Long texts exceed the 64 KiB that HDF5 allows to simple attributes.
+    attributes = {"scenario": "é" * 80_000, "kind": "", "time_step": 1e-3, "seed": 7}
+    recording = new_recording(np.arange(5) * 0.1, arrays, attributes)
+    save_recording(recording, tmp_path / "a.nc")
+    loaded = load_recording(tmp_path / "a.nc")
+    assert loaded.identical(recording)
+    for name in arrays:
+        assert loaded[name].dtype == arrays[name].dtype
+        assert loaded[name].values.tobytes() == arrays[name].tobytes()
+    assert loaded["time"].values.tobytes() == recording["time"].values.tobytes()
+    assert {name: type(value) for name, value in loaded.attrs.items()} == {
+        "scenario": str,
+        "kind": str,
+        "time_step": float,
+        "seed": int,
+        "format": int,
+    }
+
+
+def test_a_file_is_closed_once_it_is_read(tmp_path):
+    path = tmp_path / "a.nc"
+    save_recording(full(samples=5), path)
+    loaded = load_recording(path)
+    path.write_bytes(b"")
+    assert float(loaded["joint_torque"].sum()) == pytest.approx(
+        float(full(samples=5)["joint_torque"].sum())
+    )
+    handles = Path("/proc/self/fd")
+    if handles.exists():
+        assert not any(str(path) == str(h.readlink()) for h in handles.iterdir() if h.exists())
+
+
+def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path):
+    resource = pytest.importorskip("resource")
+    signal = pytest.importorskip("signal")
+    path = tmp_path / "a.nc"
+    save_recording(full(samples=5), path)
+    before = path.read_bytes()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before), hard))
+    try:
+        with pytest.raises(OutputError, match=r"cannot write .*a\.nc: file too large") as caught:
+            save_recording(full(samples=2000), path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, handler)
+    assert caught.value.exit_status == 1
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_absent_folder_is_one_sentence(tmp_path):
+    with pytest.raises(OutputError, match="no such file or directory"):
+        save_recording(full(), tmp_path / "absent" / "a.nc")
+
+
+def test_an_absent_file_is_one_sentence(tmp_path):
+    with pytest.raises(InvalidInput, match="does not exist"):
+        load_recording(tmp_path / "a.nc")
+    with pytest.raises(InvalidInput, match=r"cannot read .*: is a directory"):
+        load_recording(tmp_path)
+
+
+def test_a_newer_format_is_refused(tmp_path):
+    path = tmp_path / "walk.nc"
+    save_recording(full().assign_attrs(format=3), path)
+    with pytest.raises(InvalidInput, match="uses format 3; this version reads up to 1") as caught:
+        load_recording(path)
+    assert caught.value.hint == "upgrade phasmid"
+
+
+def test_another_programs_file_is_refused(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "other.nc"
+    with h5py.File(path, "w") as file:
+        file["pressure"] = np.arange(3.0)
+    with pytest.raises(InvalidInput, match="is not a"):
+        load_recording(path)
+    path.write_text("time,coxa\n0,1\n")
+    with pytest.raises(InvalidInput, match="is not a recording that can be read"):
+        load_recording(path)
+
+
+def test_a_small_file_cannot_claim_a_large_array(tmp_path):
+    h5netcdf = pytest.importorskip("h5netcdf")
+    path = tmp_path / "bomb.nc"
+    with h5netcdf.File(path, "w") as file:
+        file.dimensions = {"time": 10**11, "axis": 3}
+        file.attrs["format"] = 1
+        for name, dims in (("time", ("time",)), ("body_position", ("time", "axis"))):
+            file.create_variable(name, dims, "f8", chunks=(1000, 3)[: len(dims)])
+    with pytest.raises(InvalidInput, match="is damaged: it claims"):
+        load_recording(path)
+
+
+def test_a_file_cannot_draw_numbers_from_other_files(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    save_recording(full(), tmp_path / "a.nc")
+    secret = tmp_path / "secret"
+    secret.write_bytes(bytes(24 * 5))
+    for name in ("link.nc", "raw.nc"):
+        with h5py.File(tmp_path / name, "w") as file:
+            file.attrs["format"] = 1
+            file["time"] = np.arange(5.0)
+            if name == "link.nc":
+                file["body_position"] = h5py.ExternalLink("a.nc", "/body_position")
+            else:
+                outside = [(str(secret), 0, 120)]
+                file.create_dataset("body_position", (5, 3), "f8", external=outside)
+        with pytest.raises(InvalidInput, match="body_position is not an array of its own"):
+            load_recording(tmp_path / name)
+
+
+def test_numbers_in_another_unit_are_refused(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "a.nc"
+    save_recording(full(), path)
+    with h5py.File(path, "r+") as file:
+        file["joint_position"].attrs["units"] = "deg"
+    with pytest.raises(InvalidInput, match='"joint_position" is in deg; it must be in rad'):
+        load_recording(path)
+
+
+def test_damaged_files_are_refused_or_read_and_nothing_else(tmp_path):
+    path = tmp_path / "a.nc"
+    save_recording(full(samples=3, scenario="text"), path)
+    whole = path.read_bytes()
+    rng = np.random.default_rng(1)
+    for length in np.linspace(0, len(whole) - 1, 12).astype(int):
+        path.write_bytes(whole[:length])
+        with pytest.raises(InvalidInput):
+            load_recording(path)
+    refused = 0
+    for _ in range(40):
+        damaged = bytearray(whole)
+        for place in rng.integers(0, len(whole), 20):
+            damaged[place] = rng.integers(0, 256)
+        path.write_bytes(damaged)
+        try:
+            load_recording(path)
+        except InvalidInput:
+            refused += 1
+    assert refused > 0
+
+
+def test_importing_loads_neither_xarray_nor_a_plotting_library():
+    code = (
+        "import sys, phasmid.recording, phasmid.reporting;"
+        "print([m for m in ('xarray', 'h5py', 'matplotlib', 'rich', 'PIL') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,189 @@
+"""Figures name what they show, keep its extremes, and come out the same each time."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InvalidInput
+from phasmid.reporting import (
+    draw_robot,
+    figures,
+    normal_force_figure,
+    save_figures,
+    torque_figure,
+    trajectory_figure,
+    walk_picture,
+)
+from phasmid.reporting.figures import leg_groups
+from phasmid.reporting.style import save_figure, thin
+
+PAPER = {f"fig{number}" for number in range(12, 17)}
+
+
+def words(figure):
+    """All text of a figure."""
+    from matplotlib.text import Text
+
+    return " | ".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_a_hexapod_gives_the_papers_five_figures_as_svg_and_png(short_walk, tmp_path):
+    written = save_figures(short_walk, tmp_path)
+    assert {path.name for path in written} == {f"{n}{s}" for n in PAPER for s in (".svg", ".png")}
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in written}
+    for path in tmp_path.glob("*.svg"):
+        assert ET.parse(path).getroot().tag.endswith("svg")
+        assert path.stat().st_size < 200_000
+    for path in tmp_path.glob("*.png"):
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_figures_say_what_they_show_and_in_which_unit(short_walk):
+    found = figures(short_walk)
+    for name, title, unit in (
+        ("fig12", "Joint angles of legs 1, 2 and 3", "angle [°]"),
+        ("fig13", "Joint torques of legs 1, 2 and 3", "torque [N·m]"),
+        ("fig14", "Joint torques of legs 4, 5 and 6", "torque [N·m]"),
+        ("fig15", "Normal forces of legs 1, 2 and 3", "force [N]"),
+        ("fig16", "Normal forces of legs 4, 5 and 6", "force [N]"),
+    ):
+        text = words(found[name])
+        for piece in (title, unit, "time [s]", "phantomx-paper", "tripod gait", "servo AX-12A"):
+            assert piece in text
+        assert "prescribed drive" in text
+        assert "minimum-norm" in text
+    assert "weight 26 N" in words(found["fig15"])
+
+
+def test_torque_figures_hold_simulation_and_model_side_by_side(short_walk):
+    axis = torque_figure(short_walk, (4,)).axes[0]
+    lines = [line.get_ydata() for line in axis.lines]
+    assert len(lines) == 6
+    tau, model = short_walk["joint_torque"].values, short_walk["joint_torque_model"].values
+    for joint in range(3):
+        np.testing.assert_array_equal(lines[2 * joint], tau[:, 3, joint])
+        np.testing.assert_array_equal(lines[2 * joint + 1], model[:, 3, joint])
+
+
+def test_angles_are_drawn_in_degrees(short_walk):
+    axis = trajectory_figure(short_walk, (2, 5)).axes[1]
+    expected = np.degrees(short_walk["joint_position"].values[:, 4, 2])
+    np.testing.assert_array_equal(axis.lines[2].get_ydata(), expected)
+
+
+def test_an_analysis_gives_the_models_figures(walk):
+    seen = ("joint_position", "joint_torque", "foot_normal_force")
+    found = figures(walk(duration=2.0, interval=0.05, kind="model", drop=seen))
+    assert set(found) == PAPER
+    assert "Planned joint angles" in words(found["fig12"])
+    assert "simulated" not in words(found["fig13"])
+
+
+def test_figures_without_their_channel_are_left_out(walk):
+    forces = ("foot_normal_force", "foot_normal_force_model")
+    recording = walk(duration=2.0, interval=0.05, drop=forces)
+    assert set(figures(recording)) == PAPER - {"fig15", "fig16"}
+    with pytest.raises(InvalidInput, match="has no foot_normal_force"):
+        normal_force_figure(recording, (1,))
+    with pytest.raises(InvalidInput, match="there is no leg 7; legs are 1 to 6"):
+        torque_figure(recording, (7,))
+
+
+def test_more_legs_give_more_files_of_a_kind(walk, eight_legs):
+    robot, scenario = eight_legs
+    found = figures(walk(duration=2.0, interval=0.05, robot=robot, scenario=scenario))
+    kinds = {"fig12", "fig12b", "fig12c", "fig13", "fig14", "fig14b", "fig15", "fig16", "fig16b"}
+    assert set(found) == kinds
+    assert "legs 7 and 8" in words(found["fig14b"])
+
+
+def test_legs_are_shared_out_evenly():
+    assert leg_groups(4) == [(1, 2), (3, 4)]
+    assert leg_groups(6) == [(1, 2, 3), (4, 5, 6)]
+    assert leg_groups(8) == [(1, 2, 3), (4, 5, 6), (7, 8)]
+
+
+def test_the_same_recording_gives_the_same_files(walk, tmp_path):
+    for name in ("a", "b"):
+        recording = walk(duration=2.0, interval=0.02)
+        for suffix in (".svg", ".png"):
+            save_figure(torque_figure(recording, (1, 2)), tmp_path / f"{name}{suffix}")
+    for suffix in (".svg", ".png"):
+        assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+def test_names_with_formulas_and_strange_letters_are_shown_as_text(walk, tmp_path):
+    from dataclasses import replace
+
+    from phasmid.robot import load_robot
+
+    robot = replace(load_robot("phantomx-paper"), name="a $x^ <b>\x07 歩く")
+    figure = torque_figure(walk(duration=1.0, interval=0.05, robot=robot), (1,))
+    for suffix in (".svg", ".png"):
+        save_figure(figure, tmp_path / f"a{suffix}")
+    text = "".join(ET.parse(tmp_path / "a.svg").getroot().itertext())
+    assert "a $x^ <b> 歩く" in text
+
+
+def test_the_users_own_settings_do_not_show(short_walk, tmp_path):
+    import matplotlib
+
+    figure = trajectory_figure(short_walk, (1,))
+    save_figure(figure, tmp_path / "a.svg")
+    with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 30, "svg.fonttype": "path"}):
+        save_figure(trajectory_figure(short_walk, (1,)), tmp_path / "b.svg")
+        assert matplotlib.rcParams["font.size"] == 30
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_thinning_keeps_every_spike_and_both_ends():
+    rng = np.random.default_rng(0)
+    time = np.arange(10_007) * 1e-3
+    values = rng.standard_normal(len(time))
+    values[5003], values[10_006] = 50.0, -50.0
+    t, v = thin(time, values)
+    assert len(t) <= 2000
+    assert (np.diff(t) > 0).all()
+    assert (t[0], t[-1]) == (time[0], time[-1])
+    assert (v.max(), v.min()) == (50.0, -50.0)
+    # Every kept point is one of the line's own.
+    np.testing.assert_array_equal(v, values[np.round(t / 1e-3).astype(int)])
+
+
+def test_thinning_leaves_short_lines_alone():
+    time = np.linspace(0, 1, 2000)
+    assert thin(time, time)[1] is time
+
+
+def test_the_picture_shows_robot_ground_and_gait(short_walk, tmp_path, monkeypatch):
+    monkeypatch.setattr("phasmid.reporting.drawing.DPI", 60)
+    figure = walk_picture(short_walk)
+    picture, diagram = figure.axes
+    image = np.asarray(picture.images[0].get_array())
+    assert image.min() >= 0
+    assert image.max() <= 1
+    # The robot is dark before a bright ground and fills a fair part of the picture.
+    dark = (image.mean(axis=-1) < 0.5).mean()
+    assert 0.05 < dark < 0.5
+    # Paper white all around: nothing is cut off at the edge.
+    edges = [image[0], image[-1], image[:, 0], image[:, -1]]
+    assert min(float(edge.min()) for edge in edges) > 0.9
+    assert len(diagram.collections) == 6
+    assert "tripod gait" in words(figure)
+    save_figure(figure, tmp_path / "walk.png")
+    assert (tmp_path / "walk.png").stat().st_size < 1_000_000
+
+
+def test_a_picture_needs_a_pose(walk):
+    recording = walk(duration=1.0, interval=0.05, drop=("body_orientation",))
+    with pytest.raises(InvalidInput, match="has no body_position and body_orientation"):
+        draw_robot(recording, 0.5)
+
+
+def test_the_style_is_a_file_of_the_package():
+    import phasmid.reporting
+
+    style = Path(phasmid.reporting.__file__).with_name("phasmid.mplstyle")
+    assert "svg.hashsalt" in style.read_text(encoding="utf-8")

@@ -1,0 +1,322 @@
+"""The numbers of a walk whose every signal is known are the known ones."""
+
+import io
+import json
+import math
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import yaw_quaternion
+from phasmid.recording import new_recording
+from phasmid.reporting import print_summary, read_source, summarise
+from phasmid.reporting.steps import away_from_switches, durations, intervals, middle_halves, rms
+from phasmid.reporting.travel import commanded_way
+from phasmid.robot import Robot, load_robot
+from phasmid.scenario import load_scenario
+
+
+def changed(recording, **channels):
+    """The recording with other numbers in some channels."""
+    arrays = {str(name): recording[name].values for name in recording} | channels
+    attributes = {name: value for name, value in recording.attrs.items() if name != "format"}
+    return new_recording(recording["time"].values, arrays, attributes)
+
+
+def printed(summary, **options):
+    text = io.StringIO()
+    print_summary(summary, file=text, **options)
+    return text.getvalue()
+
+
+def test_ten_steps_of_forty_millimetres_are_four_hundred(paper_walk):
+    way = summarise(paper_walk)["travel"]
+    # Sums of ten terms of order 0.1 m: round-off is below 1e-15 each.
+    assert way["distance"] == pytest.approx(0.4, abs=1e-12)
+    assert way["forward"] == pytest.approx(0.4, abs=1e-12)
+    assert way["commanded_distance"] == pytest.approx(0.4, abs=1e-12)
+    assert way["commanded_steps"] == pytest.approx(10)
+    assert way["mean_speed"] == pytest.approx(0.04, abs=1e-12)
+    assert way["sideways_drift"] == pytest.approx(0.0, abs=1e-12)
+    assert way["heading_change"] == 0.0
+    assert way["body_height_change"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_commanded_turn_adds_up_step_by_step(short_walk):
+    source = read_source(short_walk)
+    stride = {"step_turn": math.pi / 8, "step_length": 0.1, "step_sideways": 0.02}
+    scenario = source.scenario.replace(**stride)
+    turning = type(source)(source.robot, scenario, source.gait, source.weight)
+    # Four steps of 1 s, each from where the last one left the body, in its axes.
+    place = sum((0.1 + 0.02j) * np.exp(1j * math.pi / 8 * step) for step in range(4))
+    way = commanded_way(turning, 4.0)
+    assert way["turn"] == pytest.approx(math.pi / 2, rel=1e-14)
+    assert way["forward"] == pytest.approx(place.real, rel=1e-13)
+    assert way["sideways"] == pytest.approx(place.imag, rel=1e-13)
+    assert way["distance"] == pytest.approx(4 * math.hypot(0.1, 0.02), rel=1e-14)
+
+
+def test_the_way_is_seen_from_the_starting_heading(short_walk):
+    # Walking along world y with the body turned to it is walking forward.
+    position = short_walk["body_position"].values[:, [1, 0, 2]]
+    quarter = yaw_quaternion(np.full(len(position), math.pi / 2))
+    way = summarise(changed(short_walk, body_position=position, body_orientation=quarter))["travel"]
+    assert way["forward"] == pytest.approx(0.16, abs=1e-12)
+    assert way["sideways_drift"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_heading_is_counted_beyond_half_a_turn(short_walk):
+    yaw = np.linspace(0, 3 * math.pi, short_walk.sizes["time"])
+    way = summarise(changed(short_walk, body_orientation=yaw_quaternion(yaw)))["travel"]
+    assert way["heading_change"] == pytest.approx(3 * math.pi, abs=1e-12)
+
+
+def test_feet_that_slip_three_millimetres_a_step_are_found(walk):
+    slip = summarise(walk(duration=4.0, interval=0.01, slip=0.003))["slip"]
+    # The last sample of a stance of 100 intervals belongs to the swing: one hundredth is missing.
+    assert slip["mean"] == pytest.approx(0.003, rel=0.0101)
+    assert slip["largest"] == pytest.approx(0.003, rel=0.0101)
+    # Three legs stand four times half a second, in four seconds of half and half: twice each.
+    assert slip["steps"] == 12
+
+
+def test_a_foot_in_the_air_does_not_slip(walk, short_walk):
+    lifted = changed(
+        walk(duration=4.0, interval=0.01, slip=0.003),
+        contact=np.zeros_like(short_walk["contact"].values),
+    )
+    assert summarise(lifted)["slip"]["largest"] == 0.0
+
+
+def test_normal_forces_add_up_to_the_weight(paper_walk):
+    force = summarise(paper_walk)["normal_force"]
+    # The signal is the weight in every sample, and the model 2 % more.
+    assert force["simulation"]["sum_over_weight"] == pytest.approx(1.0, rel=1e-12)
+    assert force["model"]["sum_over_weight"] == pytest.approx(1.02, rel=1e-12)
+    assert force["simulation"]["mean_in_stance"] == pytest.approx([26 / 3] * 6, rel=1e-9)
+    assert force["simulation"]["cycles"] == 5
+
+
+def test_the_sum_is_taken_over_whole_cycles_only(walk):
+    recording = walk(duration=5.0, interval=0.01)
+    force = recording["foot_normal_force"].values.copy()
+    force[recording["time"].values > 4.0 + 1e-6] = 1000.0
+    found = summarise(changed(recording, foot_normal_force=force))["normal_force"]["simulation"]
+    assert found["cycles"] == 2
+    assert found["sum_over_weight"] == pytest.approx(1.0, rel=1e-12)
+
+
+def test_touching_in_swing_counts_only_away_from_the_switches(short_walk):
+    time, force = short_walk["time"].values, short_walk["foot_normal_force"].values.copy()
+    # Leg 1 swings from 0 to 1 s: 7 N just after the lift, 0.5 N amid the swing.
+    force[np.abs(time - 0.05) < 0.02, 0] = 7.0
+    force[np.abs(time - 0.50) < 0.02, 0] = 0.5
+    found = summarise(changed(short_walk, foot_normal_force=force))["normal_force"]["simulation"]
+    assert found["largest_in_swing"] == 0.5
+
+
+def test_torques_are_given_with_their_share_of_stall(short_walk):
+    stall = load_robot("phantomx-paper").servo.stall_torque
+    time = short_walk["time"].values
+    torque = np.zeros((len(time), 6, 3))
+    torque[:, 1, 1] = -0.5 * stall * np.sin(2 * np.pi * time / 2.0)
+    found = summarise(changed(short_walk, joint_torque=torque))["torque"]["simulation"]
+    assert found["peak"][1][1] == pytest.approx(0.5 * stall, rel=1e-12)
+    assert found["peak_over_stall"][1][1] == pytest.approx(0.5, rel=1e-12)
+    # Two whole periods of 401 samples: the mean square is a half, but for the double end point.
+    assert found["rms"][1][1] == pytest.approx(0.5 * stall / math.sqrt(2), rel=1 / 400)
+    # |sin| > 2/5 for 1 - 2 asin(0.4)/pi of the time, of one joint in eighteen.
+    share = (1 - 2 * math.asin(0.4) / math.pi) / 18
+    assert found["share_above_advice"] == pytest.approx(share, abs=8 / 401 / 18)
+
+
+def test_the_model_differs_by_what_was_put_in(short_walk):
+    compared = summarise(short_walk)["model_against_simulation"]
+    np.testing.assert_allclose(compared["torque"]["rms"], 0.01, rtol=1e-9)
+    np.testing.assert_allclose(compared["torque"]["rms_mid_stance"], 0.01, rtol=1e-9)
+    # Two hundredths of a third of the weight, in half of the samples.
+    np.testing.assert_allclose(
+        compared["normal_force"]["rms"], 0.02 * 26 / 3 / math.sqrt(2), rtol=0.02
+    )
+
+
+def test_positive_work_and_cost_of_transport(short_walk):
+    samples = short_walk.sizes["time"]
+    torque, speed = np.zeros((samples, 6, 3)), np.ones((samples, 6, 3))
+    torque[:, 0, 0], torque[:, 1, 0] = 0.5, -0.5
+    found = summarise(changed(short_walk, joint_torque=torque, joint_velocity=speed))["energy"]
+    # One joint drives with 0.5 W for 4 s; the one that brakes gives nothing back.
+    assert found["work"] == pytest.approx(2.0, rel=1e-12)
+    assert found["cost_of_transport"] == pytest.approx(2.0 / (26 * 0.16), rel=1e-9)
+
+
+def test_a_robot_that_goes_nowhere_has_no_cost_of_transport(short_walk):
+    still = changed(short_walk, body_position=np.zeros((short_walk.sizes["time"], 3)))
+    found = summarise(still)["energy"]
+    assert "work" in found
+    assert "cost_of_transport" not in found
+
+
+def test_the_support_margin_is_that_of_the_planned_tripod(short_walk):
+    source = read_source(short_walk)
+    margin = summarise(short_walk)["support"]["least_margin"]
+    # The paper's robot stands on triangles whose nearest edge is about a tenth of a metre away.
+    assert 0.05 < margin < 0.15
+    position = short_walk["body_position"].values + np.array([0.0, 0.01, 0.0])
+    moved = summarise(changed(short_walk, body_position=position))["support"]["least_margin"]
+    # Moving 10 mm sideways costs at most that; both tripods' edges cannot be parallel to y.
+    assert margin - 0.0101 < moved < margin - 0.001
+    assert source.gait.name == "tripod"
+
+
+def test_what_the_recording_lacks_is_absent(walk):
+    analysis = walk(
+        duration=4.0,
+        interval=0.05,
+        kind="model",
+        drop=(
+            "joint_position",
+            "joint_velocity",
+            "joint_torque",
+            "foot_force",
+            "foot_normal_force",
+            "foot_position",
+            "contact",
+            "body_position",
+            "body_velocity",
+            "body_orientation",
+        ),
+    )
+    summary = summarise(analysis)
+    assert set(summary["torque"]) == {"model"}
+    assert set(summary["normal_force"]) == {"model"}
+    assert summary["speed"]["channel"] == "joint_velocity_target"
+    assert summary["energy"]["channel"] == "joint_torque_model"
+    assert "cost_of_transport" not in summary["energy"]
+    assert {"slip", "support", "model_against_simulation"}.isdisjoint(summary)
+    assert {name for name in summary["travel"] if not name.startswith("commanded")} == set()
+    text = printed(summary)
+    assert "analysis" in text
+    assert "nan" not in text
+
+
+def test_a_summary_is_json_without_nan(paper_walk, walk):
+    for recording in (paper_walk, walk(duration=0.5, interval=0.01)):
+        summary = summarise(recording)
+        assert json.loads(json.dumps(summary, allow_nan=False)) == summary
+
+
+def test_a_run_that_diverged_is_judged_by_its_finite_part(short_walk):
+    torque = short_walk["joint_torque"].values.copy()
+    torque[-3:] = np.nan
+    position = short_walk["body_position"].values.copy()
+    position[-1] = np.inf
+    summary = summarise(changed(short_walk, joint_torque=torque, body_position=position))
+    assert summary["run"]["samples_not_finite"] == 3
+    assert summary["run"]["duration"] == pytest.approx(3.97)
+    json.dumps(summary, allow_nan=False)
+    assert "the last 3 not finite" in printed(summary)
+    torque[:] = np.nan
+    summary = summarise(changed(short_walk, joint_torque=torque))
+    assert set(summary["torque"]) == {"model"}
+
+
+def test_a_recording_without_its_robot_is_refused():
+    bare = new_recording(np.arange(3.0), {}, {"scenario": "x"})
+    with pytest.raises(InvalidInput, match="does not say its robot"):
+        summarise(bare)
+    damaged = new_recording(np.arange(3.0), {}, {"scenario": "=", "robot": "name = 'x'"})
+    with pytest.raises(InvalidInput, match="scenario is not TOML"):
+        summarise(damaged)
+
+
+def test_a_recording_of_another_number_of_legs_is_refused(short_walk):
+    attributes = {name: value for name, value in short_walk.attrs.items() if name != "format"}
+    four = new_recording(np.arange(3.0), {"foot_normal_force": np.zeros((3, 4))}, attributes)
+    with pytest.raises(InvalidInput, match="the recording has 4 legs; the robot"):
+        summarise(four)
+
+
+def test_the_robot_is_the_one_that_was_simulated(walk):
+    scenario = load_scenario("paper").replace(mounts="perpendicular", body_height_mm=90)
+    robot = read_source(walk(duration=1.0, interval=0.05, scenario=scenario)).robot
+    assert robot.legs[0].mount_yaw == -math.pi / 2
+    assert robot.legs[0].neutral_foot[2] == -0.09
+
+
+def test_a_printed_summary_fits_a_screen(paper_walk):
+    lines = printed(summarise(paper_walk)).splitlines()
+    assert len(lines) <= 35
+    assert max(map(len, lines)) <= 80
+    assert all(line == line.rstrip() for line in lines)
+    text = "\n".join(lines)
+    assert "\x1b" not in text
+    for piece in (
+        "COMPLETED",
+        "400.00 mm, commanded 400.00 mm (100.0 %)",
+        "26.000 N, weight 26.000 N (100.00 %)",
+        "servo AX-12A",
+        "prescribed drive",
+        "minimum-norm",
+        "6 left front",
+    ):
+        assert piece in " ".join(text.split())
+
+
+def test_a_printed_summary_can_be_of_some_legs(short_walk):
+    summary = summarise(short_walk)
+    text = printed(summary, legs=(2,))
+    assert "2 right middle" in text
+    assert "1 right front" not in text
+    with pytest.raises(InvalidInput, match="there is no leg 9; legs are 1 to 6"):
+        printed(summary, legs=(1, 9))
+
+
+def test_names_cannot_steer_the_terminal(short_walk):
+    evil = "\x1b[2J\x07bad\u202e"
+    text = printed(summarise(short_walk.assign_attrs(ending_reason=evil, servo=evil)))
+    assert "bad" in text
+    assert not {"\x1b", "\x07", "\u202e"} & set(text)
+
+
+def test_robots_with_more_and_fewer_legs_are_summarised(walk, eight_legs):
+    robot, scenario = eight_legs
+    recording = walk(duration=4.0, interval=0.02, robot=robot, scenario=scenario)
+    summary = summarise(recording)
+    assert isinstance(robot, Robot)
+    assert len(summary["torque"]["simulation"]["peak"]) == 8
+    assert summary["normal_force"]["simulation"]["sum_over_weight"] == pytest.approx(1.0)
+    assert "8 leg 8" in printed(summary)
+
+
+def test_intervals_are_the_runs_of_true_samples():
+    mask = np.array([True, False, True, True, False, True])
+    assert intervals(mask) == [(0, 1), (2, 4), (5, 6)]
+    assert intervals(np.zeros(3, dtype=bool)) == []
+
+
+def test_samples_near_a_switch_and_the_beginning_are_left_out():
+    time = np.arange(101) * 0.01
+    stance = (time >= 0.5)[:, None]
+    away = away_from_switches(time, stance)[:, 0]
+    np.testing.assert_array_equal(np.flatnonzero(~away), [*range(8), *range(43, 58)])
+
+
+def test_the_middle_half_of_a_stance_leaves_a_quarter_at_each_end():
+    stance = np.zeros((20, 1), dtype=bool)
+    stance[4:12] = True
+    np.testing.assert_array_equal(np.flatnonzero(middle_halves(stance)), [6, 7, 8, 9])
+
+
+def test_durations_integrate_straight_lines_exactly():
+    time = np.array([0.0, 0.1, 0.4, 1.0])
+    assert durations(time) @ (2 * time + 1) == pytest.approx(2.0, rel=1e-15)
+
+
+def test_a_root_mean_square_over_nothing_is_not_a_number():
+    values = np.array([[3.0, 1.0], [4.0, 1.0]])
+    mask = np.array([[True, False], [True, False]])
+    found = rms(values, mask)
+    assert found[0] == pytest.approx(math.sqrt(12.5))
+    assert math.isnan(found[1])
