@@ -90,6 +90,7 @@ class Run:
         model: The engine's model.
         data: The engine's state.
         plan: The walk at the steps' times.
+        targets: What the drive is told at each step, shape (steps + 1, 3 L).
         log: What each step left behind.
         done: Number of samples logged.
     """
@@ -107,10 +108,10 @@ class Run:
         self.drive: Drive
         if scenario.simulation.drive == "prescribed":
             self.drive = PrescribedDrive(self.model, self.data)
-            self._targets = PrescribedDrive.targets(self.plan, dt)
+            self.targets = PrescribedDrive.targets(self.plan, dt)
         else:
             self.drive = ServoDrive(self.model, self.data, walk)
-            self._targets = ServoDrive.targets(self.plan)
+            self.targets = ServoDrive.targets(self.plan)
         self.log = _Log.empty(self.model, 3 * len(walk.robot.legs), self.steps // self.every + 1)
         self.done = 0
         self._settle()
@@ -176,7 +177,7 @@ class Run:
         import mujoco
 
         # All names are local: the loop below is the simulation's whole cost beside the engine.
-        model, data, targets = self.model, self.data, self._targets
+        model, data, targets = self.model, self.data, self.targets
         command, torque = self.drive.command, self.drive.torque
         qpos, qvel, sensordata = data.qpos, data.qvel, data.sensordata
         log_qpos, log_qvel, log_sensors, log_torque = log.qpos, log.qvel, log.sensors, log.torque
