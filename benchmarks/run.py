@@ -32,7 +32,7 @@ def seconds(work) -> float:
 
 
 def engine_standing(scenario, walk):
-    """The engine's own loop on the same model: three feet down amid a stance, targets held still."""
+    """The engine's own loop on the same model, held still on three feet amid a stance."""
     amid = Run(scenario.replace(duration=0.5), walk)
     amid.advance()
     return lambda: mujoco.mj_step(amid.model, amid.data, 10_000)
