@@ -176,19 +176,34 @@ def _add_walk_options(walk: argparse.ArgumentParser) -> None:
         elif key == "gait":
             words = "tripod, wave, ripple, amble, or the name of your own"
         fields.add_argument(
-            f"--{key.replace('_', '-')}", dest=f"field:{key}", metavar="VALUE", help=words
+            f"--{key.replace('_', '-')}",
+            dest=f"field:{key}",
+            metavar=_metavar(path),
+            help=words,
         )
+
+
+def _table_of(path: tuple[str, ...]) -> Any:
+    from phasmid.scenario.scenario import Scenario
+
+    table: Any = Scenario
+    for part in path[:-1]:
+        table = table.model_fields[part].annotation
+    return table
+
+
+def _metavar(path: tuple[str, ...]) -> str:
+    from phasmid.tables import choices
+
+    return "|".join(choices(_table_of(path).model_fields[path[-1]])) or "VALUE"
 
 
 def _help_of(path: tuple[str, ...]) -> str:
     """What a field is, from the attributes of its table's docstring."""
     from phasmid import units
-    from phasmid.scenario.scenario import Scenario
     from phasmid.tables import quantity
 
-    table: Any = Scenario
-    for part in path[:-1]:
-        table = table.model_fields[part].annotation
+    table = _table_of(path)
     lines = [line.strip() for line in (table.__doc__ or "").splitlines()]
     start = next((i for i, s in enumerate(lines) if s.startswith(f"{path[-1]}: ")), None)
     if start is None:
@@ -370,5 +385,6 @@ def _check_scenario(scenario: Scenario) -> int:
         f"  fastest joint: {speed:.2f} rad/s; the servo {walk.robot.servo.name} allows "
         f"{walk.robot.servo.no_load_speed:.2f} rad/s"
     )
+    print(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
     print("possible.")
     return 0

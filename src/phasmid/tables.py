@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
@@ -240,6 +241,34 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
             return str(detail["msg"]).removeprefix("Input should be ").lower()
         return f"a number {words}".strip()
     return words or str(detail["msg"]).removeprefix("Value error, ")
+
+
+def preset_names(package: str) -> tuple[str, ...]:
+    """Names of the files that come with a room, in its folder ``presets``."""
+    folder = resources.files(package) / "presets"
+    return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
+
+
+def find_file(source: str | Path, package: str, noun: str) -> Path:
+    """The file that a name or a path stands for.
+
+    Args:
+        source: Name of a preset, or path of a ``.toml`` file.
+        package: The room whose presets are meant.
+        noun: What the file describes, for messages.
+
+    Raises:
+        InvalidInput: It is neither.
+    """
+    text, known = str(source), preset_names(package)
+    if text in known:
+        return Path(str(resources.files(package) / "presets" / f"{text}.toml"))
+    path = Path(text)
+    if path.suffix != ".toml" and not path.exists():
+        guess = nearest(text, known)
+        choice = f"one of {', '.join(known)}, or a .toml file"
+        raise InvalidInput(f'no {noun} called "{text}".', hint=f'"{guess}"' if guess else choice)
+    return path
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], str]:

@@ -73,6 +73,13 @@ class Walk:
         x, y = c * p[..., 0] - s * p[..., 1], s * p[..., 0] + c * p[..., 1]
         return np.stack([x, y, p[..., 2]], axis=-1) + self.trunk.position[:, None]
 
+    @property
+    def support_margin(self) -> Float[np.ndarray, " time"]:
+        """Distance of the centre of mass from the edge of the support polygon [m], shape (N,)."""
+        feet = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
+        com = centre_of_mass(self.robot, self.q)
+        return support_margin(feet[..., :2], self.stance, com[..., :2])
+
 
 def plan(scenario: Scenario) -> Walk:
     """Plan the walk of a scenario: positions, velocities and accelerations of all joints.
@@ -221,9 +228,7 @@ def _check_cycle(scenario: Scenario, robot: Robot, gait: Gait) -> None:
             f"the servo {robot.servo.name} allows {limit:.3g} rad/s. "
             f"Shortest period: {shortest:.2f} s."
         )
-    feet = body_from_hip(robot, foot_position(robot.arrays, walk.q))
-    com = centre_of_mass(robot, walk.q)
-    margin = support_margin(feet[..., :2], walk.stance, com[..., :2])
+    margin = walk.support_margin
     (worst,) = _first_largest(-margin, axis=0)
     if margin[worst] <= 0:
         raise InfeasibleWalk(

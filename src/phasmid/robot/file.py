@@ -13,6 +13,7 @@ import numpy as np
 from annotated_types import Ge, Len
 from pydantic import ConfigDict
 
+from phasmid import tables
 from phasmid.errors import InvalidInput, InvalidRobot, located, nearest
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length
@@ -26,6 +27,7 @@ from phasmid.tables import (
     Quantity,
     Rate,
     Table,
+    find_file,
     in_file,
     read_toml,
     validate,
@@ -117,8 +119,7 @@ class RobotTable(RobotPart):
 
 def preset_names() -> tuple[str, ...]:
     """Names of the robots that come with phasmid."""
-    folder = resources.files("phasmid.robot") / "presets"
-    return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
+    return tables.preset_names("phasmid.robot")
 
 
 def servo_names() -> tuple[str, ...]:
@@ -141,16 +142,7 @@ def load_robot(source: str | Path) -> Robot:
         InvalidInput: There is no such preset or file, or it is not well formed.
         InvalidRobot: No machine could have these numbers.
     """
-    text = str(source)
-    path = Path(text)
-    if text in preset_names():
-        path = Path(str(resources.files("phasmid.robot") / "presets" / f"{text}.toml"))
-    elif path.suffix != ".toml" and not path.exists():
-        guess = nearest(text, preset_names())
-        raise InvalidInput(
-            f'no robot called "{text}".',
-            hint=f'"{guess}"' if guess else f"one of {', '.join(preset_names())}, or a .toml file",
-        )
+    path = find_file(source, "phasmid.robot", "robot")
     raw, content = read_toml(path)
     return robot_from_table(raw, path, content)
 

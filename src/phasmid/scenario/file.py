@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import json
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from phasmid.errors import InvalidInput, located, nearest
+from phasmid.errors import located
 from phasmid.scenario.scenario import Scenario
-from phasmid.tables import Table, in_file, key_of, read_toml, validate
+from phasmid.tables import (
+    Table,
+    find_file,
+    in_file,
+    key_of,
+    preset_names,
+    read_toml,
+    validate,
+)
 from phasmid.units import UNITS, split_unit
 
 
 def scenario_names() -> tuple[str, ...]:
     """Names of the scenarios that come with phasmid."""
-    folder = resources.files("phasmid.scenario") / "presets"
-    return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
+    return preset_names("phasmid.scenario")
 
 
 def load_scenario(source: str | Path = "paper") -> Scenario:
@@ -29,18 +35,7 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed.
     """
-    text = str(source)
-    path = Path(text)
-    if text in scenario_names():
-        path = Path(str(resources.files("phasmid.scenario") / "presets" / f"{text}.toml"))
-    elif path.suffix != ".toml" and not path.exists():
-        guess = nearest(text, scenario_names())
-        raise InvalidInput(
-            f'no scenario called "{text}".',
-            hint=f'"{guess}"'
-            if guess
-            else f"one of {', '.join(scenario_names())}, or a .toml file",
-        )
+    path = find_file(source, "phasmid.scenario", "scenario")
     raw, content = read_toml(path)
     with located(path.name):
         scenario = validate(Scenario, raw, in_file(path, content))

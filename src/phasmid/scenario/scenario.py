@@ -115,8 +115,8 @@ class ContactTable(Table):
     """``[contact]``: four points on each foot, each a linear spring and damper.
 
     Attributes:
-        stiffness: Of one point [N/m].
-        damping: Of one point [N·s/m].
+        stiffness: Of each of a foot's four contact points [N/m].
+        damping: Of each of a foot's four contact points [N·s/m].
         tip_width: Side of the square on which the four points of a foot lie [m].
         impratio: How much stiffer friction is than the normal contact; more creeps less.
     """
