@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Iterator, Sequence
@@ -49,8 +50,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):
             # An old terminal's encoding shall not turn a degree sign into a crash.
             stream.reconfigure(errors="replace")
+    interrupted: list[int] = []
     try:
-        return _run(arguments)
+        with _noticed_interrupts(interrupted):
+            return _run(arguments)
     except PhasmidError as error:
         print(f"phasmid: {error}", file=sys.stderr)
         return error.exit_status
@@ -62,11 +65,34 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception:
+        if interrupted:
+            print("phasmid: stopped.", file=sys.stderr)
+            return 130
         traceback.print_exc()
         print(
             "phasmid: this is a mistake of phasmid, not yours; please report it.", file=sys.stderr
         )
         return 70
+
+
+@contextmanager
+def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
+    """Note each Ctrl-C before it raises: an interrupted import may end as an ImportError."""
+
+    def handle(number: int, frame: Any) -> None:
+        noticed.append(number)
+        signal.default_int_handler(number, frame)
+
+    try:
+        before = signal.signal(signal.SIGINT, handle)
+    except ValueError:
+        # Only the main thread may do so; elsewhere no Ctrl-C arrives.
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _run(arguments: list[str]) -> int:
@@ -236,15 +262,15 @@ def _walk(options: argparse.Namespace) -> int:
 
     with _progress(scenario.duration, quiet=options.quiet) as progress:
         recording = simulate(scenario, walk, progress=progress)
-    report(recording, folder, force=options.force, figures=not options.no_figures)
+    ending = recording.attrs["ending"]
+    # Who stops a run wants its end, not its pictures.
+    figures = not options.no_figures and ending != "STOPPED"
+    report(recording, folder, force=options.force, figures=figures)
     if not options.quiet:
         print_summary(summarise(recording), legs=legs)
-        print(
-            f"\nWritten to {folder}{os.sep}: recording.nc, summary.json, scenario.toml, robot.toml"
-            + ("" if options.no_figures else ", figures/")
-        )
-    ending = recording.attrs["ending"]
-    if ending in {"FELL", "DIVERGED"}:
+        written = "recording.nc, summary.json, scenario.toml, robot.toml"
+        print(f"\nWritten to {folder}{os.sep}: {written}{', figures/' if figures else ''}")
+    if ending != "COMPLETED":
         print(f"phasmid: {recording.attrs['ending_reason']}", file=sys.stderr)
     return {"COMPLETED": 0, "STOPPED": 130}.get(ending, 3)
 

@@ -169,10 +169,47 @@ def test_a_fallen_robot_is_status_3_and_its_record_is_kept(here, capsys):
     assert load_recording(here / "fell/recording.nc").attrs["ending"] == "FELL"
 
 
+def test_an_interrupted_walk_is_status_130_and_its_record_is_kept(here, capsys, monkeypatch):
+    from phasmid.simulation import Run
+
+    whole = Run._keep
+
+    def interrupt(run, *arguments):
+        whole(run, *arguments)
+        if run.done > 1000:
+            monkeypatch.setattr(Run, "_keep", whole)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Run, "_keep", interrupt)
+    status, text = answered(capsys, "walk", "--out", "stopped", "--quiet")
+    assert status == 130
+    assert text.startswith("phasmid: The run was stopped by the user at 1.")
+    recording = load_recording(here / "stopped/recording.nc")
+    assert recording.attrs["ending"] == "STOPPED"
+    assert recording.sizes["time"] > 1000
+    assert not (here / "stopped/figures").exists()
+
+
 @pytest.mark.parametrize("name", ["phantomx-paper", "phantomx-ax", "phantomx-mk4", "paper"])
 def test_check_says_that_the_presets_are_possible(here, capsys, name):
     assert main(["check", name]) == 0
     assert capsys.readouterr().out.endswith("possible.\n")
+
+
+def test_an_interrupt_that_a_library_turns_into_another_error_is_still_one(monkeypatch, capsys):
+    # A compiled module whose import is interrupted says ImportError.
+    import signal
+
+    def import_interrupted(arguments):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise ImportError("initialization failed") from None
+
+    monkeypatch.setattr("phasmid.cli._run", import_interrupted)
+    before = signal.getsignal(signal.SIGINT)
+    assert answered(capsys, "walk") == (130, "phasmid: stopped.\n")
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_check_says_why_a_file_is_not(here, capsys):
