@@ -44,7 +44,7 @@ def engine_walking(scenario, walk):
     physics = mujoco.mjtState.mjSTATE_FULLPHYSICS
     state = np.zeros((1, mujoco.mj_stateSize(run.model, physics)))
     mujoco.mj_getState(run.model, run.data, state[0], physics)
-    goals, scratch = run.targets[None, :-1], mujoco.MjData(run.model)
+    goals, scratch = run.targets(0, run.steps)[None], mujoco.MjData(run.model)
     return lambda: rollout(run.model, scratch, state, goals)
 
 

@@ -249,17 +249,16 @@ def _help_of(path: tuple[str, ...]) -> str:
 
 def _walk(options: argparse.Namespace) -> int:
     scenario = _scenario(options)
-    from phasmid.reporting import check_folder
-
-    folder = Path(options.out or Path("results") / scenario.name)
-    check_folder(folder, force=options.force)
     from phasmid.motion import plan
+    from phasmid.simulation import check_time_step, simulate
 
     walk = plan(scenario)
+    check_time_step(scenario, walk.robot)
     legs = _legs(options.legs, walk.robot)
-    from phasmid.reporting import print_summary, report, summarise
-    from phasmid.simulation import simulate
+    from phasmid.reporting import check_folder, print_summary, report, summarise
 
+    folder = Path(options.out or Path("results") / _folder_name(options, scenario))
+    check_folder(folder, force=options.force)
     with _progress(scenario.duration, quiet=options.quiet) as progress:
         recording = simulate(scenario, walk, progress=progress)
     ending = recording.attrs["ending"]
@@ -273,6 +272,18 @@ def _walk(options: argparse.Namespace) -> int:
     if ending != "COMPLETED":
         print(f"phasmid: {recording.attrs['ending_reason']}", file=sys.stderr)
     return {"COMPLETED": 0, "STOPPED": 130}.get(ending, 3)
+
+
+def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
+    """The scenario's name, and what the options changed of it."""
+    words = [scenario.name]
+    for key, value in vars(options).items():
+        if key.startswith("field:") and value is not None and key != "field:name":
+            text = Path(value).stem if key == "field:robot" else value
+            words.append(f"{key.removeprefix('field:').replace('_', '-')}-{text}")
+    name = "_".join(words)
+    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in name)
+    return plain[:100]
 
 
 def _scenario(options: argparse.Namespace) -> Scenario:
@@ -289,8 +300,10 @@ def _scenario(options: argparse.Namespace) -> Scenario:
     flags = {option_keys()[key]: f"--{key.replace('_', '-')}" for key in given}
 
     def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
-        flag = flags.get(tuple(str(part) for part in loc))
-        return (flag, "") if flag else (dotted(loc), options.scenario)
+        for path, flag in flags.items():
+            if loc[: len(path)] == path:
+                return flag + dotted(loc[len(path) :]), ""
+        return dotted(loc), options.scenario
 
     return scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
 
@@ -316,7 +329,7 @@ def _legs(text: str | None, robot: Robot) -> tuple[int, ...] | None:
         return None
     legs = []
     for part in text.split(","):
-        if not part.strip().isdigit():
+        if not (part.strip().isascii() and part.strip().isdigit()):
             raise InvalidInput(
                 f'--legs is "{text}"; it must be leg numbers with commas between.',
                 hint="--legs 1,2,3",
@@ -349,7 +362,7 @@ def _progress(duration: float, *, quiet: bool) -> Iterator[Any]:
 def _check(options: argparse.Namespace) -> int:
     from phasmid.robot import load_robot, preset_names
     from phasmid.scenario import load_scenario
-    from phasmid.tables import read_toml
+    from phasmid.toml import read_toml
 
     source = options.file
     if source in preset_names():
@@ -372,13 +385,15 @@ def _check_robot(robot: Robot) -> int:
         f"robot {robot.name}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
         f"({robot.mass * STANDARD_GRAVITY:.2f} N), servo {robot.servo.name}"
     )
+    print(f"  body {1000 * robot.body.mass:.1f} g")
     for number, leg in enumerate(robot.legs, 1):
         lengths = " / ".join(f"{1000 * length:.4g}" for length in leg.lengths)
         q = np.degrees(joint_angles(leg, leg.neutral_foot))
         x, y, z = 1000 * leg.mount_position
         print(
             f"  {number} {leg.name:<13} {lengths} mm, hip at ({x:.4g}, {y:.4g}, {z:.4g}) mm, "
-            f"neutral at {', '.join(f'{a:.1f}' for a in q)}°"
+            f"neutral at {', '.join(f'{a:.1f}' for a in q)}°, "
+            f"{' / '.join(f'{1000 * link.mass:.1f}' for link in leg.links)} g"
         )
     ahead, side = longest_stride(robot), longest_stride(robot, np.pi / 2)
     print(f"  longest stride: {1000 * ahead:.0f} mm ahead, {1000 * side:.0f} mm sideways")
@@ -395,8 +410,10 @@ def _check_scenario(scenario: Scenario) -> int:
     import numpy as np
 
     from phasmid.motion import plan
+    from phasmid.simulation import check_time_step
 
     walk = plan(scenario)
+    check_time_step(scenario, walk.robot)
     speed = float(np.abs(walk.qd).max())
     print(
         f"scenario {scenario.name}: {walk.robot.name}, {walk.gait.name} gait, "

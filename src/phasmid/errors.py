@@ -26,12 +26,17 @@ class PhasmidError(Exception):
         self.hint = hint
 
     def __str__(self) -> str:
-        lines = [self.what]
+        lines = [_plain(self.what)]
         if self.where:
-            lines.append(f"  in   {self.where}")
+            lines.append(f"  in   {_plain(self.where)}")
         if self.hint:
-            lines.append(f"  try  {self.hint}")
+            lines.append(f"  try  {_plain(self.hint)}")
         return "\n".join(lines)
+
+
+def _plain(text: str) -> str:
+    """A text without characters that would drive a terminal: names in files may carry them."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 class InvalidInput(PhasmidError):

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import annotated_types
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
 from phasmid import units
 from phasmid.errors import InvalidInput, nearest
-
-LARGEST_FILE = 1_000_000
-"""Files above this many bytes are not robots or scenarios that a person wrote."""
+from phasmid.toml import line_of
 
 
 @dataclass(frozen=True)
@@ -45,12 +42,16 @@ class Hint:
     text: str
 
 
-Length = Annotated[float, Quantity("mm")]
-Mass = Annotated[float, Quantity("g")]
-Angle = Annotated[float, Quantity("deg")]
-Time = Annotated[float, Quantity("s")]
-Inertia = Annotated[float, Quantity("g_mm2")]
-Rate = Annotated[float, Quantity("rpm")]
+# Strict: a number in quotes would pass its key's unit by, and true is not 1.
+Number = Annotated[float, Strict()]
+Count = Annotated[int, Strict()]
+Length = Annotated[Number, Quantity("mm")]
+Mass = Annotated[Number, Quantity("g")]
+Angle = Annotated[Number, Quantity("deg")]
+Time = Annotated[Number, Quantity("s")]
+Inertia = Annotated[Number, Quantity("g_mm2")]
+Rate = Annotated[Number, Quantity("rpm")]
+Weight = Annotated[Number, Quantity("n")]
 
 
 class Table(BaseModel):
@@ -76,7 +77,10 @@ def _scale(value: Any, ending: str) -> Any:
     if isinstance(value, bool | str):
         return value
     if isinstance(value, int | float):
-        return units.UNITS[ending].to_si(value)
+        try:
+            return units.UNITS[ending].to_si(value)
+        except OverflowError:
+            return math.inf
     if isinstance(value, Mapping):
         return {k: _scale(v, ending) for k, v in value.items()}
     if isinstance(value, list | tuple):
@@ -122,6 +126,9 @@ Locator = Callable[[tuple[str | int, ...]], tuple[str, str]]
 """From the place of a value in a table to its subject in a sentence and its file and line."""
 
 
+_LOCATE: ContextVar[Locator] = ContextVar("locate", default=lambda loc: (dotted(loc), ""))
+
+
 def validate(table: type[T], raw: Mapping[str, Any], locate: Locator) -> T:
     """Build a table from what a person wrote.
 
@@ -133,32 +140,34 @@ def validate(table: type[T], raw: Mapping[str, Any], locate: Locator) -> T:
     Raises:
         InvalidInput: In the house form, for the first thing that is wrong.
     """
+    token = _LOCATE.set(locate)
     try:
-        return table.model_validate(raw)
+        with speaking(table, raw):
+            return table.model_validate(raw)
+    finally:
+        _LOCATE.reset(token)
+
+
+@contextmanager
+def speaking(table: type[Table], raw: Mapping[str, Any]) -> Iterator[None]:
+    """Turn what pydantic finds wrong with a table into one sentence of ours."""
+    try:
+        yield
     except ValidationError as error:
         # An unknown key explains a missing one, so it comes first.
         details = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
-        raise _speak(table, raw, details[0], locate) from None
+        raise _speak(table, raw, details[0], _LOCATE.get()) from None
 
 
 def _speak(
     table: type[Table], raw: Mapping[str, Any], detail: Mapping[str, Any], locate: Locator
 ) -> InvalidInput:
-    loc = tuple(p for p in detail["loc"] if isinstance(p, str | int))
-    parent, field, value, ending = _descend(table, raw, loc)
+    parent, field, value, ending, loc = _descend(table, raw, detail["loc"])
     subject, where = locate(loc)
     if detail["type"] == "extra_forbidden":
-        key = str(loc[-1])
-        keys = [key_of(n, f) for n, f in parent.model_fields.items()]
-        guess = nearest(key, [*keys, *parent.model_fields])
-        if guess in parent.model_fields:
-            guess = key_of(guess, parent.model_fields[guess])
-        inside = ".".join(map(str, loc[:-1]))
-        return InvalidInput(
-            f'unknown key "{key}"' + (f" in {inside}." if inside else "."),
-            where=where,
-            hint=f'"{guess}"' if guess else "keys here are " + ", ".join(keys),
-        )
+        key, inside = str(loc[-1]), subject.rpartition(".")[0]
+        what = f'unknown key "{key}" in {inside}.' if inside else f'unknown key "{key}".'
+        return InvalidInput(what, where=where, hint=_hint_for_key(key, table, parent))
     if detail["type"] == "missing":
         key = key_of(str(loc[-1]), field) if field else str(loc[-1])
         return InvalidInput(f"{subject} is missing.", where=where, hint=f"{key} = ...")
@@ -170,14 +179,34 @@ def _speak(
     )
 
 
+def _hint_for_key(key: str, table: type[Table], parent: type[Table]) -> str:
+    """Where an unknown key belongs, or which known one it may have meant."""
+    stem = units.split_unit(key)[0]
+    for path, _ in leaves(table):
+        if len(path) > 1 and path[-1] in (key, stem) and path[-1] not in parent.model_fields:
+            return f"put it into [{'.'.join(path[:-1])}]"
+    keys = [key_of(name, field) for name, field in parent.model_fields.items()]
+    guess = nearest(key, [*keys, *parent.model_fields])
+    if guess in parent.model_fields:
+        guess = key_of(guess, parent.model_fields[guess])
+    return f'"{guess}"' if guess else "keys here are " + ", ".join(keys)
+
+
 def _descend(
     table: type[Table], raw: Any, loc: tuple[str | int, ...]
-) -> tuple[type[Table], FieldInfo | None, Any, str]:
-    """Follow a location down to its table, its field, the value as written and its unit."""
+) -> tuple[type[Table], FieldInfo | None, Any, str, tuple[str | int, ...]]:
+    """Follow a location down to its table, its field, the value as written and its unit.
+
+    The location comes back without the parts that only name a branch of a union.
+    """
     parent: type[Table] = table
     field: FieldInfo | None = None
     ending = ""
+    kept: list[str | int] = []
     for i, part in enumerate(loc):
+        if isinstance(part, str) and (not isinstance(raw, Mapping) or "[" in part):
+            continue
+        kept.append(part)
         if isinstance(raw, Mapping):
             written = next((k for k in raw if k == part or _field_of(parent, k)[0] == part), part)
             ending = _field_of(parent, str(written))[1] or ending
@@ -192,7 +221,7 @@ def _descend(
             inner = _table_in(field.annotation)
             if inner and i < len(loc) - 1:
                 parent = inner
-    return parent, field, raw, ending
+    return parent, field, raw, ending, tuple(kept)
 
 
 def _table_in(kind: Any) -> type[Table] | None:
@@ -205,9 +234,12 @@ def _show(value: Any, ending: str) -> str:
     if isinstance(value, bool | int | float):
         number = f"{value:g}" if isinstance(value, float) else str(value).lower()
         finite = not isinstance(value, float) or math.isfinite(value)
-        return f"{number} {units.UNITS[ending].symbol}" if ending and finite else number
+        counts = ending and finite and not isinstance(value, bool)
+        return f"{number} {units.UNITS[ending].symbol}" if counts else number
     if isinstance(value, str):
         return f'"{value}"'
+    if isinstance(value, Mapping):
+        return "a table"
     return "empty" if value is None else str(value)
 
 
@@ -215,7 +247,6 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
     """What a value must be, in words, from the field's own constraints."""
     if detail["type"] in {"literal_error", "enum"}:
         return str(detail["ctx"]["expected"]).replace("'", '"')
-    kind = field.annotation if field else None
     scale = units.UNITS[ending].from_si if ending else float
     bounds = []
     for m in field.metadata if field else []:
@@ -230,126 +261,26 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
     words = " and ".join(bounds)
     if detail["type"] == "string_pattern_mismatch":
         return "a plain name"
+    if detail["type"] in {"model_type", "dict_type", "model_attributes_type"}:
+        return "a table"
     if detail["type"] == "finite_number":
         return f"a finite number {words}".strip()
     if detail["type"].startswith(("int", "float", "string", "bool", "list", "tuple", "dict")):
-        noun = {"int": "a whole number", "str": "text", "bool": "true or false"}
-        name = getattr(kind, "__name__", "")
-        if name in noun:
-            return f"{noun[name]} {words}".strip()
-        if "too_" in detail["type"] or not detail["type"].startswith("float"):
-            return str(detail["msg"]).removeprefix("Input should be ").lower()
-        return f"a number {words}".strip()
-    return words or str(detail["msg"]).removeprefix("Value error, ")
-
-
-def preset_names(package: str) -> tuple[str, ...]:
-    """Names of the files that come with a room, in its folder ``presets``."""
-    folder = resources.files(package) / "presets"
-    return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
-
-
-def find_file(source: str | Path, package: str, noun: str) -> Path:
-    """The file that a name or a path stands for.
-
-    Args:
-        source: Name of a preset, or path of a ``.toml`` file.
-        package: The room whose presets are meant.
-        noun: What the file describes, for messages.
-
-    Raises:
-        InvalidInput: It is neither.
-    """
-    text, known = str(source), preset_names(package)
-    if text in known:
-        return Path(str(resources.files(package) / "presets" / f"{text}.toml"))
-    path = Path(text)
-    if path.suffix != ".toml" and not path.exists():
-        guess = nearest(text, known)
-        choice = f"one of {', '.join(known)}, or a .toml file"
-        raise InvalidInput(f'no {noun} called "{text}".', hint=f'"{guess}"' if guess else choice)
-    return path
-
-
-def read_toml(path: Path) -> tuple[dict[str, Any], str]:
-    """The table in a TOML file, and its text.
-
-    Raises:
-        InvalidInput: The file is absent, too large, or not TOML.
-    """
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise InvalidInput(
-                f"{path} holds {path.stat().st_size} bytes; files above {LARGEST_FILE} are refused."
-            )
-        content = path.read_bytes().decode("utf-8")
-    except UnicodeDecodeError:
-        raise InvalidInput(f"{path} is not text in UTF-8.") from None
-    except FileNotFoundError:
-        raise InvalidInput(f"{path} does not exist.") from None
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InvalidInput(f"cannot read {path}: {reason}.") from None
-    try:
-        return tomllib.loads(content), content
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise _toml_error(path, content, str(error)) from None
-
-
-def _toml_error(path: Path, content: str, message: str) -> InvalidInput:
-    at = re.search(r"\(at line (\d+), column \d+\)", message)
-    line = int(at.group(1)) if at else len(content.splitlines())
-    written = content.splitlines()[line - 1] if 0 < line <= len(content.splitlines()) else ""
-    if "overwrite" in message or "twice" in message:
-        key = re.split(r"=", written, maxsplit=1)[0].strip().strip("[]")
-        return InvalidInput(f'{path.name} line {line}: key "{key}" is given twice.')
-    reason = re.sub(r"\s*\(at .*\)", "", message)
-    return InvalidInput(f"{path.name} line {line}: {reason}.", hint="see the TOML syntax")
-
-
-def line_of(content: str, loc: tuple[str | int, ...]) -> int:
-    """The line of a TOML text on which a value stands, or the nearest line above it.
-
-    Args:
-        content: The file's text.
-        loc: Path of keys to the value.
-
-    Returns:
-        Line number from 1; 0 where nothing of the path is written.
-    """
-    keys = [str(p) for p in loc if isinstance(p, str)]
-    best, depth = 0, 0
-    table: list[str] = []
-    for number, line in enumerate(content.splitlines(), 1):
-        head = re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line)
-        entry = re.match(r"\s*([\w.\"'-]+)\s*=", line)
-        if head and not entry:
-            table = _parts(head.group(1))
-            path = table
-        elif entry:
-            path = table + _parts(entry.group(1))
-        else:
-            continue
-        shared = 0
-        while shared < min(len(path), len(keys)) and keys[shared] in (
-            path[shared],
-            units.split_unit(path[shared])[0],
-        ):
-            shared += 1
-        if shared == len(path) and shared > depth:
-            best, depth = number, shared
-    return best
-
-
-def _parts(dotted: str) -> list[str]:
-    return [p.strip().strip("\"'") for p in dotted.split(".")]
+        nouns = {"int": "a whole number", "string": "text", "bool": "true or false"}
+        nouns |= {"float": "a number", "list": "a list", "tuple": "a list", "dict": "a table"}
+        return f"{nouns[detail['type'].split('_')[0]]} {words}".strip()
+    if detail["type"] in {"too_short", "too_long"}:
+        context = detail["ctx"]
+        length = context.get("min_length", context.get("max_length"))
+        return f"{length} values; it has {context['actual_length']}"
+    return words or str(detail["msg"])
 
 
 def in_file(path: Path, content: str) -> Locator:
     """A locator for values that stand in a file."""
 
     def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
-        line = line_of(content, loc)
+        line, _ = line_of(content, loc)
         return dotted(loc), f"{path.name}, line {line}" if line else path.name
 
     return locate

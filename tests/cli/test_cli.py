@@ -81,13 +81,13 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
         ),
         pytest.param(
             ["walk", "--duration", "1e9"],
-            "1e+09 s at 1 ms is 1e+12 steps; the limit is 1e+08.\n"
+            "1e+09 s at 1 ms is 1e+12 steps, with 1 s to settle; the limit is 1e+08.\n"
             "  try  --max-steps, or a shorter duration",
             id="C3",
         ),
         pytest.param(
             ["walk", "--dt", "0.5"],
-            "--dt 0.5 s cannot resolve this contact (needs <= 0.0037 s).\n  try  --dt 0.002",
+            "--dt 0.5 s cannot resolve this contact (needs <= 0.0034 s).\n  try  --dt 0.002",
             id="C4",
         ),
         pytest.param(["walk", "--legs", "1,9"], "there is no leg 9; legs are 1 to 6.", id="C8"),

@@ -36,7 +36,37 @@ def test_the_readmes_python_code_runs(tmp_path):
     assert (tmp_path / "results/my-walk/figures/fig12.svg").exists()
 
 
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "docs/architecture.md"])
+def test_the_quadruped_crawls():
+    from phasmid.motion import plan
+    from phasmid.scenario import load_scenario
+    from phasmid.simulation import simulate
+
+    scenario = load_scenario(ROOT / "examples/quadruped-crawl.toml")
+    walk = plan(scenario)
+    run = simulate(scenario, walk)
+    assert run.attrs["ending"] == "COMPLETED"
+    assert run.sizes["leg"] == 4
+    asked = walk.trunk.position[-1, 0]
+    assert float(run.body_position[-1, 0]) == pytest.approx(asked, rel=0.05)
+
+
+def test_the_scenario_of_the_docs_is_one(tmp_path):
+    from phasmid.robot import load_robot, robot_to_toml
+    from phasmid.scenario import load_scenario
+
+    page = (ROOT / "docs/conventions.md").read_text("utf-8")
+    text = re.search(r"```toml\n(.*?)```", page, re.DOTALL).group(1)
+    (tmp_path / "my-walk.toml").write_text(text, encoding="utf-8")
+    robot = robot_to_toml(load_robot("phantomx-ax"))
+    (tmp_path / "my-robot.toml").write_text(robot, encoding="utf-8")
+    scenario = load_scenario(tmp_path / "my-walk.toml")
+    assert scenario.load_gait().duty_factor == 0.6
+    assert scenario.load_robot().name == "phantomx-ax"
+
+
+@pytest.mark.parametrize(
+    "page", ["README.md", "CONTRIBUTING.md", "docs/architecture.md", "docs/conventions.md"]
+)
 def test_links_lead_somewhere(page):
-    for link in re.findall(r"\]\(([^)#:]+)\)", (ROOT / page).read_text("utf-8")):
+    for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", (ROOT / page).read_text("utf-8")):
         assert ((ROOT / page).parent / link).exists(), link

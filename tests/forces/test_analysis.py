@@ -59,6 +59,14 @@ def test_the_walk_repeats_every_two_seconds():
     assert np.abs(torque[:40] - torque[40:80]).max() < 1e-9
 
 
+def test_the_scenario_that_is_analysed_is_the_one_that_is_given():
+    # One plan serves both; only the mechanics differ.
+    walk, still = plan(PAPER), PAPER.replace(body_acceleration="quasi-static")
+    assert analyse(still, walk).joint_torque_model.equals(
+        analyse(still, plan(still)).joint_torque_model
+    )
+
+
 @pytest.mark.parametrize(
     "changes",
     [

@@ -56,6 +56,8 @@ def test_margin_of_a_square_is_the_distance_to_its_nearest_side():
     stance = np.ones((1, 4), dtype=bool)
     assert support_margin(feet, stance, np.array([[0.25, 0.0]])) == pytest.approx([0.75])
     assert support_margin(feet, stance, np.array([[1.5, 0.0]])) == pytest.approx([-0.5])
+    # Beyond a corner it is the distance of the corner.
+    assert support_margin(feet, stance, np.array([[2.0, 2.0]])) == pytest.approx([-np.sqrt(2)])
 
 
 def test_lifting_a_foot_of_a_square_leaves_the_diagonal_as_the_edge():

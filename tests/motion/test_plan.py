@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from phasmid.errors import InfeasibleWalk
+from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.gait import HEXAPOD_GAITS
 from phasmid.motion import plan
 from phasmid.robot import preset_names
@@ -160,7 +160,8 @@ def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, ga
         pytest.param(
             {"body_height_mm": 300},
             "stride of 40 mm puts right_front 0.300 m below its hip; it reaches less deep. "
-            "No stride is possible from this stance; change stance_radius or body_height.",
+            "No stride is possible from this stance and step height; change step_height, "
+            "stance_radius or body_height.",
             id="G5-height",
         ),
         pytest.param(
@@ -201,6 +202,34 @@ def test_a_centre_of_mass_beyond_the_feet_is_told_with_its_phase(tmp_path):  # G
         plan(PAPER.replace(robot=str(path)))
     assert caught.value.what.startswith("at phase 0.")
     assert caught.value.what.endswith("mm outside the support polygon.")
+
+
+@pytest.mark.parametrize("duty", [0.99, 0.996, 0.9999, 0.999999])
+def test_a_swing_too_short_for_the_servos_is_refused_however_short_it_is(duty):
+    with pytest.raises(InfeasibleWalk, match="would turn at"):
+        plan(PAPER.replace(duty_factor=duty))
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"robot": "phantomx-mk4"}, "robot"),
+        ({"gait": "wave"}, "gait"),
+        ({"step_length_mm": 30}, "stride"),
+        ({"mounts": "perpendicular"}, "mounts"),
+    ],
+)
+def test_a_walk_serves_only_scenarios_that_it_was_planned_for(changes, name):
+    from phasmid.forces import analyse
+    from phasmid.simulation import simulate
+
+    walk = plan(PAPER)
+    for use in (analyse, simulate):
+        with pytest.raises(InvalidInput) as caught:
+            use(PAPER.replace(**changes), walk)
+        assert caught.value.what == (
+            f"the walk was planned with another {name} than the scenario has."
+        )
 
 
 def test_a_leg_that_cannot_follow_with_its_coxa_alone_is_told():

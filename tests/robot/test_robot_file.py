@@ -213,7 +213,7 @@ INERTIA = "inertia_g_mm2 = { xx = 31076.2, yy = 233156, zz = 210833"
         ),
         pytest.param(
             with_leg_line("joint_limits.tibia_deg = [60, -60]"),
-            "joint right_front.tibia: lower limit 60 deg is above upper limit -60 deg.",
+            "joint right_front.tibia: lower limit 60° is above upper limit -60°.",
             "swap them",
             id="R10",
         ),
@@ -297,3 +297,101 @@ def test_cutting_the_file_anywhere_is_refused_in_a_sentence_or_reads(tmp_path):
         path.write_text(PAPER[:length], encoding="utf-8")
         with pytest.raises((InvalidInput, InvalidRobot)):
             load_robot(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("coxa_mm = 52", "coxa_mm = -52", "coxa_mm"),
+        ("mass_g = 120.017", "mass_g = 0", "[leg.links.femur]"),
+        ("coxa_deg = [-75, 75]", "coxa_deg = [75, -75]", "[leg]"),
+        ("femur_mm = 82", "femur_mm = 82\nfemurr_mm = 82", "femurr_mm"),
+    ],
+)
+def test_what_is_wrong_in_the_shared_leg_is_told_with_its_own_line(tmp_path, old, new, key):
+    text = swapped(old, new)
+    where = said(tmp_path, text).where
+    line = int(where.removeprefix("my.toml, line "))
+    if key == "[leg]":
+        # The limits are judged with the leg; its own table is where that is told.
+        assert line > 0
+    else:
+        assert text.splitlines()[line - 1].startswith(key)
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        ('femur_mm = "82"', 'leg.femur is "82"; it must be a number.'),
+        ('yaw_deg = "-0.785"', 'legs.right_front.yaw is "-0.785"; it must be a number.'),
+        ("femur_mm = true", "leg.femur is true; it must be a number."),
+    ],
+)
+def test_numbers_in_quotes_are_no_numbers(tmp_path, line, what):
+    text = PAPER.replace("yaw_deg = -45\n", "", 1) if "yaw" in line else PAPER
+    text = text.replace("femur_mm = 82\n", "") if "femur" in line else text
+    text = text.replace("[legs.right_front]", f"[legs.right_front]\n{line}")
+    if "femur" in line:
+        text = text.replace("[leg]\n", "[leg]\nfemur_mm = 82\n", 1)
+    error = said(tmp_path, text)
+    assert error.what.replace("legs.right_front.femur", "leg.femur") == what
+
+
+@pytest.mark.parametrize("name", ["\N{CRICKET}", "linkes vörn", "a.b", 'quote " and \\', "x" * 64])
+def test_any_printable_name_is_written_and_read_again(tmp_path, name):
+    from dataclasses import replace
+
+    robot = load_robot("phantomx-paper")
+    legs = (replace(robot.legs[0], name=name), *robot.legs[1:])
+    text = robot_to_toml(replace(robot, name=name, description=f"{name}\n\t\x7f", legs=legs))
+    (tmp_path / "named.toml").write_text(text, encoding="utf-8")
+    again = load_robot(tmp_path / "named.toml")
+    assert (again.name, again.legs[0].name) == (name, name)
+    assert again.description == f"{name}\n\t\x7f"
+
+
+@pytest.mark.parametrize("name", ["", "a\\u0000b", "a\\u001b[31m", "x" * 65])
+def test_names_that_would_harm_a_terminal_are_refused(tmp_path, name):
+    error = said(tmp_path, swapped('name = "phantomx-paper"', f'name = "{name}"'))
+    assert error.what.endswith("it must be 1 to 64 printable characters.")
+    assert str(error).replace("\n", "").isprintable()
+
+
+def test_a_leg_that_points_inwards_is_refused(tmp_path):
+    error = said(tmp_path, with_leg_line("neutral_foot_mm = [-150, 0, -100]"))
+    assert error.what == (
+        "leg right_front: neutral foot lies -150 mm along its hip's x axis; "
+        "it must stand at least 1 mm out."
+    )
+
+
+@pytest.mark.parametrize(
+    ("new", "what"),
+    [
+        ('servo = { name = "x" }', "servo.stall_torque is missing."),
+        ('servo = "AX-12"', 'no servo called "AX-12".'),
+        ("servo = 3", "servo is 3; it must be a table."),
+    ],
+)
+def test_a_wrong_servo_is_told_in_its_own_words(tmp_path, new, what):
+    assert said(tmp_path, swapped('servo = "AX-12A"', new)).what == what
+
+
+def test_a_byte_order_mark_is_read_over(tmp_path):
+    path = tmp_path / "bom.toml"
+    path.write_text("\N{ZERO WIDTH NO-BREAK SPACE}" + PAPER, encoding="utf-8")
+    assert load_robot(path).name == "phantomx-paper"
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0.toml", "/dev/null", ".", "x" * 300 + ".toml"])
+def test_what_is_no_file_is_refused(name):
+    with pytest.raises(InvalidInput):
+        load_robot(name)
+
+
+def test_lines_are_found_in_time_that_grows_with_the_file(tmp_path):
+    # A line of brackets and spaces in a text made the search cubic once; it would not end here.
+    text = PAPER.replace(
+        "description = ", 'x = """\n[' + " " * 100_000 + '\n"""\ndescription = ', 1
+    )
+    assert said(tmp_path, text).what == 'unknown key "x".'

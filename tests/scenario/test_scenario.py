@@ -87,7 +87,7 @@ def test_every_field_has_one_key_of_its_own():
         ),
         pytest.param(
             {"duration": 1e9},
-            "1e+09 s at 1 ms is 1e+12 steps; the limit is 1e+08.",
+            "1e+09 s at 1 ms is 1e+12 steps, with 1 s to settle; the limit is 1e+08.",
             "--max-steps, or a shorter duration",
             id="C3",
         ),
@@ -157,6 +157,17 @@ def test_an_unknown_key_in_a_file_is_answered_with_the_nearest(tmp_path):
     assert caught.value.where == "walk.toml, line 2"
 
 
+@pytest.mark.parametrize(
+    ("line", "table"), [("friction = 0.5", "terrain"), ("step_length_mm = 40", "stride")]
+)
+def test_a_key_outside_its_table_is_told_where_it_belongs(tmp_path, line, table):
+    path = tmp_path / "walk.toml"
+    path.write_text(line + "\n", encoding="utf-8")
+    with pytest.raises(InvalidInput) as caught:
+        load_scenario(path)
+    assert caught.value.hint == f"put it into [{table}]"
+
+
 def test_a_robot_file_is_looked_for_beside_its_scenario(tmp_path):
     from phasmid.robot import robot_to_toml
 
@@ -168,3 +179,61 @@ def test_a_robot_file_is_looked_for_beside_its_scenario(tmp_path):
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(InvalidInput, match=r"nothing\.toml does not exist"):
         load_scenario(tmp_path / "nothing.toml")
+
+
+@pytest.mark.parametrize(
+    "changes", [{"step_length_mm": "40"}, {"period_ms": True}, {"step_turn_deg": "1"}]
+)
+def test_numbers_in_quotes_and_truths_are_no_numbers(changes):
+    with pytest.raises(InvalidInput, match="it must be a number"):
+        load_scenario("paper").replace(**changes)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"step_length": 0.05, "step_length_mm": 60}, {"step_length_mm": 60, "step_length": 0.05}],
+)
+def test_one_field_in_two_units_is_refused_in_either_order(changes):
+    with pytest.raises(InvalidInput, match="are one field; one must go"):
+        load_scenario("paper").replace(**changes)
+
+
+def test_a_misspelt_field_is_answered_with_its_unit():
+    with pytest.raises(InvalidInput) as caught:
+        load_scenario("paper").replace(step_lenght=60)
+    assert caught.value.hint == '"step_length_mm"'
+
+
+def test_a_gait_object_may_stand_in_a_scenario():
+    from phasmid.gait import HEXAPOD_GAITS
+
+    gait = load_scenario("paper").replace(gait=HEXAPOD_GAITS["wave"]).load_gait()
+    assert gait.offsets == HEXAPOD_GAITS["wave"].offsets
+
+
+@pytest.mark.parametrize(
+    ("fields", "what"),
+    [
+        ({"duration": -1}, "duration is -1 s; it must be greater than 0."),
+        ({"foo": 1}, 'unknown key "foo".'),
+        ({"stride": 5}, "stride is 5; it must be a table."),
+        ({"format": 2}, "format is 2; it must be 1 or more and 1 or less."),
+        ({"format": True}, "format is true; it must be a whole number 1 or more and 1 or less."),
+        ({"robot": 5}, None),
+    ],
+)
+def test_a_scenario_made_by_hand_speaks_as_a_file_does(fields, what):
+    with pytest.raises(InvalidInput) as caught:
+        Scenario(**fields)
+    assert what is None or caught.value.what == what
+
+
+@pytest.mark.parametrize("changes", [{"dt": 1e-9, "duration": 1e-6}, {"dt": 1e-320}])
+def test_settling_counts_among_the_steps(changes):
+    with pytest.raises(InvalidInput, match="with 1 s to settle"):
+        load_scenario("paper").replace(**changes)
+
+
+def test_a_number_beyond_all_numbers_is_not_finite():
+    with pytest.raises(InvalidInput, match="it must be a finite number"):
+        load_scenario("paper").replace(step_length_mm=10**400)

@@ -69,7 +69,32 @@ def test_a_state_that_is_no_number_ends_the_run_as_diverged():
     run.data.qvel[5] = np.nan
     trouble = run.advance()
     assert trouble.ending is Ending.DIVERGED
-    assert run.done == 0
+    # The state in which it was put stays, so that there is something to look at.
+    assert run.done == 1
+
+
+def test_a_robot_that_cannot_even_stand_has_fallen_at_its_first_sample():
+    robot = load_robot("phantomx-paper")
+    tall = replace(robot, body=replace(robot.body, size=np.array([0.25, 0.2, 0.21])))
+    scenario = PAPER.replace(robot=tall)
+    run = simulate(scenario, plan(scenario))
+    assert run.attrs["ending"] == "FELL"
+    assert run.attrs["ending_reason"].startswith(
+        "The robot fell before its first step the trunk touched the ground."
+    )
+    assert run.sizes["time"] == 1
+
+
+def test_an_exploding_drive_is_diverged_and_writes_no_log_file(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    robot = load_robot("phantomx-paper")
+    wild = replace(robot.servo, stiffness=1e7, damping=0.0, armature=0.0, stall_torque=1e7)
+    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="servo", dt=0.0036)
+    run = simulate(scenario, plan(scenario))
+    assert run.attrs["ending"] == "DIVERGED"
+    assert run.sizes["time"] >= 1
+    assert list(tmp_path.iterdir()) == []
+    assert capfd.readouterr().err == ""
 
 
 def test_an_interrupt_keeps_what_was_seen():

@@ -26,21 +26,25 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
         scenario: Tells whether the motion counts or only gravity, and how the load is shared.
         walk: The plan.
 
+    Raises:
+        InvalidInput: The walk was planned for another robot, gait or stride.
+
     Returns:
         The planned motion with ``joint_torque_model``, ``foot_force_model`` and
         ``foot_normal_force_model`` at the walk's samples.
     """
+    walk.check_planned_for(scenario)
     attributes = recording_attributes(scenario, walk) | {
         "kind": "model",
         "ending": "COMPLETED",
         "ending_reason": "The walk was analysed.",
     }
-    return new_recording(walk.time, model_channels(walk), attributes)
+    return new_recording(walk.time, model_channels(scenario, walk), attributes)
 
 
-def model_channels(walk: Walk) -> dict[str, np.ndarray]:
+def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
     """The channels of a recording that follow from the plan alone, shapes as in a recording."""
-    torque, force = _torque_and_force(walk)
+    torque, force = _torque_and_force(scenario, walk)
     return {
         "joint_position_target": walk.q,
         "joint_velocity_target": walk.qd,
@@ -56,9 +60,9 @@ def model_channels(walk: Walk) -> dict[str, np.ndarray]:
     }
 
 
-def _torque_and_force(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
+def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     """Joint torques [N·m] and forces of the ground on the feet in world axes [N], (N, L, 3)."""
-    model = walk.scenario.model
+    model = scenario.model
     moving = 1.0 if model.body_acceleration == "included" else 0.0
     trunk, zero = walk.trunk, np.zeros(len(walk.time))
     body = BodyMotion(

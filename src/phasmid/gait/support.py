@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 from jaxtyping import Bool, Float
+
+SAME_PLACE = 1e-9
+"""Feet closer than this stand in one place [m]."""
 
 
 def support_margin(
@@ -24,22 +29,24 @@ def support_margin(
     """
     feet = np.asarray(feet, dtype=float)
     legs = feet.shape[-2]
-    margin = np.full(feet.shape[:-2], np.inf)
+    inside = np.full(feet.shape[:-2], np.inf)
+    outside = np.full(feet.shape[:-2], np.inf)
     edges = np.zeros(feet.shape[:-2], dtype=int)
-    for i in range(legs):
-        for j in range(legs):
-            if i == j:
-                continue
-            along = feet[..., j, :] - feet[..., i, :]
-            length = np.hypot(along[..., 0], along[..., 1])
-            ok = stance[..., i] & stance[..., j] & (length > 1e-9)
-            inward = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-            inward /= np.where(length > 1e-9, length, 1.0)[..., None]
-            depth = np.sum((feet - feet[..., i, None, :]) * inward[..., None, :], axis=-1)
-            # An edge of the polygon, counter-clockwise, has every standing foot on its left.
-            hull = ok & np.all(~stance | (depth > -1e-12), axis=-1)
-            hull &= np.any(stance & (depth > 1e-9), axis=-1)
-            inside = np.sum((centre_of_mass - feet[..., i, :]) * inward, axis=-1)
-            margin = np.where(hull, np.minimum(margin, inside), margin)
-            edges += hull
-    return np.where(edges >= 3, margin, -np.inf)
+    for i, j in permutations(range(legs), 2):
+        along = feet[..., j, :] - feet[..., i, :]
+        length = np.hypot(along[..., 0], along[..., 1])
+        apart = length > SAME_PLACE
+        along = along / np.where(apart, length, 1.0)[..., None]
+        inward = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+        depth = np.sum((feet - feet[..., i, None, :]) * inward[..., None, :], axis=-1)
+        # An edge of the polygon, counter-clockwise, has every standing foot on its left.
+        edge = stance[..., i] & stance[..., j] & apart
+        edge &= np.all(~stance | (depth > -1e-3 * SAME_PLACE), axis=-1)
+        edge &= np.any(stance & (depth > SAME_PLACE), axis=-1)
+        way = centre_of_mass - feet[..., i, :]
+        over, beside = np.sum(way * inward, axis=-1), np.sum(way * along, axis=-1)
+        past = beside - np.clip(beside, 0.0, length)
+        inside = np.where(edge, np.minimum(inside, over), inside)
+        outside = np.where(edge, np.minimum(outside, np.hypot(over, past)), outside)
+        edges += edge
+    return np.where(edges >= 3, np.where(inside >= 0, inside, -outside), -np.inf)

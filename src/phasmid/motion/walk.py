@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.errors import InfeasibleWalk
+from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.gait import Gait, support_margin
 from phasmid.kinematics import (
     body_from_hip,
@@ -27,8 +27,8 @@ from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 
-CHECKED_SAMPLES = 240
-"""Instants of one cycle at which a plan is checked; seen from the body, all cycles are alike."""
+CHECKED_SAMPLES = 60
+"""Instants between two events of a gait at which a plan is checked, and its swings' middles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +72,33 @@ class Walk:
         c, s = np.cos(self.trunk.yaw)[:, None], np.sin(self.trunk.yaw)[:, None]
         x, y = c * p[..., 0] - s * p[..., 1], s * p[..., 0] + c * p[..., 1]
         return np.stack([x, y, p[..., 2]], axis=-1) + self.trunk.position[:, None]
+
+    def check_planned_for(self, scenario: Scenario) -> None:
+        """Refuse a scenario with another robot, gait or stride than this walk was planned for.
+
+        Raises:
+            InvalidInput: What differs.
+        """
+        ours, theirs = self.scenario, scenario
+        differs = {
+            "robot": ours.robot != theirs.robot,
+            "gait": ours.gait != theirs.gait,
+            "stride": ours.stride != theirs.stride,
+            "mass_model": ours.model.mass_model != theirs.model.mass_model,
+            "mounts": ours.model.mounts != theirs.model.mounts,
+        }
+        for name, differ in differs.items():
+            if differ:
+                raise InvalidInput(
+                    f"the walk was planned with another {name} than the scenario has.",
+                    hint="walk = phasmid.plan(scenario)",
+                )
+
+    def __repr__(self) -> str:
+        return (
+            f"Walk({self.robot.name}, {self.gait.name} gait, {len(self.time)} samples, "
+            f"{self.time[-1] if len(self.time) else 0:g} s)"
+        )
 
     @property
     def support_margin(self) -> Float[np.ndarray, " time"]:
@@ -140,8 +167,17 @@ def _evaluate(
     return Walk(scenario, robot, gait, time, q, qd, qdd, stance, trunk)
 
 
-def _cycle_times(scenario: Scenario) -> Float[np.ndarray, " time"]:
-    return np.arange(CHECKED_SAMPLES) * (scenario.stride.period / CHECKED_SAMPLES)
+def _cycle_times(scenario: Scenario, gait: Gait) -> Float[np.ndarray, " time"]:
+    """Instants of one cycle that miss nothing: seen from the body, all cycles are alike.
+
+    Between two neighbours of the gait's events and the tops of its lifts all motions are
+    polynomials, however short the swing is.
+    """
+    tops = (np.asarray(gait.offsets) + gait.swing_fraction / 2) % 1.0
+    edges = np.unique(np.concatenate([gait.events, tops, [1.0]]))
+    shares = np.arange(CHECKED_SAMPLES) / CHECKED_SAMPLES
+    phases = edges[:-1, None] + np.diff(edges)[:, None] * shares
+    return phases.ravel() * scenario.stride.period
 
 
 def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int, ...]:
@@ -155,7 +191,7 @@ def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int,
 
 
 def _check_reach(scenario: Scenario, robot: Robot, gait: Gait) -> None:
-    time = _cycle_times(scenario)
+    time = _cycle_times(scenario, gait)
 
     def targets(share: float) -> Float[np.ndarray, "time legs 3"]:
         _, feet = _feet(scenario, robot, gait, share * _step(scenario), time)
@@ -186,7 +222,10 @@ def _raise_out_of_reach(
     if possible > 0:
         hint = f"Longest stride here: {_stride_words(step * possible, down=True)}."
     else:
-        hint = "No stride is possible from this stance; change stance_radius or body_height."
+        hint = (
+            "No stride is possible from this stance and step height; change step_height, "
+            "stance_radius or body_height."
+        )
     if nearest <= far[t, leg] <= farthest:
         q = np.degrees(joint_angles(which, target))
         limits = np.degrees(which.joint_limits)
@@ -217,7 +256,7 @@ def _stride_words(step: np.ndarray, *, down: bool = False) -> str:
 
 def _check_cycle(scenario: Scenario, robot: Robot, gait: Gait) -> None:
     """Refuse joint speeds beyond the servo, and a centre of mass beyond the feet."""
-    walk = _evaluate(scenario, robot, gait, _cycle_times(scenario))
+    walk = _evaluate(scenario, robot, gait, _cycle_times(scenario, gait))
     speed = np.abs(walk.qd)
     peak, limit = float(speed.max()), robot.servo.no_load_speed
     if peak > limit:
@@ -232,7 +271,7 @@ def _check_cycle(scenario: Scenario, robot: Robot, gait: Gait) -> None:
     (worst,) = _first_largest(-margin, axis=0)
     if margin[worst] <= 0:
         raise InfeasibleWalk(
-            f"at phase {worst / CHECKED_SAMPLES:.2f} the centre of mass is "
+            f"at phase {walk.time[worst] / scenario.stride.period:.2f} the centre of mass is "
             f"{-1000 * margin[worst]:.3g} mm outside the support polygon.",
             hint="a gait with a larger duty factor, a shorter stride, or a wider stance",
         )

@@ -16,6 +16,9 @@ from phasmid.robot.link import Link, frozen_array
 JOINTS = ("coxa", "femur", "tibia")
 """The joints of a leg, hip first; each is named for the link that it moves."""
 
+NEAREST_FOOT = 0.001
+"""Least distance of a neutral foot from its coxa axis, outwards [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Leg:
@@ -78,10 +81,17 @@ class Leg:
         for joint, (lower, upper) in zip(JOINTS, self.joint_limits, strict=True):
             if lower >= upper:
                 raise InvalidRobot(
-                    f"joint {self.name}.{joint}: lower limit {units.text(lower, 'deg')} is above "
-                    f"upper limit {units.text(upper, 'deg')}.",
+                    f"joint {self.name}.{joint}: lower limit {math.degrees(lower):.4g}° is above "
+                    f"upper limit {math.degrees(upper):.4g}°.",
                     hint="swap them",
                 )
+        # Around the line behind the hip the coxa angle jumps by a turn.
+        if self.neutral_foot[0] < NEAREST_FOOT:
+            raise InvalidRobot(
+                f"{what}: neutral foot lies {units.text(self.neutral_foot[0], 'mm')} along its "
+                f"hip's x axis; it must stand at least {units.text(NEAREST_FOOT, 'mm')} out.",
+                hint="turn the leg's yaw, which is the direction in which it points",
+            )
 
     @property
     def links(self) -> tuple[Link, Link, Link]:

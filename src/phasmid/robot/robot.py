@@ -136,7 +136,7 @@ class Robot:
         Raises:
             InvalidRobot: There is no such leg.
         """
-        if isinstance(name, int):
+        if not isinstance(name, str):
             if 1 <= name <= len(self.legs):
                 return self.legs[name - 1]
             raise InvalidRobot(f"there is no leg {name}; legs are 1 to {len(self.legs)}.")

@@ -1,6 +1,13 @@
 """What is tried: a robot, a gait, a stride, and how it is looked at."""
 
 from phasmid.scenario.file import load_scenario, scenario_names, scenario_to_toml
-from phasmid.scenario.scenario import Scenario, option_keys
+from phasmid.scenario.scenario import SETTLING_TIME, Scenario, option_keys
 
-__all__ = ["Scenario", "load_scenario", "option_keys", "scenario_names", "scenario_to_toml"]
+__all__ = [
+    "SETTLING_TIME",
+    "Scenario",
+    "load_scenario",
+    "option_keys",
+    "scenario_names",
+    "scenario_to_toml",
+]

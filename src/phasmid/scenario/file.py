@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from phasmid.errors import located
 from phasmid.scenario.scenario import Scenario
-from phasmid.tables import (
-    Table,
-    find_file,
-    in_file,
-    key_of,
-    preset_names,
-    read_toml,
-    validate,
-)
+from phasmid.tables import Table, in_file, key_of, validate
+from phasmid.toml import find_file, preset_names, read_toml, toml_string
 from phasmid.units import UNITS, split_unit
 
 
@@ -77,4 +69,4 @@ def _entry(key: str, name: str, value: Any) -> str:
         return f"{name} = {value!r}"
     if isinstance(value, tuple):
         return f"{name} = [{', '.join(map(repr, value))}]"
-    return f"{name} = {json.dumps(value)}"
+    return f"{name} = {toml_string(value) if isinstance(value, str) else value}"

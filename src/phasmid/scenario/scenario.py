@@ -6,17 +6,34 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from annotated_types import Ge, Gt, Le
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.gait import Gait, load_gait
 from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
-from phasmid.tables import Angle, Hint, Length, Locator, Table, Time, key_of, leaves, validate
+from phasmid.tables import (
+    Angle,
+    Count,
+    Hint,
+    Length,
+    Locator,
+    Number,
+    Table,
+    Time,
+    dotted,
+    key_of,
+    leaves,
+    speaking,
+    validate,
+)
 from phasmid.units import STANDARD_GRAVITY, split_unit
 
 MOST_SAMPLES = 10_000_000
 """Most samples of a planned walk: above it the walk alone would fill the memory."""
+
+SETTLING_TIME = 1.0
+"""Time for which the robot stands still before a simulated walk, to find its equilibrium [s]."""
 
 MOST_RECORDED = 4_000_000
 """Most samples of a recording: about 1.6 kB each for a hexapod while the run is put together."""
@@ -32,12 +49,15 @@ class GaitTable(Table):
     """
 
     name: str = "tripod"
-    duty_factor: float | None = None
-    offsets: tuple[float, ...] | None = None
+    duty_factor: Number | None = None
+    offsets: tuple[Number, ...] | None = None
 
     @model_validator(mode="before")
     @classmethod
     def _from_name(cls, raw: Any) -> Any:
+        if isinstance(raw, Gait):
+            offsets = tuple(float(offset) for offset in raw.offsets)
+            return {"name": raw.name, "duty_factor": raw.duty_factor, "offsets": offsets}
         return {"name": raw} if isinstance(raw, str) else raw
 
 
@@ -65,7 +85,7 @@ class StrideTable(Table):
     step_turn: Annotated[Angle, Ge(-np.pi), Le(np.pi)] = 0.0
     step_height: Annotated[Length, Ge(0)] = 0.030
     period: Annotated[Time, Gt(0)] = 2.0
-    samples: Annotated[int, Ge(9), Le(100_000), Hint("41, as the paper; two phases need 9")] = 41
+    samples: Annotated[Count, Ge(9), Le(100_000), Hint("41, as the paper; two phases need 9")] = 41
     stance_law: Literal["straight", "coxa-only"] = "straight"
     stance_timing: Literal["rest-to-rest", "constant-speed"] = "rest-to-rest"
     curve: Literal["quintic", "cubic-spline"] = "quintic"
@@ -90,7 +110,7 @@ class ModelTable(Table):
     mounts: Literal["as-given", "perpendicular"] = "as-given"
     body_acceleration: Literal["included", "quasi-static"] = "included"
     force_model: Literal["minimum-norm"] = "minimum-norm"
-    gravity: Annotated[float, Gt(0), Le(100)] = STANDARD_GRAVITY
+    gravity: Annotated[Number, Gt(0), Le(100)] = STANDARD_GRAVITY
 
 
 class SimulationTable(Table):
@@ -108,7 +128,7 @@ class SimulationTable(Table):
     drive: Literal["prescribed", "servo"] = "prescribed"
     dt: Annotated[Time, Gt(0)] = 0.001
     record_interval: Annotated[Time, Gt(0)] | None = None
-    max_steps: Annotated[int, Gt(0)] = 100_000_000
+    max_steps: Annotated[Count, Gt(0)] = 100_000_000
 
 
 class ContactTable(Table):
@@ -116,15 +136,20 @@ class ContactTable(Table):
 
     Attributes:
         stiffness: Of each of a foot's four contact points [N/m].
-        damping: Of each of a foot's four contact points [N·s/m].
+        damping: Of each of a foot's four contact points [N·s/m]. With 50 and more, feet that slide
+            for long chatter.
+        friction_damping: Sideways, of each point that sticks [N·s/m]. A pushed foot creeps by its
+            force over it. More creeps less and keeps more internal force between the feet.
+        impedance: The engine's d: a point's force also resists its acceleration, with a mass of
+            d/(1 - d) times that with which the foot resists a push.
         tip_width: Side of the square on which the four points of a foot lie [m].
-        impratio: How much stiffer friction is than the normal contact; more creeps less.
     """
 
-    stiffness: Annotated[float, Gt(0)] = 1e4
-    damping: Annotated[float, Ge(0)] = 100.0
+    stiffness: Annotated[Number, Gt(0)] = 1e4
+    damping: Annotated[Number, Gt(0)] = 30.0
+    friction_damping: Annotated[Number, Gt(0)] = 300.0
+    impedance: Annotated[Number, Gt(0.01), Lt(0.99)] = 0.5
     tip_width: Annotated[Length, Gt(0), Le(0.1)] = 0.004
-    impratio: Annotated[float, Ge(1), Le(1000)] = 1.0
 
 
 class TerrainTable(Table):
@@ -134,7 +159,7 @@ class TerrainTable(Table):
         friction: Coefficient of Coulomb friction between foot and ground.
     """
 
-    friction: Annotated[float, Ge(0), Le(10)] = 0.7
+    friction: Annotated[Number, Ge(0), Le(10)] = 0.7
 
 
 class Scenario(Table):
@@ -158,7 +183,11 @@ class Scenario(Table):
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
-    format: Literal[1] = 1
+    def __init__(self, **fields: Any) -> None:
+        with speaking(Scenario, fields):
+            super().__init__(**fields)
+
+    format: Annotated[Count, Ge(1), Le(1), Hint("upgrade phasmid for newer files")] = 1
     name: Annotated[
         str,
         StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"),
@@ -176,11 +205,12 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _check_size(self) -> Scenario:
-        steps, most = self.duration / self.simulation.dt, self.simulation.max_steps
+        dt, most = self.simulation.dt, self.simulation.max_steps
+        steps = (self.duration + SETTLING_TIME) / dt
         if steps > most:
             raise InvalidInput(
-                f"{self.duration:g} s at {1000 * self.simulation.dt:g} ms is {steps:.3g} steps; "
-                f"the limit is {float(most):g}.",
+                f"{self.duration:g} s at {1000 * dt:g} ms is {steps:.3g} steps, with "
+                f"{SETTLING_TIME:g} s to settle; the limit is {float(most):g}.",
                 hint="--max-steps, or a shorter duration",
             )
         samples = self.duration / self.stride.period * self.stride.samples
@@ -190,13 +220,13 @@ class Scenario(Table):
                 f"samples; the limit is {float(MOST_SAMPLES):g}.",
                 hint="a shorter duration, or fewer samples",
             )
-        interval, dt = self.simulation.record_interval, self.simulation.dt
+        interval = self.simulation.record_interval
         if interval is not None and abs(interval / dt - round(interval / dt)) > 1e-6:
             raise InvalidInput(
                 f"record_interval is {interval:g} s; "
                 f"it must be a whole number of steps of {dt:g} s."
             )
-        recorded = steps / self.record_steps
+        recorded = self.duration / (dt * self.record_steps)
         if recorded > MOST_RECORDED:
             raise InvalidInput(
                 f"{self.duration:g} s recorded every {1000 * dt * self.record_steps:g} ms is "
@@ -223,7 +253,7 @@ class Scenario(Table):
         Raises:
             InvalidInput: There is no such field, or the value is refused.
         """
-        return self.changed(changes, _by_path)
+        return self.changed(changes, lambda loc: (dotted(loc), ""))
 
     def changed(self, changes: Mapping[str, Any], locate: Locator) -> Scenario:
         """As `replace`, with other words in messages.
@@ -235,20 +265,28 @@ class Scenario(Table):
         raw: dict[str, Any] = self.model_dump(exclude={"robot"}) | {"robot": self.robot}
         paths = {path[-1]: path for path, _ in leaves(Scenario) if path[0] != "gait"}
         paths |= {"duty_factor": ("gait", "duty_factor"), "offsets": ("gait", "offsets")}
+        keys = {path[-1] if len(path) > 1 else key: key for key, path in option_keys().items()}
+        given: dict[str, str] = {}
         # The gait goes first, so that a duty factor given beside it is kept.
         for key, value in sorted(changes.items(), key=lambda item: item[0] != "gait"):
-            name = split_unit(key)[0] if split_unit(key)[0] in paths else key
+            stem = split_unit(key)[0]
+            name = stem if stem in paths or stem in Scenario.model_fields else key
+            if name in given:
+                raise InvalidInput(f'"{given[name]}" and "{key}" are one field; one must go.')
+            given[name] = key
             if name in Scenario.model_fields:
                 raw.pop(name, None)
                 raw[key] = value
-            elif name in paths:
-                table, _ = paths[name]
-                inner = raw[table] if isinstance(raw[table], dict) else {"name": raw[table]}
+            elif name in paths and isinstance(raw[paths[name][0]], dict):
+                inner = raw[paths[name][0]]
                 inner.pop(name, None)
-                raw[table] = inner | {key: value}
+                inner[key] = value
+            elif name in paths:
+                # The gait, given by its name alone.
+                raw["gait"] = {"name": raw["gait"], key: value}
             else:
-                known = [*paths, *Scenario.model_fields]
-                guess = nearest(key, known)
+                guess = nearest(key, [*option_keys(), *paths, *Scenario.model_fields])
+                guess = keys.get(guess, guess)
                 raise InvalidInput(
                     f'a scenario has no field "{key}".', hint=f'"{guess}"' if guess else ""
                 )
@@ -306,12 +344,6 @@ class Scenario(Table):
                 f"gait.offsets has {len(table.offsets)} values; one per leg, {leg_count} in all."
             )
         return Gait(table.name, table.duty_factor, table.offsets)
-
-
-def _by_path(loc: tuple[str | int, ...]) -> tuple[str, str]:
-    from phasmid.tables import dotted
-
-    return dotted(loc), ""
 
 
 def option_keys() -> dict[str, tuple[str, ...]]:

@@ -24,6 +24,10 @@ class Drive(Protocol):
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Torques of the last step, leg by leg [N·m], shape (3 L,)."""
 
+    @staticmethod
+    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """What `command` is told so that a walk is followed with a time step [s], (N, 3 L)."""
+
 
 class PrescribedDrive:
     """Joints that follow the plan exactly, whatever torque it takes: the paper's way.
@@ -31,10 +35,10 @@ class PrescribedDrive:
     Each joint is held by an equality constraint; its force is the joint's torque.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk) -> None:
         self._data = data
         self._angle = model.eq_data[:, 0]
-        self._count = model.neq
+        self._count = 3 * len(walk.robot.legs)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the angles at which the constraints hold."""
@@ -93,6 +97,7 @@ class ServoDrive:
         return force
 
     @staticmethod
-    def targets(walk: Walk) -> Float[np.ndarray, "samples joints"]:
-        """Planned angles, shape (N, 3 L) [rad]."""
+    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
+        del dt
         return walk.q.reshape(len(walk.time), -1)

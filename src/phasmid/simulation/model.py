@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 POINT_RADIUS = 0.0005
 """Radius of the small sphere that stands for one contact point [m]."""
 
-CONTACT_IMPEDANCE = 0.5
-"""The engine's impedance at which the calibrated contact is set; the forces do not depend on it."""
-
 JOINT_IMPEDANCE = 0.999
 """How hard the engine holds prescribed joints; the rest is numerical softness."""
 
@@ -73,7 +70,7 @@ def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     # Dense: the sparse Newton Hessian of MuJoCo 4.0.0 is wrong, and 24 degrees of freedom are few.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.option.impratio = scenario.contact.impratio
+    spec.option.impratio = scenario.contact.friction_damping / scenario.contact.damping
     friction = [scenario.terrain.friction, 0.005, 0.0001]
     spec.worldbody.add_geom(
         name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.1], friction=friction
@@ -198,10 +195,11 @@ def _set_contact(spec: mujoco.MjSpec, leg: Leg, scenario: Scenario, mobility: fl
     """Make each contact point a spring and damper in N/m and N·s/m.
 
     With a constant impedance d the engine's force on a point of mobility A is
-    (reference acceleration - acceleration) / (A + A (1 - d) / d); direct values of
-    -K (1 - d) A and -B (1 - d) A therefore give the force K depth + B speed.
+    (reference acceleration - acceleration) d / ((1 - d) A). Direct values of -K (1 - d) A and
+    -B (1 - d) A, which it divides by d² and d, make this K depth + B speed - m acceleration with
+    m = d / ((1 - d) A): exact at rest, and with a small mass of its own in motion.
     """
-    d = CONTACT_IMPEDANCE
+    d = scenario.contact.impedance
     scale = (1 - d) * mobility
     for i in range(4):
         point = spec.geom(point_name(leg, i))

@@ -16,7 +16,8 @@ from phasmid.forces.analysis import model_channels, recording_attributes
 from phasmid.kinematics import yaw_quaternion
 from phasmid.motion import Walk
 from phasmid.recording import Recording, new_recording
-from phasmid.scenario import Scenario
+from phasmid.robot import Robot
+from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.simulation.drive import Drive, PrescribedDrive, ServoDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.model import build_model
@@ -24,11 +25,11 @@ from phasmid.simulation.model import build_model
 if TYPE_CHECKING:
     import mujoco
 
-SETTLING_TIME = 1.0
-"""Time for which the robot stands still before the walk, to find its equilibrium [s]."""
-
 WATCH_STEPS = 256
 """Steps between two looks of the watch, which sees every step in between."""
+
+PLAN_STEPS = 64 * WATCH_STEPS
+"""Steps for which the plan is evaluated at once, so that long runs do not fill the memory."""
 
 Progress = Callable[[float], None]
 """Is told now and then how many seconds of the walk are done."""
@@ -50,16 +51,23 @@ def simulate(scenario: Scenario, walk: Walk, *, progress: Progress | None = None
         How the run ended is in the attributes ``ending`` and ``ending_reason``.
 
     Raises:
-        InvalidInput: The time step cannot resolve the contact.
+        InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
+            robot, gait or stride.
     """
-    _check_time_step(scenario, walk)
+    walk.check_planned_for(scenario)
+    check_time_step(scenario, walk.robot)
     run = Run(scenario, walk)
     trouble = run.advance(progress)
     return _record(scenario, walk, run, trouble)
 
 
-def _check_time_step(scenario: Scenario, walk: Walk) -> None:
-    longest = longest_time_step(scenario, walk.robot.mass)
+def check_time_step(scenario: Scenario, robot: Robot) -> None:
+    """Refuse a time step that cannot resolve the contact.
+
+    Raises:
+        InvalidInput: With the longest one that can.
+    """
+    longest = longest_time_step(scenario, robot.mass)
     if scenario.simulation.dt > longest:
         raise InvalidInput(
             f"--dt {scenario.simulation.dt:g} s cannot resolve this contact "
@@ -75,12 +83,12 @@ def longest_time_step(scenario: Scenario, mass: float) -> float:
         scenario: Its contact is used.
         mass: Of the robot [kg].
     """
-    # Each of twelve points carries its share of the mass; the engine takes the contact's spring
-    # and damper at the start of a step, which is stable up to about two time constants.
+    # Each of twelve points carries its share of the mass. The engine takes a contact's spring and
+    # damper at the start of a step, which is stable up to twice the time returned here.
     share = mass / 12
     frequency = math.sqrt(scenario.contact.stiffness / share)
     ratio = scenario.contact.damping / (2 * math.sqrt(scenario.contact.stiffness * share))
-    return 2 * (math.sqrt(ratio**2 + 1) - ratio) / frequency
+    return (math.sqrt(ratio**2 + 1) - ratio) / frequency
 
 
 class Run:
@@ -89,51 +97,64 @@ class Run:
     Attributes:
         model: The engine's model.
         data: The engine's state.
-        plan: The walk at the steps' times.
-        targets: What the drive is told at each step, shape (steps + 1, 3 L).
-        log: What each step left behind.
-        done: Number of samples logged.
+        steps: Number of steps.
+        done: Number of samples logged, at least the first.
     """
 
     def __init__(self, scenario: Scenario, walk: Walk) -> None:
         import mujoco
 
-        self.scenario, self.robot = scenario, walk.robot
-        dt = scenario.simulation.dt
-        self.steps = round(scenario.duration / dt)
+        self.scenario, self.walk, self.robot = scenario, walk, walk.robot
+        self.dt = scenario.simulation.dt
+        self.steps = max(1, round(scenario.duration / self.dt))
         self.every = scenario.record_steps
-        self.plan = walk.sample(np.arange(self.steps + 1) * dt)
         self.model = build_model(walk.robot, scenario)
         self.data = mujoco.MjData(self.model)
-        self.drive: Drive
-        if scenario.simulation.drive == "prescribed":
-            self.drive = PrescribedDrive(self.model, self.data)
-            self.targets = PrescribedDrive.targets(self.plan, dt)
-        else:
-            self.drive = ServoDrive(self.model, self.data, walk)
-            self.targets = ServoDrive.targets(self.plan)
-        self.log = _Log.empty(self.model, 3 * len(walk.robot.legs), self.steps // self.every + 1)
+        prescribed = scenario.simulation.drive == "prescribed"
+        kind = PrescribedDrive if prescribed else ServoDrive
+        self.drive: Drive = kind(self.model, self.data, walk)
+        joints = 3 * len(walk.robot.legs)
+        self.log = _Log.empty(self.model, joints, self.steps // self.every + 1)
+        self.buffer = _Log.empty(self.model, joints, WATCH_STEPS)
         self.done = 0
-        self._settle()
+        with _engine_warnings() as warnings:
+            self._place(walk.sample(np.zeros(1)))
+            self.trouble = self._settle(warnings)
 
-    def _settle(self) -> None:
-        """Put the robot on its feet and let it come to rest, at the start of the plan."""
+    def targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
+        """What the drive is told at the steps from one to before another, shape (N, 3 L)."""
+        return self.drive.targets(self.walk.sample(np.arange(start, stop) * self.dt), self.dt)
+
+    def _place(self, start: Walk) -> None:
+        """Put the robot where the plan starts, and log that as the first sample."""
         import mujoco
 
-        data, plan = self.data, self.plan
+        data = self.data
         mujoco.mj_resetData(self.model, data)
-        data.qpos[:3] = plan.trunk.position[0]
-        data.qpos[3:7] = yaw_quaternion(plan.trunk.yaw[:1])[0]
-        data.qpos[7:] = plan.q[0].ravel()
-        still = plan.q[0].ravel()
-        for _ in range(math.ceil(SETTLING_TIME / self.model.opt.timestep)):
-            self.drive.command(still)
-            mujoco.mj_step(self.model, data)
-        data.qpos[:2] = plan.trunk.position[0, :2]
-        data.qvel[:3] = plan.trunk.velocity[0]
-        data.qvel[3:6] = [0.0, 0.0, plan.trunk.yaw_rate[0]]
-        data.qvel[6:] = plan.qd[0].ravel()
+        data.qpos[:3] = start.trunk.position[0]
+        data.qpos[3:7] = yaw_quaternion(start.trunk.yaw)[0]
+        data.qpos[7:] = start.q[0].ravel()
+        self.drive.command(start.q[0].ravel())
+        mujoco.mj_forward(self.model, data)
+        self.buffer.write(0, data, self.drive.torque())
+        self._keep(0, 1)
+
+    def _settle(self, warnings: list[str]) -> Trouble | None:
+        """Let the robot come to rest on its feet, then set it going as the plan does."""
+        start, data = self.walk.sample(np.zeros(1)), self.data
+        still = np.repeat(start.q.reshape(1, -1), WATCH_STEPS, axis=0)
+        for _ in range(math.ceil(SETTLING_TIME / self.dt / WATCH_STEPS)):
+            self._advance(still)
+            trouble = self._look(WATCH_STEPS, warnings)
+            if trouble:
+                return Trouble(trouble.ending, 0, f"before its first step {trouble.reason}")
+        data.qpos[:2] = start.trunk.position[0, :2]
+        data.qvel[:3] = start.trunk.velocity[0]
+        data.qvel[3:6] = [0.0, 0.0, start.trunk.yaw_rate[0]]
+        data.qvel[6:] = start.qd[0].ravel()
         data.time = 0.0
+        self.done = 0
+        return None
 
     def advance(self, progress: Progress | None = None) -> Trouble | None:
         """Run to the end, or to the first trouble.
@@ -141,66 +162,73 @@ class Run:
         Returns:
             What ended the run early; None where it was completed.
         """
-        start = 0
-        buffer = _Log.empty(self.model, self.log.torque.shape[1], WATCH_STEPS)
+        if self.trouble:
+            return self.trouble
+        start, targets = 0, np.empty((0, 0))
         try:
             with _engine_warnings() as warnings:
                 while start <= self.steps:
-                    stop = min(start + WATCH_STEPS, self.steps + 1)
-                    self._advance(buffer, start, stop)
-                    trouble = self._look(buffer, stop - start, warnings)
+                    if start % PLAN_STEPS == 0:
+                        targets = self.targets(start, min(start + PLAN_STEPS, self.steps + 1))
+                    first = start % PLAN_STEPS
+                    block = targets[first : first + WATCH_STEPS]
+                    stop = start + len(block)
+                    self._advance(block, last=stop > self.steps)
+                    trouble = self._look(len(block), warnings)
                     if trouble:
-                        self._keep(buffer, start, start + trouble.sample)
-                        at = (start + trouble.sample) * self.scenario.simulation.dt
-                        reason = f"at {at:.3f} s {trouble.reason}"
-                        return Trouble(trouble.ending, self.done, reason)
-                    self._keep(buffer, start, stop)
+                        self._keep(start, start + trouble.sample)
+                        at = (start + trouble.sample) * self.dt
+                        return Trouble(trouble.ending, self.done, f"at {at:.3f} s {trouble.reason}")
+                    self._keep(start, stop)
                     start = stop
                     if progress:
                         progress(min(self.data.time, self.scenario.duration))
         except KeyboardInterrupt:
             # The last step may have moved the state without its row being written.
-            whole = round(self.data.time / self.model.opt.timestep) - 1
-            self._keep(buffer, start, max(start, whole))
+            self._keep(start, max(start, round(self.data.time / self.dt) - 1))
             return Trouble(Ending.STOPPED, self.done, f"at {self.data.time:.3f} s")
         return None
 
-    def _look(self, buffer: _Log, count: int, warnings: list[str]) -> Trouble | None:
+    def _look(self, count: int, warnings: list[str]) -> Trouble | None:
         """What the watch finds in the buffer's first samples, and what the engine complained of."""
-        trouble = watch(self.robot, buffer.qpos[:count], buffer.qvel[:count])
+        trouble = watch(self.robot, self.buffer.qpos[:count], self.buffer.qvel[:count])
         if trouble is None and warnings:
             return Trouble(Ending.DIVERGED, count, f"the engine says: {warnings[0]}")
         return trouble
 
-    def _advance(self, log: _Log, start: int, stop: int) -> None:
-        """Step from one sample to another; what the engine measured goes into the log's start."""
+    def _advance(self, targets: Float[np.ndarray, "samples joints"], *, last: bool = False) -> None:
+        """Make a step for each target; what the engine measured goes into the buffer's start.
+
+        Args:
+            targets: What the drive is told at each step, at most as many as the buffer holds.
+            last: Whether the last of them is the walk's end, which is measured and not stepped.
+        """
         import mujoco
 
         # All names are local: the loop below is the simulation's whole cost beside the engine.
-        model, data, targets = self.model, self.data, self.targets
+        model, data, log = self.model, self.data, self.buffer
         command, torque = self.drive.command, self.drive.torque
         qpos, qvel, sensordata = data.qpos, data.qvel, data.sensordata
         log_qpos, log_qvel, log_sensors, log_torque = log.qpos, log.qvel, log.sensors, log.torque
-        step = mujoco.mj_step
-        for k, i in enumerate(range(start, stop)):
+        step, end = mujoco.mj_step, len(targets) - 1 if last else -1
+        for k, target in enumerate(targets):
             log_qpos[k] = qpos
             log_qvel[k] = qvel
-            command(targets[i])
-            if i == self.steps:
+            command(target)
+            if k == end:
                 step = mujoco.mj_forward
             step(model, data)
             log_sensors[k] = sensordata
             log_torque[k] = torque()
 
-    def _keep(self, buffer: _Log, start: int, stop: int) -> None:
-        """Move the samples that are recorded from the buffer into the log."""
+    def _keep(self, start: int, stop: int) -> None:
+        """Move the buffer's samples that are recorded into the log, but never the first away."""
         first = -start % self.every
-        kept = range(first, stop - start, self.every)
-        end = self.done + len(kept)
+        kept = len(range(first, stop - start, self.every))
         for field in ("qpos", "qvel", "sensors", "torque"):
-            chosen = getattr(buffer, field)[first : stop - start : self.every]
-            getattr(self.log, field)[self.done : end] = chosen
-        self.done = end
+            chosen = getattr(self.buffer, field)[first : stop - start : self.every]
+            getattr(self.log, field)[self.done : self.done + kept] = chosen
+        self.done = max(self.done + kept, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +244,11 @@ class _Log:
     def empty(cls, model: mujoco.MjModel, joints: int, samples: int) -> _Log:
         widths = (model.nq, model.nv, model.nsensordata, joints)
         return cls(*(np.empty((samples, width)) for width in widths))
+
+    def write(self, row: int, data: mujoco.MjData, torque: Float[np.ndarray, " joints"]) -> None:
+        """Write one sample as the engine stands."""
+        self.qpos[row], self.qvel[row] = data.qpos, data.qvel
+        self.sensors[row], self.torque[row] = data.sensordata, torque
 
 
 @contextmanager
@@ -241,7 +274,7 @@ def _record(scenario: Scenario, walk: Walk, run: Run, trouble: Trouble | None) -
     log = run.log
     contact = log.sensors[:n, : 4 * legs].reshape(n, legs, 4)
     force = contact[..., 1:]
-    channels = model_channels(walk.sample(time)) | {
+    channels = model_channels(scenario, walk.sample(time)) | {
         "joint_position": log.qpos[:n, 7:].reshape(n, legs, 3),
         "joint_velocity": log.qvel[:n, 6:].reshape(n, legs, 3),
         "joint_torque": log.torque[:n].reshape(n, legs, 3),

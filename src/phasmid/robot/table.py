@@ -1,0 +1,146 @@
+"""What a robot file may say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+from annotated_types import Ge, Len
+from pydantic import BeforeValidator, ConfigDict, model_validator
+
+from phasmid.errors import InvalidInput, nearest
+from phasmid.tables import Angle, Count, Inertia, Length, Mass, Number, Rate, Table, Weight
+from phasmid.toml import read_toml
+
+LONGEST_NAME = 64
+"""Robots and legs with longer names than this make no readable tables."""
+
+
+def _printable(name: Any) -> Any:
+    if isinstance(name, str) and not (name.isprintable() and 0 < len(name) <= LONGEST_NAME):
+        raise InvalidInput(
+            f"the name {name[:LONGEST_NAME]!r} cannot be used; it must be 1 to {LONGEST_NAME} "
+            "printable characters."
+        )
+    return name
+
+
+def _matrix(tensor: Any) -> Any:
+    """A tensor's table of xx, yy, zz, xy, xz, yz as rows."""
+    if not isinstance(tensor, Mapping):
+        return tensor
+    needed, known = {"xx", "yy", "zz"}, ("xx", "yy", "zz", "xy", "xz", "yz")
+    for key in tensor:
+        if key not in known:
+            raise InvalidInput(f'unknown key "{key}" in an inertia.', hint=", ".join(known))
+    if not needed <= set(tensor):
+        raise InvalidInput("an inertia must have xx, yy and zz; xy, xz and yz may follow.")
+    xx, yy, zz, xy, xz, yz = (tensor.get(key, 0.0) for key in known)
+    return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+
+Name = Annotated[str, BeforeValidator(_printable)]
+Vector = Annotated[list[Length], Len(3, 3)]
+Limits = Annotated[list[Angle], Len(2, 2)]
+Tensor = Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3), BeforeValidator(_matrix)]
+
+
+class RobotPart(Table):
+    """A table of a robot file; numbers that are not finite are left to the robot's own words."""
+
+    model_config = ConfigDict(allow_inf_nan=True)
+
+
+class LinkTable(RobotPart):
+    """``[leg.links.coxa]``: what the link weighs and how it resists turning."""
+
+    mass: Mass
+    com: Vector
+    inertia: Tensor
+
+
+class LimitsTable(RobotPart):
+    """``[leg.joint_limits]``: lowest and highest angle of each joint."""
+
+    coxa: Limits = [-math.pi, math.pi]
+    femur: Limits = [-math.pi, math.pi]
+    tibia: Limits = [-math.pi, math.pi]
+
+
+class LinksTable(RobotPart):
+    """``[leg.links]``: the three links."""
+
+    coxa: LinkTable
+    femur: LinkTable
+    tibia: LinkTable
+
+
+class LegTable(RobotPart):
+    """``[legs.NAME]`` merged over ``[leg]``, which holds what all legs share."""
+
+    coxa: Length
+    femur: Length
+    tibia: Length
+    mount: Vector
+    yaw: Angle
+    neutral_foot: Vector | None = None
+    home: Annotated[list[Angle], Len(3, 3)] | None = None
+    femur_bend: Angle = 0.0
+    tibia_bend: Angle = 0.0
+    joint_limits: LimitsTable = LimitsTable()
+    links: LinksTable
+
+
+class BodyTable(RobotPart):
+    """``[body]``: the trunk; without an inertia it is a solid box of its size."""
+
+    size: Vector
+    mass: Mass | None = None
+    com: Vector = [0.0, 0.0, 0.0]
+    inertia: Tensor | None = None
+
+
+class ServoTable(RobotPart):
+    """``servo = "AX-12A"``, or a table of data-sheet numbers."""
+
+    name: Name
+    stall_torque: Number
+    no_load_speed: Rate
+    stiffness: Number
+    damping: Number = 0.0
+    armature: Number = 0.0
+    friction: Number = 0.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, raw: Any) -> Any:
+        if not isinstance(raw, str):
+            return raw
+        known = known_servos()
+        if raw not in known:
+            guess = nearest(raw, known)
+            raise InvalidInput(
+                f'no servo called "{raw}".',
+                hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
+            )
+        return {"name": raw} | known[raw]
+
+
+class RobotTable(RobotPart):
+    """A robot file."""
+
+    name: Name
+    description: str = ""
+    leg_count: Annotated[Count, Ge(4)] = 6
+    total_weight: Weight | None = None
+    servo: ServoTable
+    body: BodyTable
+    legs: dict[Name, LegTable]
+
+
+def known_servos() -> dict[str, Any]:
+    """The servos that a robot file can name, as tables."""
+    return read_toml(Path(str(resources.files("phasmid.robot") / "servos.toml")))[0]

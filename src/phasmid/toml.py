@@ -1,0 +1,143 @@
+"""TOML files: found by name or path, read with care, and the lines on which things stand."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from phasmid.errors import InvalidInput, nearest
+from phasmid.units import split_unit
+
+LARGEST_FILE = 1_000_000
+"""Files above this many bytes are not robots or scenarios that a person wrote."""
+
+
+def preset_names(package: str) -> tuple[str, ...]:
+    """Names of the files that come with a room, in its folder ``presets``."""
+    folder = resources.files(package) / "presets"
+    return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
+
+
+def find_file(source: str | Path, package: str, noun: str) -> Path:
+    """The file that a name or a path stands for.
+
+    Args:
+        source: Name of a preset, or path of a ``.toml`` file.
+        package: The room whose presets are meant.
+        noun: What the file describes, for messages.
+
+    Raises:
+        InvalidInput: It is neither.
+    """
+    text, known = str(source), preset_names(package)
+    if text in known:
+        return Path(str(resources.files(package) / "presets" / f"{text}.toml"))
+    path = Path(text)
+    if path.suffix != ".toml" and not _is_file(path):
+        guess = nearest(text, known)
+        choice = f"one of {', '.join(known)}, or a .toml file"
+        raise InvalidInput(f'no {noun} called "{text}".', hint=f'"{guess}"' if guess else choice)
+    return path
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        # A name that no file system takes: too long, or with a zero in it.
+        return False
+
+
+def read_toml(path: Path) -> tuple[dict[str, Any], str]:
+    """The table in a TOML file, and its text.
+
+    Raises:
+        InvalidInput: The file is absent, no regular file, too large, or not TOML.
+    """
+    if not _is_file(path):
+        try:
+            exists = path.exists()
+        except (OSError, ValueError):
+            exists = False
+        raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
+    try:
+        with path.open("rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InvalidInput(f"cannot read {path}: {reason}.") from None
+    if len(raw) > LARGEST_FILE:
+        raise InvalidInput(f"{path} holds more than {LARGEST_FILE} bytes; such files are refused.")
+    try:
+        # Some editors put a byte order mark first.
+        content = raw.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        raise InvalidInput(f"{path} is not text in UTF-8.") from None
+    try:
+        return tomllib.loads(content), content
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise _toml_error(path, content, str(error)) from None
+
+
+def _toml_error(path: Path, content: str, message: str) -> InvalidInput:
+    lines = content.splitlines()
+    at = re.search(r"\(at line (\d+), column \d+\)", message)
+    line = int(at.group(1)) if at else len(lines)
+    written = lines[line - 1] if 0 < line <= len(lines) else ""
+    if "overwrite" in message or "twice" in message:
+        key = written.partition("=")[0].strip().strip("[]")
+        return InvalidInput(f'{path.name} line {line}: key "{key}" is given twice.')
+    reason = message.partition(" (at ")[0]
+    return InvalidInput(f"{path.name} line {line}: {reason}.", hint="see the TOML syntax")
+
+
+def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:
+    """The line of a TOML text on which a value stands, or the nearest line above it.
+
+    Args:
+        content: The file's text.
+        loc: Path of keys to the value; a key may be written with a unit.
+
+    Returns:
+        Line number from 1, and how many keys of the path are written there; both 0 for none.
+    """
+    keys = [str(part) for part in loc if isinstance(part, str)]
+    best, depth = 0, 0
+    table: list[str] = []
+    for number, line in enumerate(content.splitlines(), 1):
+        bare = line.strip()
+        if bare.startswith("["):
+            path = table = _parts(bare.lstrip("[").partition("]")[0])
+        else:
+            name, equals, _ = bare.partition("=")
+            if not equals or len(name) > 200:
+                continue
+            path = table + _parts(name)
+        written = zip(keys, path, strict=False)
+        here = all(key in (part, split_unit(part)[0]) for key, part in written)
+        if here and depth < len(path) <= len(keys):
+            best, depth = number, len(path)
+    return best, depth
+
+
+def _parts(dotted: str) -> list[str]:
+    return [part.strip().strip("\"'") for part in dotted.split(".")]
+
+
+def toml_string(text: str) -> str:
+    """A text as a TOML basic string."""
+    named = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
+
+    def written(c: str) -> str:
+        return named.get(c) or (f"\\u{ord(c):04x}" if ord(c) < 0x20 or ord(c) == 0x7F else c)
+
+    return f'"{"".join(map(written, text))}"'
+
+
+def toml_key(name: str) -> str:
+    """A name as a TOML key, quoted where it must be."""
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_string(name)
