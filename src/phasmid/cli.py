@@ -108,7 +108,8 @@ def _run(arguments: list[str]) -> int:
         guess = nearest(unknown[0].split("=")[0], known)
         kind = "option" if unknown[0].startswith("-") else "argument"
         raise InvalidInput(
-            f'no {kind} "{unknown[0]}".', hint=guess or f"phasmid {command or ''} --help"
+            f'no {kind} "{unknown[0]}".',
+            hint=guess if guess and guess != unknown[0] else f"phasmid {command or ''} --help",
         )
     if options.command is None:
         parser.print_help()
@@ -316,12 +317,16 @@ def _value(key: str, text: str) -> Any:
 
 
 def _number(text: str) -> int | float | str:
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return text
+    try:
+        return int(text)
+    except ValueError:
+        pass
+    try:
+        number = float(text)
+    except ValueError:
+        return text
+    # 1e3 samples are a whole number of them.
+    return int(number) if number.is_integer() and abs(number) < 1e15 else number
 
 
 def _legs(text: str | None, robot: Robot) -> tuple[int, ...] | None:

@@ -232,7 +232,11 @@ def _table_in(kind: Any) -> type[Table] | None:
 
 def _show(value: Any, ending: str) -> str:
     if isinstance(value, bool | int | float):
-        number = f"{value:g}" if isinstance(value, float) else str(value).lower()
+        large = isinstance(value, float) or abs(value) >= 10**15
+        try:
+            number = f"{float(value):g}" if large else str(value).lower()
+        except OverflowError:
+            number = "more than 1e308"
         finite = not isinstance(value, float) or math.isfinite(value)
         counts = ending and finite and not isinstance(value, bool)
         return f"{number} {units.UNITS[ending].symbol}" if counts else number

@@ -18,6 +18,7 @@ from phasmid.reporting import (
 )
 from phasmid.reporting.figures import leg_groups
 from phasmid.reporting.style import save_figure, thin
+from phasmid.scenario import load_scenario
 
 PAPER = {f"fig{number}" for number in range(12, 17)}
 
@@ -53,7 +54,8 @@ def test_figures_say_what_they_show_and_in_which_unit(short_walk):
         for piece in (title, unit, "time [s]", "phantomx-paper", "tripod gait", "servo AX-12A"):
             assert piece in text
         assert "prescribed drive" in text
-        assert "minimum-norm" in text
+        # What the model assumes says nothing of angles.
+        assert ("minimum-norm" in text) == (name != "fig12")
     assert "weight 26 N" in words(found["fig15"])
 
 
@@ -68,9 +70,61 @@ def test_torque_figures_hold_simulation_and_model_side_by_side(short_walk):
 
 
 def test_angles_are_drawn_in_degrees(short_walk):
-    axis = trajectory_figure(short_walk, (2, 5)).axes[1]
-    expected = np.degrees(short_walk["joint_position"].values[:, 4, 2])
-    np.testing.assert_array_equal(axis.lines[2].get_ydata(), expected)
+    planned = short_walk["joint_position_target"].values
+    seen = planned + 0.01
+    recording = short_walk.assign(joint_position=(short_walk["joint_position"].dims, seen))
+    figure = trajectory_figure(recording, (2, 5))
+    # Each joint's plan lies dashed on what was seen.
+    for number, angles in ((4, seen), (5, planned)):
+        line = figure.axes[1].lines[number]
+        expected = np.degrees(angles[:, 4, 2])
+        np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-14)
+        assert line.is_dashed() == (number == 5)
+    assert "planned" in words(figure)
+    assert "simulated" in words(figure)
+
+
+def test_each_joints_model_curve_has_its_own_colour(short_walk):
+    lines = torque_figure(short_walk, (1,)).axes[0].lines
+    assert len({line.get_color() for line in lines}) == 6
+    for seen, model in zip(lines[::2], lines[1::2], strict=True):
+        assert model.is_dashed()
+        assert not seen.is_dashed()
+        assert model.get_zorder() >= seen.get_zorder()
+
+
+@pytest.mark.parametrize("draw", [trajectory_figure, torque_figure, normal_force_figure])
+@pytest.mark.parametrize("name", ["W" * 64, "walking machine of the institute of locomotion", "a"])
+def test_no_text_leaves_its_figure(walk, draw, name):
+    from dataclasses import replace
+
+    from matplotlib.text import Text
+
+    from phasmid.robot import load_robot
+
+    robot = replace(load_robot("phantomx-paper"), name=name)
+    figure = draw(walk(duration=30.0, interval=0.05, robot=robot), (1, 2))
+    figure.canvas.draw()
+    for text in figure.findobj(Text):
+        if text.get_text() and text.get_visible():
+            assert text.get_window_extent().x1 <= figure.bbox.x1
+            assert text.get_window_extent().y1 <= figure.bbox.y1
+    flat = words(figure).replace("\n", "")
+    assert name.replace(" ", "") in flat.replace(" ", "")
+    if draw is normal_force_figure:
+        assert "weight 26 N" in words(figure)
+
+
+def test_of_a_long_walk_the_last_cycles_are_drawn(walk):
+    recording = walk(duration=24.0, interval=0.05)
+    figure = torque_figure(recording, (1,))
+    assert "last 5 of 12 cycles" in words(figure)
+    # A cycle is 2 s.
+    assert figure.axes[0].get_xlim() == pytest.approx((14.0, 24.0), abs=1e-9)
+    assert recording.sizes["time"] == 481
+    six = torque_figure(walk(duration=12.0, interval=0.05), (1,))
+    assert "cycles" not in words(six)
+    assert six.axes[0].get_xlim() == pytest.approx((0.0, 12.0), abs=1e-9)
 
 
 def test_an_analysis_gives_the_models_figures(walk):
@@ -119,7 +173,7 @@ def test_names_with_formulas_and_strange_letters_are_shown_as_text(walk, tmp_pat
 
     from phasmid.robot import load_robot
 
-    robot = replace(load_robot("phantomx-paper"), name="a $x^ <b>\x07 歩く")
+    robot = replace(load_robot("phantomx-paper"), name="a $x^ <b> 歩く")
     figure = torque_figure(walk(duration=1.0, interval=0.05, robot=robot), (1,))
     for suffix in (".svg", ".png"):
         save_figure(figure, tmp_path / f"a{suffix}")
@@ -174,6 +228,58 @@ def test_the_picture_shows_robot_ground_and_gait(short_walk, tmp_path, monkeypat
     assert "tripod gait" in words(figure)
     save_figure(figure, tmp_path / "walk.png")
     assert (tmp_path / "walk.png").stat().st_size < 1_000_000
+
+
+def test_the_picture_tells_every_standing_foots_force(short_walk, monkeypatch):
+    from matplotlib.patches import FancyArrow
+
+    monkeypatch.setattr("phasmid.reporting.drawing.DPI", 60)
+    # At 1.5 s legs 1, 3 and 5 bear a third of 26 N each.
+    figure = draw_robot(short_walk, 1.5)
+    axis = figure.axes[0]
+    assert [text.get_text() for text in axis.texts].count("8.67 N") == 3
+    assert "8.67 N the largest normal force" in words(figure)
+    arrows = [patch for patch in axis.patches if isinstance(patch, FancyArrow)]
+    assert len(arrows) == 3
+    # They lie over the image, so that no leg can hide them.
+    assert min(arrow.get_zorder() for arrow in arrows) > axis.images[0].get_zorder()
+
+
+def test_trails_stay_in_the_picture_and_clear_of_the_words(walk, monkeypatch):
+    from phasmid.reporting import drawing
+    from phasmid.reporting.source import read_source
+
+    seen = {}
+    inside = drawing._inside
+
+    def keep(*args):
+        seen["where"], seen["view"], seen["words"] = args
+        return inside(*args)
+
+    marks = drawing._trails
+
+    def trails(*args):
+        seen["marks"] = marks(*args)
+        return seen["marks"]
+
+    monkeypatch.setattr(drawing, "DPI", 60)
+    monkeypatch.setattr(drawing, "_inside", keep)
+    monkeypatch.setattr(drawing, "_trails", trails)
+    scenario = load_scenario("paper")
+    stride = {"step_length_mm": 200}
+    recording = walk(duration=8.0, interval=0.02, scenario=scenario.replace(**stride))
+    assert read_source(recording).scenario.stride.step_length == pytest.approx(0.2)
+    draw_robot(recording, 5.5)
+    # The test is of something only if some way would leave the picture.
+    assert not inside(seen["where"], seen["view"], seen["words"]).all()
+    corners = np.concatenate([mesh.corners.reshape(-1, 3) for mesh in seen["marks"]])
+    at = seen["view"].project(corners)
+    (width, height), (right, low) = seen["view"].size, seen["words"]
+    assert (at[:, 0] > 0).all()
+    assert (at[:, 0] < width).all()
+    assert (at[:, 1] > 0).all()
+    assert (at[:, 1] < height).all()
+    assert not ((at[:, 0] < right) & (at[:, 1] < low)).any()
 
 
 def test_a_picture_needs_a_pose(walk):

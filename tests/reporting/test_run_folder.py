@@ -51,7 +51,7 @@ def test_an_existing_folder_is_left_alone(tiny, tmp_path):
     for call in (lambda: report(tiny, folder, figures=False), lambda: check_folder(folder)):
         with pytest.raises(InvalidInput, match=r"walk exists; nothing was written\.") as caught:
             call()
-        assert caught.value.hint == "--force, or another --out"
+        assert caught.value.hint == "--force (force=True), or another folder"
         assert caught.value.exit_status == 2
     assert names(tmp_path) == {"walk"}
     assert names(folder) == set()
@@ -148,3 +148,21 @@ def test_a_link_to_a_run_is_replaced_where_it_points(tiny, tmp_path):
     report(tiny, link, force=True, figures=False)
     assert link.is_symlink()
     assert "summary.json" in names(real)
+
+
+@pytest.mark.parametrize("broken", ["one sample", "NaN at the end", "NaN at the start"])
+def test_a_run_that_ended_at_once_is_reported_too(tiny, tmp_path, monkeypatch, broken):
+    monkeypatch.setattr("phasmid.reporting.drawing.DPI", 60)
+    recording = tiny.copy(deep=True)
+    if broken == "one sample":
+        recording = recording.isel(time=slice(0, 1))
+    else:
+        first = 1 if broken == "NaN at the end" else 0
+        for name in recording.data_vars:
+            if recording[name].dtype.kind == "f":
+                recording[name].values[first:] = float("nan")
+    folder = report(recording, tmp_path / "walk")
+    shown = names(folder / "figures")
+    assert ("walk.png" in shown) == (broken != "NaN at the start")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary["run"]["samples"] == recording.sizes["time"]

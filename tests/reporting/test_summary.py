@@ -11,7 +11,14 @@ from phasmid.errors import InvalidInput
 from phasmid.kinematics import yaw_quaternion
 from phasmid.recording import new_recording
 from phasmid.reporting import print_summary, read_source, summarise
-from phasmid.reporting.steps import away_from_switches, durations, intervals, middle_halves, rms
+from phasmid.reporting.steps import (
+    SETTLING,
+    away_from_switches,
+    durations,
+    intervals,
+    middle_halves,
+    rms,
+)
 from phasmid.reporting.travel import commanded_way
 from phasmid.robot import Robot, load_robot
 from phasmid.scenario import load_scenario
@@ -280,6 +287,61 @@ def test_names_cannot_steer_the_terminal(short_walk):
     assert not {"\x1b", "\x07", "\u202e"} & set(text)
 
 
+def test_a_walk_within_all_limits_has_no_warning(short_walk):
+    assert summarise(short_walk)["warnings"] == []
+    assert "!" not in printed(summarise(short_walk))
+
+
+def test_what_the_robot_cannot_do_is_said_at_the_end(walk):
+    recording = walk(duration=4.0, interval=0.01, slip=0.012)
+    servo = load_robot("phantomx-paper").servo
+    force = recording["foot_normal_force"].values.copy()
+    # Leg 1 swings from 0 to 1 s.
+    force[50, 0] = 13.8
+    torque, speed = np.zeros((401, 6, 3)), np.zeros((401, 6, 3))
+    torque[7, 2, 1], speed[7, 2, 1] = -1.13 * servo.stall_torque, 1.5 * servo.no_load_speed
+    position = recording["body_position"].values + np.array([0.5, 0.0, 0.0])
+    told = {"foot_normal_force": force, "joint_torque": torque, "joint_velocity": speed}
+    summary = summarise(changed(recording, **told, body_position=position))
+    margin = summary["support"]["least_margin"]
+    # A slip of 12 mm, but for the hundredth that the last sample of a stance takes.
+    assert summary["warnings"] == [
+        "The largest torque is 113 % of the AX-12A's stall: these servos cannot make this walk.",
+        "The fastest joint turns at 150 % of the AX-12A's no-load speed: "
+        "these servos cannot make this walk.",
+        f"The centre of mass leaves the support polygon by {-1000 * margin:.1f} mm: "
+        "the robot tips.",
+        "Swinging legs touch the ground: up to 13.8 N outside 80 ms of the switches.",
+        "Feet slip 11.9 mm a step on average.",
+    ]
+    lines = printed(summary).splitlines()
+    assert max(map(len, lines)) <= 80
+    first = next(k for k, line in enumerate(lines) if line.startswith("! "))
+    assert all(line.startswith(("! ", "  ")) for line in lines[first:])
+    assert sum(line.startswith("! ") for line in lines) == 5
+
+
+def test_an_analysis_is_warned_of_by_the_models_torque(walk):
+    recording = walk(duration=2.0, interval=0.05, drop=("joint_torque",))
+    torque = 2.0 * load_robot("phantomx-paper").servo.stall_torque * np.ones((41, 6, 3))
+    told = summarise(changed(recording, joint_torque_model=torque))["warnings"]
+    assert told[0].startswith("The largest torque is 200 % of the AX-12A's stall")
+
+
+def test_too_few_standing_feet_are_warned_of(short_walk):
+    none = np.zeros_like(short_walk["stance"].values)
+    told = summarise(changed(short_walk, stance=none))["warnings"]
+    assert any("fewer than three feet stand" in sentence for sentence in told)
+
+
+def test_the_table_sets_both_normal_forces_side_by_side(short_walk):
+    text = printed(summarise(short_walk))
+    # A third of 26 N, and 2 % more.
+    assert "8.67 / 8.84" in text
+    assert "[mm]" in text
+    assert "leave out 80 ms around the switches" in " ".join(text.split())
+
+
 def test_robots_with_more_and_fewer_legs_are_summarised(walk, eight_legs):
     robot, scenario = eight_legs
     recording = walk(duration=4.0, interval=0.02, robot=robot, scenario=scenario)
@@ -303,10 +365,30 @@ def test_samples_near_a_switch_and_the_beginning_are_left_out():
     np.testing.assert_array_equal(np.flatnonzero(~away), [*range(8), *range(43, 58)])
 
 
+def test_samples_near_a_switch_are_those_of_the_definition():
+    rng = np.random.default_rng(1)
+    time = np.cumsum(rng.choice([0.01, 0.02, 0.005], 400))
+    stance = np.repeat(rng.random((40, 3)) < 0.5, 10, axis=0)
+    found = away_from_switches(time, stance)
+    for leg in range(3):
+        switches = [0, *(k for k in range(1, 400) if stance[k, leg] != stance[k - 1, leg])]
+        for k in range(400):
+            away = all(abs(time[k] - time[switch]) >= SETTLING - 1e-9 for switch in switches)
+            assert found[k, leg] == away
+    assert 0.05 < found.mean() < 0.95
+
+
 def test_the_middle_half_of_a_stance_leaves_a_quarter_at_each_end():
     stance = np.zeros((20, 1), dtype=bool)
     stance[4:12] = True
     np.testing.assert_array_equal(np.flatnonzero(middle_halves(stance)), [6, 7, 8, 9])
+
+
+def test_a_stance_that_the_recording_cuts_short_has_no_known_middle():
+    stance = np.ones((24, 1), dtype=bool)
+    stance[[6, 7, 16, 17]] = False
+    np.testing.assert_array_equal(np.flatnonzero(middle_halves(stance)), [10, 11, 12, 13])
+    assert not middle_halves(np.ones((24, 1), dtype=bool)).any()
 
 
 def test_durations_integrate_straight_lines_exactly():

@@ -12,17 +12,17 @@ from phasmid import kinematics
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.reporting.camera import View
-from phasmid.reporting.machine import arrow_mesh, body_pose, ribbon, robot_mesh
-from phasmid.reporting.panels import Axes, drive_words
+from phasmid.reporting.machine import body_pose, ribbon, robot_mesh
+from phasmid.reporting.panels import Axes, drive_words, short
 from phasmid.reporting.picture import picture
 from phasmid.reporting.shapes import Mesh, cylinder, joined
-from phasmid.reporting.source import Source, attribute, channel, finite_part, plain, read_source
+from phasmid.reporting.source import Source, attribute, channel, finite_part, read_source
 from phasmid.reporting.steps import intervals
-from phasmid.reporting.style import FAINT, Figure, leg_colour, styled
+from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled
 
 DPI = 150
 AZIMUTH, ELEVATION = math.radians(-56.0), math.radians(27.0)
-FORCE_COLOUR = "#e8590c"
+FORCE_COLOUR, FORCE_TEXT = "#e8590c", "#a33c05"
 FORCE_LENGTH = 1.2
 """Length of an arrow that bears the whole weight, in spans of the robot's hips."""
 
@@ -85,41 +85,68 @@ def draw_robot(
     wide, tall = 10.0, 5.4
     strip = 0.55 + 0.145 * len(source.robot.legs) if gait else 0.0
     size = (int(wide * DPI), int(tall * DPI))
-    solid, flat, view, largest = _scene(recording, source, now, trail, size)
     with styled():
         figure = NewFigure(figsize=(wide, tall + strip), dpi=DPI)
         FigureCanvasAgg(figure)
         axis = figure.add_axes((0, strip / (tall + strip), 1, tall / (tall + strip)))
-        axis.imshow(picture(solid, flat, view), interpolation="none", aspect="auto")
         axis.set_axis_off()
+        axis.set(xlim=(0, size[0]), ylim=(size[1], 0))
+        lowest = _words(axis, recording, source, now)
+        solid, view = _solid(recording, source, now, size)
+        marks = _trails(recording, source, now, trail, view, lowest)
+        image = picture(solid, joined([*marks, _nothing()]), view)
+        axis.imshow(image, interpolation="none", aspect="auto", extent=(0, size[0], size[1], 0))
+        _draw_forces(axis, recording, source, view, now)
         _label_legs(axis, recording, source, view, now)
-        top: dict[str, Any] = {"va": "top", "ha": "left", "transform": axis.transAxes}
-        title = f"{plain(source.robot.name)}, {plain(source.gait.name)} gait"
-        axis.text(0.025, 0.96, title, fontsize=14, fontweight="bold", **top)
-        axis.text(
-            0.025,
-            0.905,
-            _about(recording, source, times[now], largest),
-            fontsize=8.5,
-            color=FAINT,
-            linespacing=1.5,
-            **top,
-        )
         if gait:
             place = (0.075, 0.40 / (tall + strip), 0.89, (strip - 0.52) / (tall + strip))
             _gait_diagram(figure.add_axes(place), recording, source, now)
     return figure
 
 
-def _about(recording: Recording, source: Source, time: float, largest: float) -> str:
-    stride = source.scenario.stride
+def _words(axis: Axes, recording: Recording, source: Source, now: int) -> tuple[float, float]:
+    """Write title and caption; returns their right and lower edge, in pixels of the picture."""
+    top: dict[str, Any] = {"va": "top", "ha": "left", "transform": axis.transAxes}
+    words = f"{short(source.robot.name)}, {short(source.gait.name)} gait"
+    title = axis.text(0.025, 0.96, words, fontsize=14, fontweight="bold", **top)
+    shrunk(title, 0.95 * float(axis.bbox.width), least=9.0)
+    stride, time = source.scenario.stride, float(recording["time"].values[now])
     lines = [drive_words(recording, source), f"t = {time:.2f} s"]
     lines[1] += f" · step {1000 * stride.step_length:.4g} mm · grid 100 mm"
-    if largest > 0:
+    forces = _forces(recording, now)
+    if forces is not None:
         seen = "foot_force" in recording.data_vars
-        what = "ground on foot" if seen else f"{attribute(recording, 'force_model')} forces"
-        lines.append(f"arrows: {what}, {largest:.3g} N the longest")
-    return "\n".join(lines)
+        what = "ground on foot" if seen else f"{short(attribute(recording, 'force_model'))} forces"
+        lines.append(f"arrows: {what}; {_newtons(forces[2].max())} the largest normal force")
+    low = 0.905
+    edges = [title.get_window_extent()]
+    for line in lines:
+        text = axis.text(0.025, low, line, fontsize=8.5, color=FAINT, **top)
+        shrunk(text, 0.38 * float(axis.bbox.width), least=6.0)
+        low -= 0.0325
+        edges.append(text.get_window_extent())
+    box = axis.bbox
+    scale = axis.get_xlim()[1] / float(box.width)
+    right = max(float(edge.x1 - box.x0) for edge in edges)
+    below = max(float(box.y1 - edge.y0) for edge in edges)
+    return scale * right, scale * below
+
+
+def _forces(recording: Recording, now: int) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Places of the feet [m], forces on them and their normal parts [N]; seen, or the model's."""
+    feet = channel(recording, "foot_position")
+    for ending in ("", "_model"):
+        force = channel(recording, f"foot_force{ending}")
+        if force is not None and feet is not None:
+            normal = channel(recording, f"foot_normal_force{ending}")
+            return feet[now], force[now], force[now][:, 2] if normal is None else normal[now]
+    return None
+
+
+def _newtons(force: float) -> str:
+    if force < 0.05:
+        return "0 N"
+    return f"{force:#.3g} N" if force < 99.95 else f"{force:.0f} N"
 
 
 def _pose(recording: Recording, now: int) -> tuple[np.ndarray, np.ndarray]:
@@ -135,27 +162,18 @@ def _pose(recording: Recording, now: int) -> tuple[np.ndarray, np.ndarray]:
     return body_pose(position[now], orientation[now]), angles[now]
 
 
-def _scene(
-    recording: Recording, source: Source, now: int, trail: float, size: tuple[int, int]
-) -> tuple[Mesh, Mesh, View, float]:
-    """The robot, its trails and arrows, the camera, and the largest force [N]."""
+def _solid(
+    recording: Recording, source: Source, now: int, size: tuple[int, int]
+) -> tuple[Mesh, View]:
+    """The robot, and the camera before it."""
     X_world_body, q = _pose(recording, now)
     solid = robot_mesh(source.robot, q, X_world_body)
-    view = _view(solid, X_world_body, size)
-    span = float(np.ptp(source.robot.arrays.p_body_hip[:, :2], axis=0).max())
-    marks = _trails(recording, now, trail, view, 0.012 * span)
-    force = channel(recording, "foot_force")
-    force = channel(recording, "foot_force_model") if force is None else force
-    feet = channel(recording, "foot_position")
-    largest = 0.0
-    if force is not None and feet is not None:
-        sizes = np.linalg.norm(force[now], axis=-1)
-        largest = float(sizes.max())
-        for foot, vector, amount in zip(feet[now], force[now], sizes, strict=True):
-            if amount > 0.01 * source.weight:
-                arrow = vector / source.weight * FORCE_LENGTH * span
-                marks.append(arrow_mesh(foot, arrow, 0.010 * span, FORCE_COLOUR))
-    return solid, joined([*marks, _nothing()]), view, largest
+    return solid, _view(solid, X_world_body, size)
+
+
+def _span(source: Source) -> float:
+    """The longer side of the rectangle of the hips [m], by which marks are sized."""
+    return float(np.ptp(source.robot.arrays.p_body_hip[:, :2], axis=0).max())
 
 
 def _nothing() -> Mesh:
@@ -183,23 +201,84 @@ def _view(solid: Mesh, X_world_body: np.ndarray, size: tuple[int, int]) -> View:
     return View(view.eye, axes, focal, size, shift)
 
 
-def _trails(recording: Recording, now: int, trail: float, view: View, width: float) -> list[Mesh]:
-    """The ways of the feet until now, and a disc where each foot stood."""
+def _trails(
+    recording: Recording,
+    source: Source,
+    now: int,
+    trail: float,
+    view: View,
+    words: tuple[float, float],
+) -> list[Mesh]:
+    """The ways of the feet until now, and a disc where each foot stood.
+
+    Each way begins where it last came into the picture, or from behind the words in its corner.
+    """
     feet, stance = channel(recording, "foot_position"), channel(recording, "stance")
     times = np.asarray(recording["time"].values)
     if feet is None:
         return []
+    width = 0.012 * _span(source)
     start = int(np.searchsorted(times, times[now] - trail))
-    chosen = np.unique(np.linspace(start, now, 240).astype(int))
+    seen = view.project(feet[start : now + 1])
+    free = _inside(seen, view, words)
     marks = []
     for leg in range(feet.shape[1]):
-        if len(chosen) > 1:
+        hidden = np.flatnonzero(~free[:, leg])
+        first = start + (int(hidden[-1]) + 1 if len(hidden) else 0)
+        if first < now:
+            chosen = np.unique(np.linspace(first, now, 240).astype(int))
             marks.append(ribbon(feet[chosen, leg], view.eye, width, leg_colour(leg)))
-        for first, stop in [] if stance is None else intervals(stance[start : now + 1, leg]):
-            place: Float[np.ndarray, "3"] = feet[start + first : start + stop, leg].mean(axis=0)
+        for begin, stop in [] if stance is None else intervals(stance[first : now + 1, leg]):
+            place: Float[np.ndarray, "3"] = feet[first + begin : first + stop, leg].mean(axis=0)
             ends = place, place + np.array([0.0, 0.0, 0.0008])
             marks.append(cylinder(*ends, (1.8 * width, 1.8 * width), leg_colour(leg), sides=20))
     return marks
+
+
+def _inside(seen: np.ndarray, view: View, words: tuple[float, float]) -> np.ndarray:
+    """Which projected points lie well in the picture and clear of the words in its corner."""
+    (width, height), gap = view.size, 0.02 * view.size[0]
+    across, down = seen[..., 0], seen[..., 1]
+    within = (across > gap) & (across < width - gap) & (down > gap) & (down < height - gap)
+    return within & ~((across < words[0] + gap) & (down < words[1] + gap))
+
+
+def _draw_forces(axis: Axes, recording: Recording, source: Source, view: View, now: int) -> None:
+    """Arrows from the feet, over everything, and the normal force beside each foot that bears."""
+    from matplotlib.patches import FancyArrow
+    from matplotlib.patheffects import withStroke
+
+    forces = _forces(recording, now)
+    if forces is None:
+        return
+    stance = channel(recording, "stance")
+    pixel = view.size[0] / 1000
+    for leg, (foot, force, normal) in enumerate(zip(*forces, strict=True)):
+        tip = foot + force / source.weight * FORCE_LENGTH * _span(source)
+        (x, y), (to_x, to_y) = view.project(np.stack([foot, tip]))[:, :2]
+        bears = float(np.linalg.norm(force)) > 0.01 * source.weight
+        if bears:
+            shape: dict[str, Any] = {
+                "width": 5.0 * pixel,
+                "head_width": 14.0 * pixel,
+                "head_length": min(16.0 * pixel, 0.6 * math.hypot(to_x - x, to_y - y)),
+                "length_includes_head": True,
+            }
+            look: dict[str, Any] = {"facecolor": FORCE_COLOUR, "edgecolor": "white"}
+            arrow = FancyArrow(x, y, to_x - x, to_y - y, linewidth=1.0, **look, **shape)
+            axis.add_patch(arrow)
+            # A dot tells where the foot is that the body hides.
+            axis.plot(x, y, "o", color=FORCE_COLOUR, markersize=5, markeredgecolor="white")
+        if bears or (stance is not None and stance[now, leg]):
+            axis.text(
+                x + 10 * pixel,
+                y + 4 * pixel,
+                _newtons(normal),
+                color=FORCE_TEXT,
+                fontsize=8.5,
+                va="center",
+                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+            )
 
 
 def _label_legs(axis: Axes, recording: Recording, source: Source, view: View, now: int) -> None:
@@ -207,7 +286,7 @@ def _label_legs(axis: Axes, recording: Recording, source: Source, view: View, no
     from matplotlib.patheffects import withStroke
 
     X_world_body, q = _pose(recording, now)
-    span = float(np.ptp(source.robot.arrays.p_body_hip[:, :2], axis=0).max())
+    span = _span(source)
     knees = []
     for limb, angles in zip(source.robot.legs, q, strict=True):
         X_body_knee = limb.X_body_hip @ kinematics.leg_frames(limb, angles)[2]

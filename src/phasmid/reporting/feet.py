@@ -27,13 +27,14 @@ def slip(recording: Recording, source: Source) -> dict[str, Any]:
     standing = stance if touching is None else stance & touching
     moved = np.linalg.norm(np.diff(feet[..., :2], axis=0), axis=-1)
     moved = np.where(standing[1:] & standing[:-1], moved, 0.0)
+    widest = float(np.diff(time).max())
     paths: list[list[float]] = []
     for leg in range(stance.shape[1]):
         paths.append([])
         for start, stop in intervals(stance[:, leg]):
             # A whole stance may miss one sample at either end.
             missing = source.step_time - (time[stop - 1] - time[start])
-            if missing <= 2.001 * np.diff(time).max():
+            if missing <= 2.001 * widest:
                 paths[-1].append(float(moved[start : stop - 1, leg].sum()))
     everything = [path for leg in paths for path in leg]
     if not everything:

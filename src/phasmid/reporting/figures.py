@@ -11,13 +11,14 @@ import numpy as np
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
-from phasmid.reporting.panels import Axes, legend, panels
+from phasmid.reporting.panels import Axes, Panels, legend, model_words, panels, shown_part
 from phasmid.reporting.source import attribute, channel, finite_part, read_source
 from phasmid.reporting.style import (
     FAINT,
     INK,
     JOINT_COLOURS,
     Figure,
+    darker,
     leg_colour,
     save_figure,
     styled,
@@ -25,7 +26,10 @@ from phasmid.reporting.style import (
 )
 
 LEGS_PER_FIGURE = 3
-MODEL_DASH = (0, (3.2, 1.6))
+MODEL_DASH = (0, (3.2, 1.8))
+JOINT_ENTRIES: list[tuple[str, str, Any]] = [
+    (joint, colour, "-") for joint, colour in zip(JOINTS, JOINT_COLOURS, strict=True)
+]
 
 
 def figures(recording: Recording) -> dict[str, Figure]:
@@ -88,17 +92,17 @@ def trajectory_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
     Raises:
         InvalidInput: There is no such leg or no such channel.
     """
-    name = "joint_position" if "joint_position" in recording.data_vars else "joint_position_target"
-    angles = _needed(recording, name)
-    what = "Joint angles" if name == "joint_position" else "Planned joint angles"
+    recording, span = shown_part(recording)
+    seen = channel(recording, "joint_position")
+    planned = channel(recording, "joint_position_target")
+    if seen is None and planned is None:
+        _needed(recording, "joint_position")
+    what = "Joint angles" if seen is not None else "Planned joint angles"
     with styled():
-        figure, axes, time = panels(recording, legs, what, "angle [°]")
-        for axis, leg in zip(axes, legs, strict=True):
-            for joint in range(3):
-                line = thin(time, np.degrees(angles[:, leg - 1, joint]))
-                axis.plot(*line, color=JOINT_COLOURS[joint])
-        legend(figure, [(joint, JOINT_COLOURS[k], "-") for k, joint in enumerate(JOINTS)])
-    return figure
+        panel = panels(recording, legs, what, "angle [°]", [span])
+        _draw_joints(panel, recording, legs, seen, planned, scale=np.degrees(1.0))
+        legend(panel, JOINT_ENTRIES + _pair_entries(recording, seen, planned, "planned"))
+    return panel.figure
 
 
 def torque_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
@@ -111,17 +115,16 @@ def torque_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
     Raises:
         InvalidInput: There is no such leg or no such channel.
     """
+    recording, span = shown_part(recording)
     seen, model = channel(recording, "joint_torque"), channel(recording, "joint_torque_model")
     if seen is None and model is None:
         _needed(recording, "joint_torque")
-    entries = [(joint, JOINT_COLOURS[k], "-") for k, joint in enumerate(JOINTS)]
+    notes = [model_words(recording), span]
     with styled():
-        figure, axes, time = panels(recording, legs, "Joint torques", "torque [N·m]")
-        for axis, leg in zip(axes, legs, strict=True):
-            for joint in range(3):
-                _pair(axis, time, seen, model, (leg - 1, joint), JOINT_COLOURS[joint])
-        legend(figure, entries + _pair_entries(recording, seen, model))
-    return figure
+        panel = panels(recording, legs, "Joint torques", "torque [N·m]", notes)
+        _draw_joints(panel, recording, legs, seen, model)
+        legend(panel, JOINT_ENTRIES + _pair_entries(recording, seen, model, "model"))
+    return panel.figure
 
 
 def normal_force_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
@@ -134,18 +137,36 @@ def normal_force_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
     Raises:
         InvalidInput: There is no such leg or no such channel.
     """
+    recording, span = shown_part(recording)
     seen = channel(recording, "foot_normal_force")
     model = channel(recording, "foot_normal_force_model")
     if seen is None and model is None:
         _needed(recording, "foot_normal_force")
     source = read_source(recording)
-    weight = f" · weight {source.weight:.4g} N"
+    notes = [model_words(recording), f"weight {source.weight:.4g} N", span]
+    time = np.asarray(recording["time"].values)
     with styled():
-        figure, axes, time = panels(recording, legs, "Normal forces", "force [N]", weight)
-        for axis, leg in zip(axes, legs, strict=True):
+        panel = panels(recording, legs, "Normal forces", "force [N]", notes)
+        for axis, leg in zip(panel.axes, legs, strict=True):
             _pair(axis, time, seen, model, (leg - 1,), leg_colour(leg - 1))
-        legend(figure, _pair_entries(recording, seen, model))
-    return figure
+        legend(panel, _pair_entries(recording, seen, model, "model"))
+    return panel.figure
+
+
+def _draw_joints(
+    panel: Panels,
+    recording: Recording,
+    legs: tuple[int, ...],
+    seen: np.ndarray | None,
+    model: np.ndarray | None,
+    *,
+    scale: float = 1.0,
+) -> None:
+    time = np.asarray(recording["time"].values)
+    seen, model = (None if values is None else scale * values for values in (seen, model))
+    for axis, leg in zip(panel.axes, legs, strict=True):
+        for joint, colour in enumerate(JOINT_COLOURS):
+            _pair(axis, time, seen, model, (leg - 1, joint), colour)
 
 
 def _pair(
@@ -156,15 +177,19 @@ def _pair(
     of: tuple[int, ...],
     colour: str,
 ) -> None:
-    """One quantity as simulated, in colour, and by the model, dashed on top where both are."""
+    """One quantity as simulated, and as computed: darker and dashed on top where both are."""
+    # A single sample makes no line.
+    mark: dict[str, Any] = {"marker": "o" if len(time) == 1 else ""}
     if seen is not None:
-        axis.plot(*thin(time, _column(seen, of)), color=colour, linewidth=1.5)
+        width = 1.5 if model is None else 1.9
+        axis.plot(*thin(time, _column(seen, of)), color=colour, linewidth=width, **mark)
     if model is not None:
         line = thin(time, _column(model, of))
         if seen is None:
-            axis.plot(*line, color=colour)
+            axis.plot(*line, color=colour, **mark)
         else:
-            axis.plot(*line, color=INK, linewidth=0.8, linestyle=MODEL_DASH)
+            dash: dict[str, Any] = {"linewidth": 1.1, "linestyle": MODEL_DASH}
+            axis.plot(*line, color=darker(colour), **dash, **mark)
 
 
 def _column(values: np.ndarray, of: tuple[int, ...]) -> np.ndarray:
@@ -172,12 +197,12 @@ def _column(values: np.ndarray, of: tuple[int, ...]) -> np.ndarray:
 
 
 def _pair_entries(
-    recording: Recording, seen: np.ndarray | None, model: np.ndarray | None
+    recording: Recording, seen: np.ndarray | None, model: np.ndarray | None, computed: str
 ) -> list[tuple[str, str, Any]]:
     seen_name = "simulated" if attribute(recording, "kind") == "simulation" else "recorded"
     if seen is not None and model is not None:
-        return [(seen_name, FAINT, "-"), ("model", INK, MODEL_DASH)]
-    return [(seen_name if seen is not None else "model", FAINT, "-")]
+        return [(seen_name, FAINT, "-"), (f"{computed} (darker)", INK, MODEL_DASH)]
+    return [(seen_name if seen is not None else computed, FAINT, "-")]
 
 
 def _needed(recording: Recording, name: str) -> np.ndarray:

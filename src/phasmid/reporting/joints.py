@@ -50,7 +50,7 @@ def torque_difference(recording: Recording) -> dict[str, Any]:
 
     Returns:
         ``rms`` away from all legs' switches and ``rms_mid_stance`` over the middle half of each
-        stance, shape (L, 3); empty unless both are recorded.
+        whole stance, shape (L, 3); empty unless both are recorded.
     """
     seen, model = channel(recording, "joint_torque"), channel(recording, "joint_torque_model")
     stance = channel(recording, "stance")

@@ -125,17 +125,6 @@ def _leg(leg: Leg, frames: np.ndarray, w: float, colour: str, height: float) -> 
     return parts
 
 
-def arrow_mesh(
-    start: Float[np.ndarray, "3"], vector: Float[np.ndarray, "3"], radius: float, colour: str
-) -> Mesh:
-    """An arrow [m]; a short one is all head."""
-    length = float(np.linalg.norm(vector))
-    head = min(4.5 * radius, 0.6 * length)
-    neck = start + vector * (1 - head / length)
-    shaft = cylinder(start, neck, (radius, radius), colour, sides=12)
-    return joined([shaft, cylinder(neck, start + vector, (2.3 * radius, 0.0), colour, sides=16)])
-
-
 def ribbon(
     points: Float[np.ndarray, "points 3"], eye: Float[np.ndarray, "3"], width: float, colour: str
 ) -> Mesh:

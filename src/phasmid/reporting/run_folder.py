@@ -98,20 +98,20 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
 def _check_existing(folder: Path, *, force: bool) -> None:
     if not force:
         raise InvalidInput(
-            f"{folder} exists; nothing was written.", hint="--force, or another --out"
+            f"{folder} exists; nothing was written.", hint="--force (force=True), or another folder"
         )
     if not folder.is_dir():
-        raise InvalidInput(f"{folder} is not a folder; nothing was written.", hint="another --out")
+        raise InvalidInput(f"{folder} is not a folder; nothing was written.", hint="another folder")
     names = {path.name for path in folder.iterdir()}
     if names and not names & set(OWN_FILES):
         raise InvalidInput(
-            f"{folder} holds other things than a run; nothing was written.", hint="another --out"
+            f"{folder} holds other things than a run; nothing was written.", hint="another folder"
         )
     foreign = sorted(names - ENTRIES)
     if foreign:
         raise InvalidInput(
             f"{folder} also holds {foreign[0]}, which is no part of a run; nothing was written.",
-            hint="another --out, or move it away",
+            hint="another folder, or move it away",
         )
 
 

@@ -30,17 +30,25 @@ def away_from_switches(
     away = np.ones(stance.shape, dtype=bool)
     for leg in range(stance.shape[1]):
         changed = np.flatnonzero(np.diff(stance[:, leg].astype(np.int8))) + 1
-        for moment in [time[0], *time[changed]]:
-            # Half a sample's round-off must not drop the sample that lies exactly at the limit.
-            away[:, leg] &= np.abs(time - moment) >= SETTLING - 1e-9
+        moments = np.concatenate([[-np.inf], time[:1], time[changed], [np.inf]])
+        following = np.searchsorted(moments, time)
+        nearest = np.minimum(moments[following] - time, time - moments[following - 1])
+        # Half a sample's round-off must not drop the sample that lies exactly at the limit.
+        away[:, leg] = nearest >= SETTLING - 1e-9
     return away
 
 
 def middle_halves(stance: Bool[np.ndarray, "time legs"]) -> Bool[np.ndarray, "time legs"]:
-    """Samples in the middle half of each stance of each leg."""
+    """Samples in the middle half of each stance of each leg.
+
+    A stance that touches the first or the last sample may be cut short, so that its middle is not
+    known: it is left out, and a leg of which no stance is whole has no such sample.
+    """
     middle = np.zeros(stance.shape, dtype=bool)
     for leg in range(stance.shape[1]):
         for start, stop in intervals(stance[:, leg]):
+            if start == 0 or stop == len(stance):
+                continue
             quarter = (stop - start) // 4
             middle[start + quarter : stop - quarter, leg] = stop - start >= 4
     return middle

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -13,9 +13,12 @@ from jaxtyping import Float
 
 if TYPE_CHECKING:
     import matplotlib.figure
+    import matplotlib.text
 
 Figure: TypeAlias = "matplotlib.figure.Figure"
 """A matplotlib figure; the name is kept as text so that importing it is quick."""
+
+Text: TypeAlias = "matplotlib.text.Text"
 
 JOINT_COLOURS = ("#004488", "#bb5566", "#d9a21b")
 """Coxa, femur and tibia: Paul Tol's high contrast, which also tells them apart in grey."""
@@ -46,6 +49,12 @@ def leg_colour(leg: int) -> str:
     return LEG_COLOURS[leg % len(LEG_COLOURS)]
 
 
+def darker(colour: str) -> str:
+    """A colour's dark variant, for a second line on top of the first."""
+    parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(0.6 * part):02x}" for part in parts)
+
+
 @contextmanager
 def styled() -> Iterator[None]:
     """Draw and save in phasmid's style, whatever the user's own settings are."""
@@ -59,6 +68,67 @@ def styled() -> Iterator[None]:
         settings.pop("backend", None)
         with matplotlib.rc_context(settings):
             yield
+
+
+def wrapped(text: Text, parts: Sequence[str], width: float) -> int:
+    """Write parts with dots between them, in as many lines as keep them within a width.
+
+    Args:
+        text: Of a figure; where that saves a line its letters become a little smaller.
+        parts: Kept in one piece where they fit a line.
+        width: Pixels of the figure.
+
+    Returns:
+        The number of lines.
+    """
+    whole = " · ".join(parts)
+    smaller = 0.99 * width / max(_width(text, whole), 1.0)
+    if 0.92 < smaller < 1:
+        text.set_fontsize(smaller * float(text.get_fontsize()))
+    lines = [""]
+    for number, part in enumerate(parts):
+        part += " ·" if number < len(parts) - 1 else ""
+        for piece in [part] if _width(text, part) <= width else part.split(" "):
+            longer = f"{lines[-1]} {piece}".lstrip()
+            if _width(text, longer) <= width:
+                lines[-1] = longer
+                continue
+            lines.append("")
+            # A word that is wider than a line is broken.
+            for letter in piece:
+                if _width(text, lines[-1] + letter) > width:
+                    lines.append("")
+                lines[-1] += letter
+    lines = [line.removesuffix(" ·") for line in lines if line]
+    text.set_text("\n".join(lines))
+    return len(lines)
+
+
+def shrunk(text: Text, width: float, least: float) -> None:
+    """Make a text of a figure smaller, and then shorter, until it keeps within a width.
+
+    Args:
+        text: It is changed.
+        width: Pixels of its figure.
+        least: Size of letters below which words are cut off instead [pt].
+    """
+    whole = text.get_text()
+    scale = width / max(_width(text, whole), 1.0)
+    if scale < 1:
+        text.set_fontsize(max(0.99 * scale * float(text.get_fontsize()), least))
+        kept = len(whole)
+        while kept and _width(text, text.get_text()) > width:
+            kept = min(kept - 1, int(0.95 * kept))
+            text.set_text(f"{whole[:kept].rstrip()} …")
+
+
+def _width(text: Text, words: str) -> float:
+    """Pixels that a text takes with some words in it."""
+    before = text.get_text()
+    text.set_text(words)
+    width = float(text.get_window_extent().width)
+    text.set_text(before)
+    return width
 
 
 def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None:

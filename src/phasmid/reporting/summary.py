@@ -13,6 +13,7 @@ from phasmid.reporting.joints import STEADY_SHARE, energy, speed, torque, torque
 from phasmid.reporting.source import attribute, finite_part, read_source
 from phasmid.reporting.steps import SETTLING
 from phasmid.reporting.travel import travel
+from phasmid.reporting.warnings import warnings
 
 Summary: TypeAlias = dict[str, Any]
 """Numbers in SI by name, as JSON holds them."""
@@ -27,7 +28,8 @@ def summarise(recording: Recording) -> Summary:
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
         ``slip``, ``normal_force``, ``torque``, ``speed``, ``support``, ``energy`` and
-        ``model_against_simulation``. What the recording does not tell is absent.
+        ``model_against_simulation``, and ``warnings``, sentences on what makes the walk doubtful.
+        What the recording does not tell is absent.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
@@ -87,6 +89,7 @@ def summarise(recording: Recording) -> Summary:
         },
     }
     compact: Summary = _known(summary)
+    compact["warnings"] = warnings(summary)
     return compact
 
 

@@ -50,7 +50,7 @@ def print_summary(
     for number in shown:
         if not 1 <= number <= len(names):
             raise InvalidInput(f"there is no leg {number}; legs are 1 to {len(names)}.")
-    console = Console(file=cast("IO[str] | None", file), highlight=False)
+    console = Console(file=cast("IO[str] | None", file), highlight=False, markup=False)
     width = min(console.width, WIDTH)
     run = summary["run"]
     ended = str(run.get("ending", "")) or "no end recorded"
@@ -71,16 +71,22 @@ def print_summary(
 
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="cyan")
     table.add_column("leg", no_wrap=True, overflow="ellipsis")
-    for title in ("normal", "slip", "coxa", "femur", "tibia"):
+    for title in ("normal [N]", "slip", "coxa", "femur", "tibia"):
         table.add_column(title, justify="right", no_wrap=True)
-    table.add_row("", "mean", "per step", *["peak / rms"] * 3, style="dim")
+    both = len(summary.get("normal_force", {})) == 2
+    forces = "sim / model" if both else "mean"
+    table.add_row("", forces, "[mm]", *["peak / rms"] * 3, style="dim")
     for number in shown:
         name = names[number - 1].replace("_", " ")
         table.add_row(*_leg_row(summary, number - 1, f"{number} {name}"))
     console.print(table, width=width)
-    note = _torque_note(summary)
-    for line in textwrap.wrap(note, width):
+    for line in textwrap.wrap(_note(summary), width):
         console.print(Text(line, style="dim"))
+    for warning in summary.get("warnings", ()):
+        for line in textwrap.wrap(
+            plain(warning), width, initial_indent="! ", subsequent_indent="  "
+        ):
+            console.print(Text(line, style="bold yellow"))
 
 
 def _headline(summary: Summary) -> str:
@@ -202,17 +208,40 @@ def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _leg_row(summary: Summary, leg: int, name: str) -> list[str]:
-    force = _first(summary.get("normal_force", {})).get("mean_in_stance")
+    means = [kind.get("mean_in_stance") for kind in summary.get("normal_force", {}).values()]
     slips = summary.get("slip", {}).get("mean_by_leg")
     torque = _first(summary.get("torque", {}))
-    row = [name, _number(force and force[leg], "{:.2f} N")]
-    row.append(_number(slips and slips[leg], "{:.2f} mm", 1000))
+    row = [name, " / ".join(_newtons(mean and mean[leg]) for mean in means) or ABSENT]
+    row.append(_number(slips and slips[leg], "{:.2f}", 1000))
     for joint in range(3):
         if torque:
             row.append(f"{torque['peak'][leg][joint]:.3f} / {torque['rms'][leg][joint]:.3f}")
         else:
             row.append(ABSENT)
     return row
+
+
+def _newtons(force: float | None) -> str:
+    """A force in at most four columns where it is below 10 kN, so that two fit the table."""
+    if force is None:
+        return ABSENT
+    size = abs(force)
+    return f"{force:.{2 if size < 9.995 else 1 if size < 99.95 else 0}f}"
+
+
+def _note(summary: Summary) -> str:
+    """What the table shows, and of which samples."""
+    sentences = []
+    if "normal_force" in summary:
+        sentences.append("Normal forces are means over all of stance.")
+    compared = summary.get("model_against_simulation", {})
+    if "left_out_about_switches" in compared:
+        left_out = 1000 * compared["left_out_about_switches"]
+        sentences.append(f"Rms differences leave out {left_out:g} ms around the switches.")
+    if "slip" in summary:
+        sentences.append("Slip is per step.")
+    sentences.append(_torque_note(summary))
+    return " ".join(sentences)
 
 
 def _torque_note(summary: Summary) -> str:
@@ -228,7 +257,7 @@ def _torque_note(summary: Summary) -> str:
     model = run.get("force_model", "")
     forces = f"; model forces: {model}" if model and "model" in torque else ""
     return plain(
-        f"Normal forces mean in stance. Torques in N·m, {source}; servo {robot['servo']}, "
+        f"Torques in N·m, {source}; servo {robot['servo']}, "
         f"stall {robot['stall_torque']:g} N·m{forces}."
     )
 

@@ -1,0 +1,82 @@
+"""What makes a walk doubtful, in sentences."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from phasmid.reporting.source import plain
+
+NOTABLE_SLIP = 5e-3
+"""Mean slip per step above which feet do not stay where they stand [m]."""
+
+NOTABLE_SWING_LOAD = 0.01
+"""Part of the weight above which a swinging leg bears load."""
+
+
+def warnings(summary: dict[str, Any]) -> list[str]:
+    """Sentences on what the robot cannot do or what the walk should not do.
+
+    Args:
+        summary: The sections of `phasmid.reporting.summarise`. Torques are the simulated ones, or
+            else the model's.
+    """
+    found = [
+        _stall(summary),
+        _speed(summary),
+        _support(summary),
+        _swing(summary),
+        _slip(summary),
+    ]
+    return [sentence for sentence in found if sentence]
+
+
+def _stall(summary: dict[str, Any]) -> str:
+    torque = summary["torque"].get("simulation") or summary["torque"].get("model") or {}
+    percent = 100 * torque.get("largest_over_stall", 0.0)
+    # A servo at its limit reaches stall up to round-off, and no warning shall say 100 %.
+    if percent < 100.5:
+        return ""
+    return (
+        f"The largest torque is {percent:.0f} % of the {plain(summary['robot']['servo'])}'s stall: "
+        "these servos cannot make this walk."
+    )
+
+
+def _speed(summary: dict[str, Any]) -> str:
+    percent = 100 * summary["speed"].get("largest_over_no_load", 0.0)
+    if percent < 100.5:
+        return ""
+    return (
+        f"The fastest joint turns at {percent:.0f} % of the {plain(summary['robot']['servo'])}'s "
+        "no-load speed: these servos cannot make this walk."
+    )
+
+
+def _support(summary: dict[str, Any]) -> str:
+    margin = summary["support"].get("least_margin")
+    if margin is None or margin >= -5e-5:
+        return ""
+    if math.isinf(margin):
+        return "At times fewer than three feet stand, or all stand in a line: the robot tips."
+    return (
+        f"The centre of mass leaves the support polygon by {-1000 * margin:.1f} mm: the robot tips."
+    )
+
+
+def _swing(summary: dict[str, Any]) -> str:
+    force = summary["normal_force"].get("simulation") or {}
+    largest = force.get("largest_in_swing", 0.0)
+    if largest <= NOTABLE_SWING_LOAD * summary["robot"]["weight"]:
+        return ""
+    return (
+        f"Swinging legs touch the ground: up to {largest:.3g} N outside "
+        f"{1000 * force['swing_margin_time']:g} ms of the switches."
+    )
+
+
+def _slip(summary: dict[str, Any]) -> str:
+    mean = summary["slip"].get("mean", 0.0)
+    if mean <= NOTABLE_SLIP:
+        return ""
+    return f"Feet slip {1000 * mean:.1f} mm a step on average."
