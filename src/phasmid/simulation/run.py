@@ -25,10 +25,10 @@ from phasmid.simulation.model import build_model
 if TYPE_CHECKING:
     import mujoco
 
-WATCH_STEPS = 256
+WATCH_STEPS = 512
 """Steps between two looks of the watch, which sees every step in between."""
 
-PLAN_STEPS = 64 * WATCH_STEPS
+PLAN_STEPS = 32 * WATCH_STEPS
 """Steps for which the plan is evaluated at once, so that long runs do not fill the memory."""
 
 Progress = Callable[[float], None]
@@ -117,13 +117,27 @@ class Run:
         self.log = _Log.empty(self.model, joints, self.steps // self.every + 1)
         self.buffer = _Log.empty(self.model, joints, WATCH_STEPS)
         self.done = 0
+        self._one_cycle = self._repeated_targets()
         with _engine_warnings() as warnings:
             self._place(walk.sample(np.zeros(1)))
             self.trouble = self._settle(warnings)
 
     def targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
         """What the drive is told at the steps from one to before another, shape (N, 3 L)."""
+        if self._one_cycle is not None:
+            return self._one_cycle[np.arange(start, stop) % len(self._one_cycle)]
         return self.drive.targets(self.walk.sample(np.arange(start, stop) * self.dt), self.dt)
+
+    def _repeated_targets(self) -> Float[np.ndarray, "samples joints"] | None:
+        """The targets of one cycle, where it is a whole number of steps and not too many.
+
+        Seen from the body all cycles are alike, so these serve them all.
+        """
+        cycle = self.scenario.stride.period / self.dt
+        steps = round(cycle)
+        if steps > PLAN_STEPS or abs(cycle - steps) > 1e-9 * cycle:
+            return None
+        return self.drive.targets(self.walk.sample(np.arange(steps) * self.dt), self.dt)
 
     def _place(self, start: Walk) -> None:
         """Put the robot where the plan starts, and log that as the first sample."""
