@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phasmid.errors import Unreachable
+from phasmid.errors import InvalidInput, Unreachable
 from phasmid.kinematics import foot_position, jacobian, joint_angles, joint_motion, leg_frames
 from phasmid.robot import load_robot, preset_names
 
@@ -153,3 +153,10 @@ def test_a_target_that_is_not_a_number_is_unreachable():
     leg = load_robot("phantomx-paper").legs[0]
     with pytest.raises(Unreachable):
         joint_angles(leg, np.array([np.nan, 0.0, -0.1]))
+
+
+@pytest.mark.parametrize("solve", [foot_position, joint_angles, jacobian])
+def test_an_array_of_another_width_is_refused_in_a_sentence(solve):
+    leg = load_robot("phantomx-paper").legs[0]
+    with pytest.raises(InvalidInput, match="the last axis must have 3 entries"):
+        solve(leg, np.zeros((4, 2)))

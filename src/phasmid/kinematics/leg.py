@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import Unreachable
+from phasmid.errors import InvalidInput, Unreachable
 
 STRETCH_TOLERANCE = 1e-12
 """By this part of its length a leg may be over-stretched: the round-off of a target computed at
@@ -21,6 +21,14 @@ class HasLengths(Protocol):
     @property
     def lengths(self) -> Float[np.ndarray, "*legs 3"]:
         """Lengths of coxa, femur and tibia [m]."""
+
+
+def _threes(values: Float[np.ndarray, "*batch"], what: str) -> Float[np.ndarray, "3 *rest"]:
+    """An array's last axis, which must have three entries, in front."""
+    array = np.asarray(values, dtype=float)
+    if array.shape[-1:] != (3,):
+        raise InvalidInput(f"{what} have shape {array.shape}; the last axis must have 3 entries.")
+    return np.moveaxis(array, -1, 0)
 
 
 def foot_position(
@@ -38,7 +46,7 @@ def foot_position(
     Source: Table 1 and Eqs. 1-2, corrected (docs/errata.md).
     """
     coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    q1, q2, q3 = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    q1, q2, q3 = _threes(q, "joint angles")
     r = coxa + femur * np.cos(q2) + tibia * np.cos(q2 + q3)
     z = femur * np.sin(q2) + tibia * np.sin(q2 + q3)
     return np.stack([r * np.cos(q1), r * np.sin(q1), z], axis=-1)
@@ -62,9 +70,9 @@ def joint_angles(
     Source: Eqs. 3-9, corrected (docs/errata.md). The law of cosines of Eqs. 6 and 8 is taken by
     half angles, which keep full precision at full stretch.
     """
+    x, y, z = _threes(p_hip_foot, "foot targets")
     p = np.asarray(p_hip_foot, dtype=float)
     coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    x, y, z = np.moveaxis(p, -1, 0)
     out = np.hypot(x, y) - coxa
     square = out**2 + z**2
     longest, shortest = femur + tibia, np.abs(femur - tibia)
@@ -114,7 +122,7 @@ def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndar
     Source: the derivative of Table 1; J of Eq. 11.
     """
     coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    q1, q2, q3 = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    q1, q2, q3 = _threes(q, "joint angles")
     c1, s1 = np.cos(q1), np.sin(q1)
     out3, up3 = tibia * np.cos(q2 + q3), tibia * np.sin(q2 + q3)
     out, up = femur * np.cos(q2) + out3, femur * np.sin(q2) + up3
@@ -150,7 +158,7 @@ def joint_motion(
     Source: Table 1, differentiated twice in cylindrical coordinates about the coxa axis.
     """
     coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    q1, q2, q3 = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    q1, q2, q3 = _threes(q, "joint angles")
     c1, s1 = np.cos(q1), np.sin(q1)
     c2, s2, c23, s23 = np.cos(q2), np.sin(q2), np.cos(q2 + q3), np.sin(q2 + q3)
     r = coxa + femur * c2 + tibia * c23
