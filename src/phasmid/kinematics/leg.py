@@ -23,7 +23,7 @@ class HasLengths(Protocol):
         """Lengths of coxa, femur and tibia [m]."""
 
 
-def _threes(values: Float[np.ndarray, "*batch"], what: str) -> Float[np.ndarray, "3 *rest"]:
+def _threes(values: Float[np.ndarray, "*batch"], what: str) -> np.ndarray:
     """An array's last axis, which must have three entries, in front."""
     array = np.asarray(values, dtype=float)
     if array.shape[-1:] != (3,):
