@@ -37,8 +37,12 @@ def save_recording(recording: Recording, path: str | Path) -> None:
         name: {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
         for name in recording.data_vars
     }
-    data = recording.to_netcdf(engine="h5netcdf", encoding=encoding)
-    write_whole(path, data)
+    encoded = recording.to_netcdf(engine="h5netcdf", encoding=encoding)
+    try:
+        write_whole(path, encoded)
+    finally:
+        # A buffer that is collected before its view makes Python 3.13 complain.
+        encoded.release()
 
 
 def write_whole(path: Path, data: bytes | memoryview) -> None:
