@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from dynamics.mujoco_model import mujoco_model
 from phasmid.robot import Body, Leg, Link, Robot, load_robot, preset_names
 
 
@@ -81,7 +82,7 @@ def mujoco_inverse() -> Callable[..., Inverse]:
     """Builds mj_inverse of a robot whose trunk is fixed in the world, or free."""
 
     def build(robot: Robot, *, free: bool) -> Inverse:
-        model = _mujoco_model(robot, free=free)
+        model = mujoco_model(robot, free=free)
         data = mujoco.MjData(model)
         jacobian = np.empty((3, model.nv))
 
@@ -100,37 +101,3 @@ def mujoco_inverse() -> Callable[..., Inverse]:
         return inverse
 
     return build
-
-
-def _mujoco_model(robot: Robot, *, free: bool) -> mujoco.MjModel:
-    spec = mujoco.MjSpec()
-    spec.compiler.degree = False
-    spec.option.gravity = [0.0, 0.0, -9.81]
-    trunk = _add_body(spec.worldbody, robot.body, [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
-    if free:
-        trunk.add_freejoint()
-    for leg in robot.legs:
-        parent, at = trunk, list(leg.mount_position)
-        # The frames of Table 1: mount yaw, then the quarter turn about x before the femur.
-        turns = (
-            [np.cos(leg.mount_yaw / 2), 0.0, 0.0, np.sin(leg.mount_yaw / 2)],
-            [np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0],
-            [1.0, 0.0, 0.0, 0.0],
-        )
-        for link, turn in zip(leg.links, turns, strict=True):
-            parent = _add_body(parent, link, at, turn)
-            parent.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
-            at = [link.length, 0.0, 0.0]
-        parent.add_site(pos=at)
-    return spec.compile()
-
-
-def _add_body(
-    parent: mujoco.MjsBody, part: Body | Link, pos: list[float], quat: list[float]
-) -> mujoco.MjsBody:
-    body = parent.add_body(pos=pos, quat=quat)
-    tensor = part.inertia
-    body.explicitinertial = True
-    body.mass, body.ipos = part.mass, part.com
-    body.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-    return body

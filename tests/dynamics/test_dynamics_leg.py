@@ -41,33 +41,6 @@ def _christoffel(m: dynamics.LegMatrices, qd: np.ndarray) -> np.ndarray:
     return np.einsum("...ijk,...k->...ij", symbols, qd)
 
 
-def test_leg_torque_equals_the_inverse_dynamics_of_mujoco(
-    robot: Robot, rng: np.random.Generator, mujoco_inverse: Callable[..., Any]
-) -> None:
-    # torque = M q" + B [q' q'] + C [q'²] + G - Jᵀ F, the hips fixed in the world.
-    q, qd, qdd, force = _states(rng, robot)
-    torque = dynamics.leg_torque(robot.arrays, q, qd, qdd, foot_force=force)
-    inverse = mujoco_inverse(robot, free=False)
-    force_in_world = np.einsum("lij,nlj->nli", robot.arrays.R_body_hip, force)
-    expected = [
-        inverse(*(v.ravel() for v in state[:3]), state[3])
-        for state in zip(q, qd, qdd, force_in_world, strict=True)
-    ]
-    np.testing.assert_allclose(torque, np.reshape(expected, q.shape), rtol=0, atol=TORQUE)
-
-
-def test_leg_torque_equals_the_recursion_over_a_robot_that_stands_still(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    q, qd, qdd, force = _states(rng, robot)
-    force_in_world = np.einsum("lij,nlj->nli", robot.arrays.R_body_hip, force)
-    recursive = dynamics.inverse_dynamics(
-        robot, dynamics.BodyMotion.at_rest(), q, qd, qdd, foot_force=force_in_world
-    )
-    closed = dynamics.leg_torque(robot.arrays, q, qd, qdd, foot_force=force)
-    np.testing.assert_allclose(closed, recursive.joint_torque, rtol=0, atol=TORQUE)
-
-
 def test_the_matrices_add_up_to_the_leg_torque(robot: Robot, rng: np.random.Generator) -> None:
     # The left side is Eq. 10 with its four parts, the right one groups the same terms otherwise.
     q, qd, qdd, _ = _states(rng, robot)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -35,38 +32,6 @@ def _random_joints(rng: np.random.Generator, robot: Robot, *lead: int) -> list[n
 def _feet_in_world(robot: Robot, body: dynamics.BodyMotion, q: np.ndarray) -> np.ndarray:
     feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q))
     return body.position[..., None, :] + feet @ np.swapaxes(body.rotation, -1, -2)
-
-
-def test_torques_and_wrench_equal_the_inverse_dynamics_of_mujoco(
-    robot: Robot, rng: np.random.Generator, mujoco_inverse: Callable[..., Any]
-) -> None:
-    n = 300
-    quaternion, body = _random_motion(rng, n)
-    q, qd, qdd, force = _random_joints(rng, robot, n)
-    ours = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force)
-
-    # MuJoCo's free joint: linear motion in world axes, turning in the trunk's own.
-    into_body = np.swapaxes(body.rotation, -1, -2)
-    w = (into_body @ body.angular_velocity[..., None])[..., 0]
-    dw = (into_body @ body.angular_acceleration[..., None])[..., 0]
-    flat = (v.reshape(n, -1) for v in (q, qd, qdd))
-    qpos, qvel, qacc = (
-        np.concatenate(parts, axis=1)
-        for parts in zip(
-            (body.position, body.velocity, body.acceleration),
-            (quaternion, w, dw),
-            flat,
-            strict=True,
-        )
-    )
-    inverse = mujoco_inverse(robot, free=True)
-    theirs = np.array([inverse(*state) for state in zip(qpos, qvel, qacc, force, strict=True)])
-    moment = (body.rotation @ theirs[:, 3:6, None])[..., 0]
-    np.testing.assert_allclose(
-        ours.joint_torque, theirs[:, 6:].reshape(q.shape), rtol=0, atol=WHOLE
-    )
-    np.testing.assert_allclose(ours.wrench[:, :3], theirs[:, :3], rtol=0, atol=WHOLE)
-    np.testing.assert_allclose(ours.wrench[:, 3:], moment, rtol=0, atol=WHOLE)
 
 
 def test_a_robot_in_free_fall_with_locked_joints_feels_nothing(

@@ -1,6 +1,16 @@
 """What torques a motion needs: the leg's equations in closed form, and the whole robot."""
 
 from phasmid.dynamics.body_motion import BodyMotion
+from phasmid.dynamics.floating_base import (
+    Accelerations,
+    Momentum,
+    bias_force,
+    foot_jacobian,
+    forward_dynamics,
+    gravity_force,
+    mass_matrix,
+    momentum,
+)
 from phasmid.dynamics.leg import LegMatrices, leg_matrices, leg_torque
 from phasmid.dynamics.whole_body import (
     JointTorqueAndWrench,
@@ -10,12 +20,20 @@ from phasmid.dynamics.whole_body import (
 )
 
 __all__ = [
+    "Accelerations",
     "BodyMotion",
     "JointTorqueAndWrench",
     "LegMatrices",
+    "Momentum",
+    "bias_force",
+    "foot_jacobian",
+    "forward_dynamics",
+    "gravity_force",
     "inverse_dynamics",
     "kinetic_energy",
     "leg_matrices",
     "leg_torque",
+    "mass_matrix",
+    "momentum",
     "potential_energy",
 ]

@@ -69,7 +69,7 @@ def inverse_dynamics(
     equals Eq. 11, corrected.
     """
     foot_force = np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force
-    batch = _batch(robot, body, q=q, qd=qd, qdd=qdd, foot_force=foot_force)
+    batch = leading_axes(robot, body, q=q, qd=qd, qdd=qdd, foot_force=foot_force)
     legs = (*batch, len(robot.legs))
     R_world_body = components(body.rotation, 2, batch)
     R_body_world = np.swapaxes(R_world_body, 0, 1)
@@ -121,7 +121,7 @@ def kinetic_energy(
     Raises:
         InvalidInput: A shape does not fit the robot's legs or the other shapes.
     """
-    batch = _batch(robot, body, q=q, qd=qd)
+    batch = leading_axes(robot, body, q=q, qd=qd)
     legs = (*batch, len(robot.legs))
     R_body_world = np.swapaxes(components(body.rotation, 2, batch), 0, 1)
     R_hip_body = np.swapaxes(components(robot.arrays.R_body_hip, 2), 0, 1)
@@ -157,12 +157,12 @@ def potential_energy(
     Raises:
         InvalidInput: A shape does not fit the robot's legs or the trunk's.
     """
-    _batch(robot, body, q=q)
+    leading_axes(robot, body, q=q)
     lift = np.sum(body.rotation[..., 2, :] * centre_of_mass(robot, q), axis=-1)
     return np.asarray(robot.mass * gravity * (body.position[..., 2] + lift))
 
 
-def _batch(robot: Robot, body: BodyMotion, **per_leg: np.ndarray) -> tuple[int, ...]:
+def leading_axes(robot: Robot, body: BodyMotion, **per_leg: np.ndarray) -> tuple[int, ...]:
     """The leading axes that trunk and legs share."""
     count = len(robot.legs)
     shapes = [body.position.shape[:-1]]

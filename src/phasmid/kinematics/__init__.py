@@ -1,11 +1,13 @@
 """Where the feet are: closed-form leg kinematics, frames, and how far the legs go."""
 
 from phasmid.kinematics.frames import (
+    LinkFrames,
     body_from_hip,
     centre_of_mass,
     dh_transform,
     hip_from_body,
     leg_frames,
+    link_frames,
     neutral_feet,
     quaternion_rotation,
     quaternion_yaw,
@@ -25,6 +27,7 @@ from phasmid.kinematics.workspace import longest_stride, reach, within_reach
 
 __all__ = [
     "HasLengths",
+    "LinkFrames",
     "body_from_hip",
     "centre_of_mass",
     "dh_transform",
@@ -34,6 +37,7 @@ __all__ = [
     "joint_angles",
     "joint_motion",
     "leg_frames",
+    "link_frames",
     "longest_stride",
     "neutral_feet",
     "quaternion_rotation",

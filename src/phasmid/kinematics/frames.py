@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.robot import Leg, Robot
+
+
+class LinkFrames(NamedTuple):
+    """Poses of the links' frames in the body frame: coxa, femur and tibia of each leg.
+
+    Attributes:
+        rotation: ``R_body_link``, shape (..., L, 3, 3, 3).
+        position: Origins, on the joints' axes [m], shape (..., L, 3, 3).
+    """
+
+    rotation: Float[np.ndarray, "*batch legs 3 3 3"]
+    position: Float[np.ndarray, "*batch legs 3 3"]
 
 
 def dh_transform(
@@ -132,6 +146,33 @@ def neutral_feet(robot: Robot) -> Float[np.ndarray, "legs 3"]:
     return body_from_hip(robot, robot.arrays.neutral_foot)
 
 
+def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFrames:
+    """Frames of all links of all legs, those of Table 1, seen from the body.
+
+    Args:
+        robot: The robot, L legs.
+        q: Joint angles [rad], shape (..., L, 3).
+    """
+    arrays, q = robot.arrays, np.asarray(q, dtype=float)
+    q1, q2, q3 = np.moveaxis(q, -1, 0)
+    coxa, femur, _ = arrays.lengths.T
+    zero, one = np.zeros(q1.shape), np.ones(q1.shape)
+    c1, s1 = np.cos(q1), np.sin(q1)
+    axes = [[[c1, -s1, zero], [s1, c1, zero], [zero, zero, one]]]
+    for elevation in (q2, q2 + q3):
+        c, s = np.cos(elevation), np.sin(elevation)
+        # The frames 2 and 3 have their z to the leg's right.
+        axes.append([[c1 * c, -c1 * s, s1], [s1 * c, -s1 * s, -c1], [s, c, zero]])
+    rotation = np.moveaxis(np.array(axes), (0, 1, 2), (-3, -2, -1))
+    out = coxa + femur * np.cos(q2)
+    starts = [[zero, zero, zero], [coxa * c1, coxa * s1, zero]]
+    starts.append([out * c1, out * s1, femur * np.sin(q2)])
+    position = np.moveaxis(np.array(starts), (0, 1), (-2, -1))
+    R = arrays.R_body_hip[:, None]
+    p = (R @ position[..., None])[..., 0] + arrays.p_body_hip[:, None]
+    return LinkFrames(R @ rotation, p)
+
+
 def centre_of_mass(
     robot: Robot, q: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch 3"]:
@@ -141,34 +182,10 @@ def centre_of_mass(
         robot: The robot, L legs.
         q: Joint angles [rad], shape (..., L, 3).
     """
-    arrays, q = robot.arrays, np.asarray(q, dtype=float)
-    moment = np.broadcast_to(robot.body.mass * robot.body.com, (*q.shape[:-2], 3)).copy()
-    q1, q2, q3 = np.moveaxis(q, -1, 0)
-    coxa, femur, _ = arrays.lengths.T
-    zero = np.zeros(q2.shape)
-    # Elevation of each link, and where its frame starts in the leg's plane.
-    starts = ((zero, zero, zero), (q2, zero + coxa, zero))
-    knee = (q2 + q3, coxa + femur * np.cos(q2), femur * np.sin(q2))
-    for k, (elevation, out, up) in enumerate((*starts, knee)):
-        x, y, z = arrays.com[:, k].T
-        if k == 0:
-            along, side, height = x, y, z
-        else:
-            # The frames 2 and 3 have their z to the leg's right.
-            along, side, height = x, -z, y
-        c, s = np.cos(elevation), np.sin(elevation)
-        r, t = out + c * along - s * height, side
-        point = np.stack(
-            [
-                r * np.cos(q1) - t * np.sin(q1),
-                r * np.sin(q1) + t * np.cos(q1),
-                up + s * along + c * height,
-            ],
-            axis=-1,
-        )
-        weighted = arrays.mass[:, k, None] * body_from_hip(robot, point)
-        moment += weighted.sum(axis=-2)
-    return moment / robot.mass
+    arrays, frames = robot.arrays, link_frames(robot, q)
+    links = frames.position + (frames.rotation @ arrays.com[..., None])[..., 0]
+    moment = robot.body.mass * robot.body.com + np.einsum("lk,...lki->...i", arrays.mass, links)
+    return np.asarray(moment / robot.mass)
 
 
 def step_pose(

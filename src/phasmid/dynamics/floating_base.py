@@ -1,0 +1,312 @@
+"""The whole robot's equation of motion in matrix form: mass matrix, bias, momentum, Jacobians.
+
+All are written for the generalised speeds (v, w, q'): velocity of the body frame's origin and
+angular velocity of the trunk, both in world axes, then the joint speeds leg by leg; 6 + 3 L in
+all for L legs. Generalised forces pair with them: force and moment on the trunk about that
+origin in world axes, then joint torques.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.dynamics.body_motion import BodyMotion
+from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.dynamics.whole_body import inverse_dynamics, leading_axes
+from phasmid.kinematics import body_from_hip, foot_position, jacobian, link_frames
+from phasmid.robot import Robot
+from phasmid.units import STANDARD_GRAVITY
+
+
+class Momentum(NamedTuple):
+    """Momentum of the whole robot.
+
+    Attributes:
+        linear: Mass times velocity of the centre of mass, world axes [kg·m/s], shape (..., 3).
+        angular: About the centre of mass, world axes [kg·m²/s], shape (..., 3).
+    """
+
+    linear: Float[np.ndarray, "*batch 3"]
+    angular: Float[np.ndarray, "*batch 3"]
+
+
+class Accelerations(NamedTuple):
+    """What forces make of a state.
+
+    Attributes:
+        acceleration: Of the body frame's origin, world axes [m/s²], shape (..., 3).
+        angular_acceleration: Of the trunk, world axes [rad/s²], shape (..., 3).
+        qdd: Of the joints [rad/s²], shape (..., L, 3).
+    """
+
+    acceleration: Float[np.ndarray, "*batch 3"]
+    angular_acceleration: Float[np.ndarray, "*batch 3"]
+    qdd: Float[np.ndarray, "*batch legs 3"]
+
+
+def mass_matrix(
+    robot: Robot, body: BodyMotion, q: Float[np.ndarray, "*#batch legs 3"]
+) -> Float[np.ndarray, "*batch dof dof"]:
+    """Mass matrix of the robot on its floating base.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose of the trunk.
+        q: Joint angles [rad], shape (..., L, 3).
+
+    Returns:
+        The matrix M of the kinetic energy, half the form (v, w, q') M (v, w, q') [kg, kg·m,
+        kg·m²], shape (..., 6 + 3 L, 6 + 3 L).
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+
+    Source: composite rigid bodies (Walker and Orin 1982), in body axes about the body's origin.
+    """
+    batch = leading_axes(robot, body, q=q)
+    count = len(robot.legs)
+    frames = link_frames(robot, q)
+    axis, at = frames.rotation[..., :, 2], frames.position
+    # A joint moves the body's origin, taken as a point of the link, by p x axis.
+    slide = np.cross(at, axis)
+    mass, first, second = _composites(robot, q)
+
+    trunk_first, trunk_second = moments_about_origin(
+        np.array(robot.body.mass), robot.body.com, robot.body.inertia
+    )
+    M = np.zeros((*q.shape[:-2], 6 + 3 * count, 6 + 3 * count))
+    whole = trunk_first + first[..., 0, :].sum(axis=-2)
+    M[..., :3, :3] = robot.mass * np.eye(3)
+    M[..., 3:6, :3] = _skew(whole)
+    M[..., :3, 3:6] = -M[..., 3:6, :3]
+    M[..., 3:6, 3:6] = trunk_second + second[..., 0, :, :].sum(axis=-3)
+
+    # Momentum of everything beyond each joint while that joint alone turns at unit speed.
+    linear = mass[..., None] * slide + np.cross(axis, first)
+    angular = np.cross(first, slide) + (second @ axis[..., None])[..., 0]
+    joints = np.concatenate([linear, angular], axis=-1).reshape(*q.shape[:-2], 3 * count, 6)
+    M[..., :6, 6:] = np.swapaxes(joints, -1, -2)
+    M[..., 6:, :6] = joints
+    within = np.einsum("...ja,...ka->...jk", slide, linear)
+    within += np.einsum("...ja,...ka->...jk", axis, angular)
+    # Of two joints of a leg the outer one's composite counts.
+    upper = np.triu(within)
+    within = upper + np.swapaxes(np.triu(within, 1), -1, -2)
+    for i in range(count):
+        rows = slice(6 + 3 * i, 9 + 3 * i)
+        M[..., rows, rows] = within[..., i, :, :]
+    return _into_world(np.broadcast_to(M, (*batch, *M.shape[-2:])).copy(), body.rotation)
+
+
+def bias_force(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    qd: Float[np.ndarray, "*#batch legs 3"],
+    *,
+    gravity: float = STANDARD_GRAVITY,
+) -> Float[np.ndarray, "*batch dof"]:
+    """Generalised forces that the velocities and gravity ask for: h of M a + h = force.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose and velocity of the trunk; its accelerations do not count.
+        q: Joint angles [rad], shape (..., L, 3).
+        qd: Joint speeds [rad/s], shape (..., L, 3).
+        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+
+    Returns:
+        Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+    """
+    return _generalised(robot, _coasting(body), q, qd, gravity)
+
+
+def gravity_force(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    *,
+    gravity: float = STANDARD_GRAVITY,
+) -> Float[np.ndarray, "*batch dof"]:
+    """Generalised forces that hold the robot still against gravity.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose of the trunk.
+        q: Joint angles [rad], shape (..., L, 3).
+        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+
+    Returns:
+        Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
+        It is the gradient of `potential_energy`.
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+    """
+    still = BodyMotion.at_rest(body.position, body.rotation)
+    return _generalised(robot, still, q, np.zeros((len(robot.legs), 3)), gravity)
+
+
+def momentum(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    qd: Float[np.ndarray, "*#batch legs 3"],
+) -> Momentum:
+    """Linear momentum, and angular momentum about the centre of mass.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose and velocity of the trunk.
+        q: Joint angles [rad], shape (..., L, 3).
+        qd: Joint speeds [rad/s], shape (..., L, 3).
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+    """
+    batch = leading_axes(robot, body, q=q, qd=qd)
+    M = mass_matrix(robot, body, q)
+    flat = np.broadcast_to(qd, (*batch, len(robot.legs), 3)).reshape(*batch, -1)
+    twist = (np.broadcast_to(v, (*batch, 3)) for v in (body.velocity, body.angular_velocity))
+    speeds = np.concatenate([*twist, flat], axis=-1)
+    about_origin = (M[..., :6, :] @ speeds[..., None])[..., 0]
+    linear, angular = about_origin[..., :3], about_origin[..., 3:]
+    # Rows 3 to 5 against columns 0 to 2 hold mass times the cross matrix of the centre of mass.
+    c = np.stack([M[..., 5, 1], M[..., 3, 2], M[..., 4, 0]], axis=-1) / robot.mass
+    return Momentum(linear, angular - np.cross(c, linear))
+
+
+def foot_jacobian(
+    robot: Robot, body: BodyMotion, q: Float[np.ndarray, "*#batch legs 3"]
+) -> Float[np.ndarray, "*batch legs 3 dof"]:
+    """Velocities of the feet in the world for unit generalised speeds.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose of the trunk.
+        q: Joint angles [rad], shape (..., L, 3).
+
+    Returns:
+        One matrix per foot, shape (..., L, 3, 6 + 3 L). Its transpose times a force on the foot
+        in world axes is that force's share of the generalised forces.
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+    """
+    batch = leading_axes(robot, body, q=q)
+    count = len(robot.legs)
+    R = body.rotation[..., None, :, :]
+    arm = (R @ body_from_hip(robot, foot_position(robot.arrays, q))[..., None])[..., 0]
+    own = R @ robot.arrays.R_body_hip @ jacobian(robot.arrays, q)
+    J = np.zeros((*batch, count, 3, 6 + 3 * count))
+    J[..., :3] = np.eye(3)
+    J[..., 3:6] = -_skew(arm)
+    for i in range(count):
+        J[..., i, :, 6 + 3 * i : 9 + 3 * i] = own[..., i, :, :]
+    return J
+
+
+def forward_dynamics(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    qd: Float[np.ndarray, "*#batch legs 3"],
+    torque: Float[np.ndarray, "*#batch legs 3"],
+    *,
+    foot_force: Float[np.ndarray, "*#batch legs 3"] | None = None,
+    gravity: float = STANDARD_GRAVITY,
+) -> Accelerations:
+    """Accelerations that joint torques and foot forces cause.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose and velocity of the trunk; its accelerations do not count.
+        q: Joint angles [rad], shape (..., L, 3).
+        qd: Joint speeds [rad/s], shape (..., L, 3).
+        torque: Joint torques [N·m], shape (..., L, 3).
+        foot_force: Force of the ground on each foot in world axes [N], shape (..., L, 3);
+            none by default.
+        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+
+    Raises:
+        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+    """
+    force = np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force
+    batch = leading_axes(robot, body, q=q, qd=qd, torque=torque, foot_force=force)
+    held = inverse_dynamics(
+        robot,
+        _coasting(body),
+        q,
+        qd,
+        np.zeros((len(robot.legs), 3)),
+        foot_force=force,
+        gravity=gravity,
+    )
+    missing = np.concatenate(
+        [
+            np.broadcast_to(-held.wrench, (*batch, 6)),
+            np.broadcast_to(torque - held.joint_torque, (*batch, len(robot.legs), 3)).reshape(
+                *batch, -1
+            ),
+        ],
+        axis=-1,
+    )
+    M = np.broadcast_to(mass_matrix(robot, body, q), (*batch, *2 * missing.shape[-1:]))
+    a = np.linalg.solve(M, missing[..., None])[..., 0]
+    return Accelerations(a[..., :3], a[..., 3:6], a[..., 6:].reshape(*batch, -1, 3))
+
+
+def _composites(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass (L, 3), first (..., L, 3, 3) and second moment (..., L, 3, 3, 3) of each link with all
+    links beyond it, in body axes about the body's origin.
+    """
+    arrays = robot.arrays
+    frames = link_frames(robot, q)
+    com = frames.position + (frames.rotation @ arrays.com[..., None])[..., 0]
+    inertia = frames.rotation @ arrays.inertia @ np.swapaxes(frames.rotation, -1, -2)
+    first, second = moments_about_origin(np.broadcast_to(arrays.mass, com.shape[:-1]), com, inertia)
+
+    def from_the_foot(values: np.ndarray, axis: int) -> np.ndarray:
+        return np.flip(np.cumsum(np.flip(values, axis), axis), axis)
+
+    return from_the_foot(arrays.mass, -1), from_the_foot(first, -2), from_the_foot(second, -3)
+
+
+def _coasting(body: BodyMotion) -> BodyMotion:
+    """The same pose and velocity without acceleration."""
+    zero = np.zeros(3)
+    return BodyMotion(
+        body.position, body.rotation, body.velocity, body.angular_velocity, zero, zero
+    )
+
+
+def _generalised(
+    robot: Robot, body: BodyMotion, q: np.ndarray, qd: np.ndarray, gravity: float
+) -> np.ndarray:
+    rest = np.zeros((len(robot.legs), 3))
+    torque, wrench = inverse_dynamics(robot, body, q, qd, rest, gravity=gravity)
+    return np.concatenate([wrench, torque.reshape(*torque.shape[:-2], -1)], axis=-1)
+
+
+def _into_world(M: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """The first six rows and columns from body axes to world axes."""
+    for part in (slice(0, 3), slice(3, 6)):
+        M[..., part, :] = rotation @ M[..., part, :]
+        M[..., :, part] = M[..., :, part] @ np.swapaxes(rotation, -1, -2)
+    return M
+
+
+def _skew(v: np.ndarray) -> np.ndarray:
+    """The matrix of the vector product with v from the left, shape (..., 3, 3)."""
+    x, y, z = np.moveaxis(v, -1, 0)
+    matrix = np.zeros((*x.shape, 3, 3))
+    matrix[..., 0, 1], matrix[..., 0, 2] = -z, y
+    matrix[..., 1, 0], matrix[..., 1, 2] = z, -x
+    matrix[..., 2, 0], matrix[..., 2, 1] = -y, x
+    return matrix

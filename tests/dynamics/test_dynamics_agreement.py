@@ -1,0 +1,86 @@
+"""Five ways to one torque, on ten thousand random states of every preset.
+
+The closed form, our recursion, MuJoCo and Pinocchio share no line of code; Lagrange's equations
+are compared entry by entry in tests/derivation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from dynamics.pinocchio_model import foot_loads, free_state, pinocchio_model
+from phasmid import dynamics, kinematics
+from phasmid.robot import Robot
+
+STATES = 10_000
+
+# Row 10 of the physics charter. Torques reach 10 N·m and forces 200 N as sums of some thousand
+# terms in which round-off adds at random: about 30 * 2.2e-16 * 200 = 1e-12. A wrong term shows
+# at 1e-5.
+TORQUE = 1e-10
+
+
+def _joints(robot: Robot, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+    shape = (STATES, len(robot.legs), 3)
+    q = rng.uniform(-np.pi, np.pi, size=shape)
+    return q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)
+
+
+def test_closed_form_recursion_mujoco_and_pinocchio_give_the_same_leg_torques(
+    robot: Robot, rng: np.random.Generator, mujoco_inverse: Callable[..., Any]
+) -> None:
+    # torque = M q" + B [q' q'] + C [q'²] + G - Jᵀ F, the hips fixed in the world.
+    q, qd, qdd, force = _joints(robot, rng)
+    in_world = np.einsum("lij,nlj->nli", robot.arrays.R_body_hip, force)
+    closed = dynamics.leg_torque(robot.arrays, q, qd, qdd, foot_force=force)
+    still = dynamics.BodyMotion.at_rest()
+    recursive, _ = dynamics.inverse_dynamics(robot, still, q, qd, qdd, foot_force=in_world)
+
+    inverse = mujoco_inverse(robot, free=False)
+    model = pinocchio_model(robot, free=False)
+    data = model.createData()
+    in_mujoco, in_pinocchio = [], []
+    for one in zip(*(v.reshape(STATES, -1) for v in (q, qd, qdd)), in_world, strict=True):
+        in_mujoco.append(inverse(*one))
+        in_pinocchio.append(
+            pin.rnea(model, data, *one[:3], foot_loads(model, one[0], one[3])).copy()
+        )
+    for other in (recursive, np.reshape(in_mujoco, q.shape), np.reshape(in_pinocchio, q.shape)):
+        np.testing.assert_allclose(closed, other, rtol=0, atol=TORQUE)
+
+
+def test_recursion_mujoco_and_pinocchio_give_the_same_torques_and_wrench_in_flight(
+    robot: Robot, rng: np.random.Generator, mujoco_inverse: Callable[..., Any]
+) -> None:
+    q, qd, qdd, force = _joints(robot, rng)
+    quaternion = rng.normal(size=(STATES, 4))
+    quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    p, v, w, a, dw = rng.normal(size=(5, STATES, 3)) * np.reshape([1, 1, 3, 5, 20], (5, 1, 1))
+    R = kinematics.quaternion_rotation(quaternion)
+    body = dynamics.BodyMotion(p, R, v, w, a, dw)
+    torque, wrench = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force)
+
+    # MuJoCo's free joint moves along world axes and turns about the trunk's own.
+    w_body, dw_body = ((u[:, None, :] @ R)[:, 0] for u in (w, dw))
+    rows = ((p, quaternion, q), (v, w_body, qd), (a, dw_body, qdd))
+    inverse = mujoco_inverse(robot, free=True)
+    states = [np.concatenate([x, y, z.reshape(STATES, -1)], axis=1) for x, y, z in rows]
+    theirs = np.array([inverse(*one) for one in zip(*states, force, strict=True)])
+    theirs[:, 3:6] = (R @ theirs[:, 3:6, None])[..., 0]
+    ours = np.concatenate([wrench, torque.reshape(STATES, -1)], axis=1)
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=TORQUE)
+
+    # Pinocchio's moves along the trunk's own axes, too.
+    model = pinocchio_model(robot, free=True)
+    data = model.createData()
+    pairs = zip(*free_state(body, q, qd, qdd), force, strict=True)
+    theirs = np.array(
+        [pin.rnea(model, data, *one[:3], foot_loads(model, one[0], one[3])) for one in pairs]
+    )
+    for part in (slice(0, 3), slice(3, 6)):
+        theirs[:, part] = (R @ theirs[:, part, None])[..., 0]
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=TORQUE)
