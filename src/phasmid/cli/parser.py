@@ -1,0 +1,86 @@
+"""The command line's grammar: which commands there are, and which options they take."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from typing import Any, NoReturn
+
+from phasmid.cli import check, walk
+from phasmid.errors import InvalidInput
+
+COMMANDS = {
+    "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
+    "check": "is this robot or scenario file possible, and if not, why not",
+}
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose errors are ours."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise what argparse would print."""
+        raise InvalidInput(f"{message}.", hint=f"{self.prog} --help")
+
+
+def build_parser(command: str | None) -> Parser:
+    """The parser; of the fields of a scenario it knows those that this command needs."""
+    parser = Parser(
+        prog="phasmid",
+        description="Model, simulate and control walking robots.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    walking = commands.add_parser(
+        "walk",
+        help=COMMANDS["walk"],
+        description=f"{COMMANDS['walk']}.",
+        usage="phasmid walk [SCENARIO] [--out DIR] [--force] [--FIELD VALUE ...]",
+        allow_abbrev=False,
+    )
+    walking.set_defaults(run=walk.run)
+    # The scenario's fields are looked up only where they are needed: it takes a while.
+    if command == "walk":
+        walk.add_options(walking)
+    checking = commands.add_parser(
+        "check", help=COMMANDS["check"], description=f"{COMMANDS['check']}.", allow_abbrev=False
+    )
+    checking.add_argument("file", metavar="FILE", help="a robot or scenario file, or a preset")
+    checking.set_defaults(run=check.run)
+    return parser
+
+
+class _Version(argparse.Action):
+    def __call__(self, *_: Any, **__: Any) -> None:
+        import phasmid
+
+        print(f"phasmid {phasmid.__version__}")
+        sys.exit(0)
+
+
+def flags(parser: argparse.ArgumentParser) -> Iterator[str]:
+    """All options of a parser and of its commands."""
+    for action in parser._actions:
+        yield from action.option_strings
+        if isinstance(action, argparse._SubParsersAction):
+            for inner in action.choices.values():
+                yield from flags(inner)
+
+
+def join_negative_numbers(arguments: list[str]) -> list[str]:
+    """Join ``--option -1e-3``, which argparse would take for two options."""
+    joined: list[str] = []
+    for argument in arguments:
+        option = joined[-1] if joined else ""
+        if argument.startswith("-") and option.startswith("--") and "=" not in option:
+            try:
+                float(argument)
+            except ValueError:
+                pass
+            else:
+                joined[-1] = f"{option}={argument}"
+                continue
+        joined.append(argument)
+    return joined

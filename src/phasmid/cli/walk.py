@@ -1,0 +1,208 @@
+"""``phasmid walk``: plan, analyse, simulate and report one walk."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from phasmid.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from phasmid.robot import Robot
+    from phasmid.scenario import Scenario
+
+
+def run(options: argparse.Namespace) -> int:
+    """Walk as the options say; returns the exit status."""
+    scenario = _scenario(options)
+    from phasmid.motion import plan
+    from phasmid.simulation import check_time_step, simulate
+
+    walk = plan(scenario)
+    check_time_step(scenario, walk.robot)
+    legs = _legs(options.legs, walk.robot)
+    from phasmid.reporting import check_folder, print_summary, report, summarise
+
+    folder = Path(options.out or Path("results") / _folder_name(options, scenario))
+    check_folder(folder, force=options.force)
+    with _progress(scenario.duration, quiet=options.quiet) as progress:
+        recording = simulate(scenario, walk, progress=progress)
+    ending = recording.attrs["ending"]
+    # Who stops a run wants its end, not its pictures.
+    figures = not options.no_figures and ending != "STOPPED"
+    report(recording, folder, force=options.force, figures=figures)
+    if not options.quiet:
+        print_summary(summarise(recording), legs=legs)
+        written = "recording.nc, summary.json, scenario.toml, robot.toml"
+        print(f"\nWritten to {folder}{os.sep}: {written}{', figures/' if figures else ''}")
+    if ending != "COMPLETED":
+        print(f"phasmid: {recording.attrs['ending_reason']}", file=sys.stderr)
+    return {"COMPLETED": 0, "STOPPED": 130}.get(ending, 3)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the scenario, its fields and the output."""
+    from phasmid.robot import preset_names
+    from phasmid.scenario import option_keys, scenario_names
+
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default="paper",
+        metavar="SCENARIO",
+        help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
+    )
+    parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+    parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
+    parser.add_argument(
+        "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
+    )
+    parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
+    fields = parser.add_argument_group(
+        "fields of the scenario", "Each replaces what the scenario says."
+    )
+    for key, path in option_keys().items():
+        words = _help_of(path)
+        if key == "robot":
+            words = f"a preset ({', '.join(preset_names())}) or a file"
+        elif key == "gait":
+            words = "tripod, wave, ripple, amble, or the name of your own"
+        fields.add_argument(
+            f"--{key.replace('_', '-')}",
+            dest=f"field:{key}",
+            metavar=_metavar(path),
+            help=words,
+        )
+
+
+def _table_of(path: tuple[str, ...]) -> Any:
+    from phasmid.scenario.scenario import Scenario
+
+    table: Any = Scenario
+    for part in path[:-1]:
+        table = table.model_fields[part].annotation
+    return table
+
+
+def _metavar(path: tuple[str, ...]) -> str:
+    from phasmid.tables import choices
+
+    return "|".join(choices(_table_of(path).model_fields[path[-1]])) or "VALUE"
+
+
+def _help_of(path: tuple[str, ...]) -> str:
+    """What a field is, from the attributes of its table's docstring."""
+    from phasmid import units
+    from phasmid.tables import quantity
+
+    table = _table_of(path)
+    lines = [line.strip() for line in (table.__doc__ or "").splitlines()]
+    start = next((i for i, s in enumerate(lines) if s.startswith(f"{path[-1]}: ")), None)
+    if start is None:
+        return ""
+    words = [lines[start].partition(": ")[2]]
+    for line in lines[start + 1 :]:
+        if not line or line.split(":")[0].isidentifier():
+            break
+        words.append(line)
+    carried = quantity(table.model_fields[path[-1]])
+    text = " ".join(words).replace("``", "").replace("%", "%%")
+    if carried:
+        si, shown = units.SI[carried.dimension].symbol, units.UNITS[carried.unit].symbol
+        text = text.replace(f"[{si}]", f"[{shown}]")
+    return text
+
+
+def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
+    """The scenario's name, and what the options changed of it."""
+    words = [scenario.name]
+    for key, value in vars(options).items():
+        if key.startswith("field:") and value is not None and key != "field:name":
+            text = Path(value).stem if key == "field:robot" else value
+            words.append(f"{key.removeprefix('field:').replace('_', '-')}-{text}")
+    name = "_".join(words)
+    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in name)
+    return plain[:100]
+
+
+def _scenario(options: argparse.Namespace) -> Scenario:
+    """The scenario that the options ask for."""
+    from phasmid.scenario import load_scenario, option_keys
+    from phasmid.tables import dotted
+
+    scenario = load_scenario(options.scenario)
+    given = {
+        key.removeprefix("field:"): value
+        for key, value in vars(options).items()
+        if key.startswith("field:") and value is not None
+    }
+    flags = {option_keys()[key]: f"--{key.replace('_', '-')}" for key in given}
+
+    def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
+        for path, flag in flags.items():
+            if loc[: len(path)] == path:
+                return flag + dotted(loc[len(path) :]), ""
+        return dotted(loc), options.scenario
+
+    return scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
+
+
+def _value(key: str, text: str) -> Any:
+    """An option's text as a number, a list of numbers, or text."""
+    if key == "offsets":
+        return [_number(part) for part in text.split(",")]
+    return text if key in {"name", "description", "robot", "gait"} else _number(text)
+
+
+def _number(text: str) -> int | float | str:
+    try:
+        return int(text)
+    except ValueError:
+        pass
+    try:
+        number = float(text)
+    except ValueError:
+        return text
+    # 1e3 samples are a whole number of them.
+    return int(number) if number.is_integer() and abs(number) < 1e15 else number
+
+
+def _legs(text: str | None, robot: Robot) -> tuple[int, ...] | None:
+    if text is None:
+        return None
+    legs = []
+    for part in text.split(","):
+        if not (part.strip().isascii() and part.strip().isdigit()):
+            raise InvalidInput(
+                f'--legs is "{text}"; it must be leg numbers with commas between.',
+                hint="--legs 1,2,3",
+            )
+        robot.leg(int(part))
+        legs.append(int(part))
+    return tuple(legs)
+
+
+@contextmanager
+def _progress(duration: float, *, quiet: bool) -> Iterator[Any]:
+    """A bar on a terminal; nothing where the output is piped."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("walking"),
+        BarColumn(),
+        TextColumn("{task.completed:.1f} of {task.total:.1f} s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("walk", total=duration)
+        yield lambda done: bar.update(task, completed=done)
