@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from phasmid.errors import (
+        InfeasibleLoad,
         InfeasibleWalk,
         InvalidGait,
         InvalidInput,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 _ROOM_OF = {
     "Body": "robot",
     "Gait": "gait",
+    "InfeasibleLoad": "errors",
     "InfeasibleWalk": "errors",
     "InvalidGait": "errors",
     "InvalidInput": "errors",
@@ -56,11 +58,12 @@ _ROOM_OF = {
     "simulate": "simulation",
     "summarise": "reporting",
 }
-_ROOMS = ("dynamics", "forces", "gait", "kinematics", "motion", "robot", "simulation")
+_ROOMS = ("batch", "dynamics", "forces", "gait", "kinematics", "motion", "robot", "simulation")
 
 __all__ = [
     "Body",
     "Gait",
+    "InfeasibleLoad",
     "InfeasibleWalk",
     "InvalidGait",
     "InvalidInput",

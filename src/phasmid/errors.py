@@ -93,6 +93,35 @@ class Unreachable(InfeasibleWalk):
         )
 
 
+class InfeasibleLoad(PhasmidError):
+    """A load that the standing feet cannot give within their limits.
+
+    Attributes:
+        limit: What forbids it: ``feet``, ``pull``, ``friction`` or ``torque``.
+        culprits: Names of the feet, or for ``torque`` of the joints, that would pass their limit.
+        excess: By how much each would pass it [N], or [N·m] for ``torque``; for ``feet``, whose
+            culprits are the standing feet, what is missing of force and moment [N, N·m].
+        index: Index of the first such sample over the leading axes.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        *,
+        limit: str,
+        culprits: tuple[str, ...] = (),
+        excess: tuple[float, ...] = (),
+        index: tuple[int, ...] = (),
+        where: str = "",
+        hint: str = "",
+    ) -> None:
+        self.limit = limit
+        self.culprits = culprits
+        self.excess = excess
+        self.index = index
+        super().__init__(what, where=where, hint=hint)
+
+
 class OutputError(PhasmidError):
     """A result that cannot be written."""
 

@@ -1,9 +1,14 @@
 """The paper's walk, analysed: what its text says of forces and torques."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from phasmid.forces import analyse
+from phasmid.dynamics import BodyMotion, inverse_dynamics
+from phasmid.errors import InfeasibleLoad, InvalidInput
+from phasmid.forces import FORCE_MODELS, analyse
+from phasmid.kinematics import rotation_rpy
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 
@@ -85,3 +90,133 @@ def test_each_variant_of_the_paper_changes_the_torques(changes):
         analysed(**changes).joint_torque_model.values,
     )
     assert np.abs(base - other).max() > 1e-4
+
+
+@pytest.mark.parametrize("name", FORCE_MODELS)
+def test_every_member_carries_the_walk_and_is_named_in_the_recording(name):
+    # Level ground: all normal forces together are the weight, whatever shares them. 1e-9 as above.
+    run = analysed(force_model=name, body_acceleration="quasi-static")
+    assert np.abs(run.foot_normal_force_model.sum("leg").values - 26).max() < 1e-9
+    assert run.attrs["force_model"].split(" ")[0] == name
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"friction": 0.3}, "minimum-norm"),
+        (
+            {"force_model": "weighted-minimum-norm", "tangential_weight": 4},
+            "weighted-minimum-norm (tangential weight 4)",
+        ),
+        ({"force_model": "minimum-torque"}, "minimum-torque"),
+        (
+            {"force_model": "friction-cone", "friction": 0.3, "torque_limits": "counted"},
+            "friction-cone (friction 0.3, torque limits)",
+        ),
+        (
+            {"force_model": "smallest-largest-load", "load_transfer": 0.1},
+            "smallest-largest-load (friction 0.7, transfer 0.1 s)",
+        ),
+    ],
+)
+def test_the_recording_names_the_options_that_count(changes, words):
+    assert analysed(**changes, duration=2).attrs["force_model"] == words
+
+
+def test_torques_are_those_of_a_second_inverse_dynamics_with_the_forces():
+    # tau = tau0 - J^T F, and F among the loads of the recursion: two ways to the same torque of
+    # 1 N·m, each of a few hundred roundings.
+    walk = plan(PAPER)
+    run, trunk = analyse(PAPER, walk), walk.trunk
+    zero = np.zeros(len(walk.time))
+    body = BodyMotion(
+        position=trunk.position,
+        rotation=rotation_rpy(zero, zero, trunk.yaw),
+        velocity=trunk.velocity,
+        angular_velocity=np.stack([zero, zero, trunk.yaw_rate], axis=-1),
+        acceleration=trunk.acceleration,
+        angular_acceleration=np.stack([zero, zero, trunk.yaw_acceleration], axis=-1),
+    )
+    again, wrench = inverse_dynamics(
+        walk.robot, body, walk.q, walk.qd, walk.qdd, foot_force=run.foot_force_model.values
+    )
+    assert np.abs(again - run.joint_torque_model.values).max() < 1e-12
+    # And the trunk needs nothing more: the forces give the whole wrench.
+    assert np.abs(wrench).max() < 1e-9
+
+
+def test_the_members_agree_on_normal_forces_and_differ_in_tangential_ones():
+    # Three feet on level ground leave no choice in the normals, 1e-9; the squeeze is free.
+    minimum, torque = analysed(), analysed(force_model="minimum-torque")
+    apart = np.abs(minimum.foot_force_model.values - torque.foot_force_model.values)
+    assert apart[..., 2].max() < 1e-9
+    assert apart[..., :2].max() > 1
+    assert np.sum(torque.joint_torque_model.values**2) < np.sum(
+        0.5 * minimum.joint_torque_model.values**2
+    )
+
+
+def steps(interval, **changes):
+    """Largest change of any model torque from one fine sample to the next, over a switch."""
+    scenario = PAPER.replace(**changes)
+    walk = plan(scenario).sample(np.arange(0.7, 1.3, interval))
+    return np.abs(np.diff(analyse(scenario, walk).joint_torque_model.values, axis=0)).max()
+
+
+@pytest.mark.parametrize("name", ["minimum-norm", "minimum-torque", "friction-cone"])
+def test_with_a_load_transfer_torques_do_not_jump_and_without_they_do(name):
+    # A continuous torque changes by its rate times the interval: a tenth of the interval, a tenth
+    # of the change. A jump stays.
+    ramp = {"force_model": name, "load_transfer": 0.2}
+    assert steps(1e-4, **ramp) == pytest.approx(steps(1e-3, **ramp) / 10, rel=0.05)
+    assert steps(1e-4, **ramp) < 2e-3
+    assert steps(1e-4, force_model=name) > 0.5
+
+
+def test_the_load_transfer_leaves_the_plan_and_the_rest_of_the_stance_as_they_were():
+    # Outside the windows the shares are 0 and 1, as without.
+    plain, ramp = analysed(), analysed(load_transfer=0.2)
+    assert np.array_equal(plain.stance.values, ramp.stance.values)
+    phase = (plain.time.values + 0.1) % 1.0
+    away = (phase > 0.2 + 1e-9) & (phase < 1 - 1e-9)
+    assert away.sum() > 100
+    apart = np.abs(plain.foot_force_model.values - ramp.foot_force_model.values)
+    # One 6 x 6 system solved in two ways: 26 N, 1e-12.
+    assert apart[away].max() < 1e-9
+    assert apart[~away].max() > 1
+
+
+def test_amid_the_transfer_both_tripods_carry():
+    # At the switch all shares are 1/2: six feet under 26 N, the body level and at rest.
+    force = analysed(load_transfer=0.2, body_acceleration="quasi-static").foot_normal_force_model
+    assert (force[20] > 1).all()
+    assert float(force[20].sum()) == pytest.approx(26, abs=1e-9)
+
+
+def test_a_load_transfer_longer_than_half_a_swing_is_refused():
+    with pytest.raises(InvalidInput, match=r"between 0 and 0\.5 s, half of the shorter of stance"):
+        analysed(load_transfer=0.6)
+
+
+def test_ice_is_too_smooth_for_a_walk_that_accelerates():
+    with pytest.raises(InfeasibleLoad) as caught:
+        analysed(force_model="friction-cone", friction=0.001)
+    error = caught.value
+    assert error.limit == "friction"
+    assert error.what.startswith(f"sample {error.index[0]} at ")
+    assert "right_middle, left_rear and left_front standing" in error.what
+
+
+def test_servos_that_are_too_weak_are_named():
+    robot = PAPER.load_robot()
+    weak = dataclasses.replace(robot.servo, stall_torque=0.3)
+    scenario = PAPER.replace(
+        robot=dataclasses.replace(robot, servo=weak),
+        force_model="friction-cone",
+        torque_limits="counted",
+    )
+    with pytest.raises(InfeasibleLoad) as caught:
+        analyse(scenario, plan(scenario))
+    assert caught.value.limit == "torque"
+    assert "right_middle.femur" in caught.value.culprits
+    assert "the limit is 0.3 N·m" in caught.value.what

@@ -25,6 +25,7 @@ def test_a_scenario_written_and_read_again_is_the_same(tmp_path):
             "step_length": 1 / 3e3,
             "gait": {"name": "mine", "duty_factor": 0.7, "offsets": [0.0] * 6},
         },
+        {"force_model": "friction-cone", "torque_limits": "counted", "load_transfer": 0.15},
         {"description": 'quotes " and \\ and é', "stance_radius_mm": 140},
     ):
         try:
@@ -121,6 +122,26 @@ def test_every_field_has_one_key_of_its_own():
             "terrain.friction is -1; it must be 0 or more and 10 or less.",
             "",
             id="friction",
+        ),
+        pytest.param(
+            {"force_model": "least-squares"},
+            'model.force_model is "least-squares"; it must be "minimum-norm", '
+            '"weighted-minimum-norm", "minimum-torque", "friction-cone" or '
+            '"smallest-largest-load".',
+            "",
+            id="force-model",
+        ),
+        pytest.param(
+            {"tangential_weight": 0},
+            "model.tangential_weight is 0; it must be greater than 0 and 1e+06 or less.",
+            "",
+            id="weight",
+        ),
+        pytest.param(
+            {"load_transfer": -0.1},
+            "model.load_transfer is -0.1 s; it must be 0 or more.",
+            "",
+            id="transfer",
         ),
     ],
 )

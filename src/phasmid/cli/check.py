@@ -63,10 +63,11 @@ def _check_scenario(scenario: Scenario) -> int:
     import numpy as np
 
     from phasmid.motion import plan
-    from phasmid.simulation import check_time_step
+    from phasmid.simulation import check_load, check_time_step
 
     walk = plan(scenario)
     check_time_step(scenario, walk.robot)
+    check_load(scenario, walk)
     speed = float(np.abs(walk.qd).max())
     print(
         f"scenario {scenario.name}: {walk.robot.name}, {walk.gait.name} gait, "

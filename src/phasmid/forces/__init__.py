@@ -1,6 +1,37 @@
 """How the ground shares the load, and what a walk needs."""
 
 from phasmid.forces.analysis import analyse
+from phasmid.forces.contacts import Contacts, JointLoad
+from phasmid.forces.family import (
+    FORCE_MODELS,
+    ForceModel,
+    FrictionCone,
+    MinimumNorm,
+    MinimumTorque,
+    SmallestLargestLoad,
+    WeightedMinimumNorm,
+    force_model,
+)
+from phasmid.forces.friction import FrictionStatistics, friction_statistics
 from phasmid.forces.minimum_norm import minimum_norm
+from phasmid.forces.sharing import share_load
+from phasmid.forces.transfer import load_share
 
-__all__ = ["analyse", "minimum_norm"]
+__all__ = [
+    "FORCE_MODELS",
+    "Contacts",
+    "ForceModel",
+    "FrictionCone",
+    "FrictionStatistics",
+    "JointLoad",
+    "MinimumNorm",
+    "MinimumTorque",
+    "SmallestLargestLoad",
+    "WeightedMinimumNorm",
+    "analyse",
+    "force_model",
+    "friction_statistics",
+    "load_share",
+    "minimum_norm",
+    "share_load",
+]

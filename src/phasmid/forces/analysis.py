@@ -7,8 +7,17 @@ from importlib.metadata import version
 import numpy as np
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
-from phasmid.forces.minimum_norm import minimum_norm
-from phasmid.kinematics import rotation_rpy, yaw_quaternion
+from phasmid.forces.contacts import Contacts, JointLoad
+from phasmid.forces.family import (
+    ForceModel,
+    FrictionCone,
+    SmallestLargestLoad,
+    WeightedMinimumNorm,
+    force_model,
+)
+from phasmid.forces.sharing import share_load
+from phasmid.forces.transfer import load_share
+from phasmid.kinematics import jacobian, rotation_rpy, yaw_quaternion
 from phasmid.motion import Walk
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import robot_to_toml
@@ -27,7 +36,10 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
         walk: The plan.
 
     Raises:
-        InvalidInput: The walk was planned for another robot, gait or stride.
+        InvalidInput: The walk was planned for another robot, gait or stride, or the load transfer
+            takes longer than the gait allows.
+        InfeasibleLoad: The standing feet cannot give what the motion needs within the limits of
+            the force model.
 
     Returns:
         The planned motion with ``joint_torque_model``, ``foot_force_model`` and
@@ -60,26 +72,71 @@ def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
     }
 
 
+def planned_body(walk: Walk) -> BodyMotion:
+    """The trunk's planned pose and motion."""
+    trunk, zero = walk.trunk, np.zeros(len(walk.time))
+    return BodyMotion(
+        position=trunk.position,
+        rotation=rotation_rpy(zero, zero, trunk.yaw),
+        velocity=trunk.velocity,
+        angular_velocity=np.stack([zero, zero, trunk.yaw_rate], axis=-1),
+        acceleration=trunk.acceleration,
+        angular_acceleration=np.stack([zero, zero, trunk.yaw_acceleration], axis=-1),
+    )
+
+
 def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     """Joint torques [N·m] and forces of the ground on the feet in world axes [N], (N, L, 3)."""
     model = scenario.model
     moving = 1.0 if model.body_acceleration == "included" else 0.0
-    trunk, zero = walk.trunk, np.zeros(len(walk.time))
-    body = BodyMotion(
-        position=trunk.position,
-        rotation=rotation_rpy(zero, zero, trunk.yaw),
-        velocity=moving * trunk.velocity,
-        angular_velocity=np.stack([zero, zero, moving * trunk.yaw_rate], axis=-1),
-        acceleration=moving * trunk.acceleration,
-        angular_acceleration=np.stack([zero, zero, moving * trunk.yaw_acceleration], axis=-1),
-    )
+    body = planned_body(walk)
+    if not moving:
+        body = BodyMotion.at_rest(body.position, body.rotation)
     motion = (walk.q, moving * walk.qd, moving * walk.qdd)
     g = model.gravity
-    _, wrench = inverse_dynamics(walk.robot, body, *motion, gravity=g)
-    feet = walk.foot_position - trunk.position[:, None]
-    force = minimum_norm(feet, walk.stance, wrench)
-    torque, _ = inverse_dynamics(walk.robot, body, *motion, foot_force=force, gravity=g)
-    return torque, force
+    free_torque, wrench = inverse_dynamics(walk.robot, body, *motion, gravity=g)
+    share = load_share(
+        walk.gait, walk.time, period=scenario.stride.period, window=model.load_transfer
+    )
+    R_world_hip = body.rotation[:, None] @ walk.robot.arrays.R_body_hip
+    counted = model.torque_limits == "counted"
+    joints = JointLoad(
+        jacobian=R_world_hip @ jacobian(walk.robot.arrays, walk.q),
+        torque=free_torque,
+        limit=walk.robot.servo.stall_torque if counted else np.inf,
+    )
+    contacts = Contacts(
+        feet=walk.foot_position - body.position[:, None],
+        share=share,
+        friction=scenario.terrain.friction,
+        leg_names=walk.robot.leg_names,
+    )
+    force = share_load(contacts, wrench, _chosen(scenario), joints=joints, time=walk.time)
+    return joints.with_ground(force), force
+
+
+def _chosen(scenario: Scenario) -> ForceModel:
+    """The scenario's member of the family, with its options."""
+    model = scenario.model
+    if model.force_model == WeightedMinimumNorm.name:
+        return WeightedMinimumNorm(model.tangential_weight)
+    return force_model(model.force_model)
+
+
+def force_model_words(scenario: Scenario) -> str:
+    """The scenario's force model and those of its options that count, such as
+    ``friction-cone (friction 0.7)``.
+    """
+    model, options = scenario.model, []
+    if model.force_model == WeightedMinimumNorm.name:
+        options.append(f"tangential weight {model.tangential_weight:g}")
+    if model.force_model in (FrictionCone.name, SmallestLargestLoad.name):
+        options.append(f"friction {scenario.terrain.friction:g}")
+        if model.torque_limits == "counted":
+            options.append("torque limits")
+    if model.load_transfer > 0:
+        options.append(f"transfer {model.load_transfer:g} s")
+    return f"{model.force_model} ({', '.join(options)})" if options else model.force_model
 
 
 def recording_attributes(scenario: Scenario, walk: Walk) -> dict[str, str | int | float]:
@@ -90,7 +147,7 @@ def recording_attributes(scenario: Scenario, walk: Walk) -> dict[str, str | int 
     return {
         "scenario": scenario_to_toml(scenario, "robot.toml"),
         "robot": robot_to_toml(scenario.base_robot()),
-        "force_model": scenario.model.force_model,
+        "force_model": force_model_words(scenario),
         "servo": walk.robot.servo.name,
         "phasmid_version": version("phasmid"),
     }

@@ -5,6 +5,11 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.errors import InfeasibleLoad
+
+MISSED = 1e-9
+"""Part of the load by which the equations may be missed; it is round-off, below 1e-12."""
+
 
 def minimum_norm(
     feet: Float[np.ndarray, "*batch legs 3"],
@@ -25,6 +30,9 @@ def minimum_norm(
     Returns:
         Forces of the ground on the feet, in the axes of the inputs [N], shape (..., L, 3).
 
+    Raises:
+        InfeasibleLoad: In some sample the standing feet are fewer than three or lie on a line.
+
     Source: minimisation of the norm of the feet forces, as the paper's abstract names it.
     """
     weight = stance.astype(float)
@@ -43,7 +51,19 @@ def minimum_norm(
     second = np.swapaxes(p, -1, -2) @ p
     trace = np.trace(second, axis1=-2, axis2=-1)
     normal[..., 3:, 3:] = trace[..., None, None] * np.eye(3) - second
-    multipliers = np.linalg.solve(normal, wrench[..., None])[..., 0]
+    try:
+        multipliers = np.linalg.solve(normal, wrench[..., None])
+        missed = np.abs(normal @ multipliers - wrench[..., None]).max(initial=0.0)
+    except np.linalg.LinAlgError:
+        missed = np.inf
+    # Feet on a line make the system singular, which round-off may hide; its solution is then huge.
+    if not missed <= MISSED * (1.0 + np.abs(wrench).max(initial=0.0)):
+        raise InfeasibleLoad(
+            "somewhere fewer than three feet stand, or on one line; they cannot give any load.",
+            limit="feet",
+            hint="three standing feet or more, not on one line",
+        )
+    multipliers = multipliers[..., 0]
     force, moment = multipliers[..., None, :3], multipliers[..., None, 3:]
     turned = np.cross(np.broadcast_to(moment, p.shape), p)
     return force * weight[..., None] + turned

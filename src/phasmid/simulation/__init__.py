@@ -2,6 +2,14 @@
 
 from phasmid.simulation.ending import Ending
 from phasmid.simulation.model import build_model
-from phasmid.simulation.run import Run, check_time_step, longest_time_step, simulate
+from phasmid.simulation.run import Run, check_load, check_time_step, longest_time_step, simulate
 
-__all__ = ["Ending", "Run", "build_model", "check_time_step", "longest_time_step", "simulate"]
+__all__ = [
+    "Ending",
+    "Run",
+    "build_model",
+    "check_load",
+    "check_time_step",
+    "longest_time_step",
+    "simulate",
+]

@@ -53,9 +53,11 @@ def simulate(scenario: Scenario, walk: Walk, *, progress: Progress | None = None
     Raises:
         InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
             robot, gait or stride.
+        InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
     """
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk.robot)
+    check_load(scenario, walk)
     run = Run(scenario, walk)
     trouble = run.advance(progress)
     return _record(scenario, walk, run, trouble)
@@ -74,6 +76,19 @@ def check_time_step(scenario: Scenario, robot: Robot) -> None:
             f"(needs <= {longest:.2g} s).",
             hint=f"--dt {longest / 2:.1g}",
         )
+
+
+def check_load(scenario: Scenario, walk: Walk) -> None:
+    """Refuse a walk whose load the scenario's force model cannot share, before it is run.
+
+    Raises:
+        InvalidInput: The load transfer takes longer than the gait allows.
+        InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+    """
+    # Seen from the body all cycles are alike.
+    interval = scenario.simulation.dt * scenario.record_steps
+    duration = min(scenario.duration, scenario.stride.period)
+    model_channels(scenario, walk.sample(np.arange(0.0, duration, interval)))
 
 
 def longest_time_step(scenario: Scenario, mass: float) -> float:

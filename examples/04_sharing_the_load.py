@@ -1,0 +1,34 @@
+"""Who carries what: the force models side by side, on the level and on a slope."""
+
+import numpy as np
+
+import phasmid
+from phasmid import forces
+
+scenario = phasmid.load_scenario("paper")
+walk = phasmid.plan(scenario)
+print("largest torque and friction demand on the paper's walk")
+for model in forces.FORCE_MODELS:
+    run = phasmid.analyse(scenario.replace(force_model=model), walk)
+    contacts = forces.Contacts(walk.foot_position, walk.stance)
+    friction = forces.friction_statistics(contacts, run.foot_force_model.values).summary()
+    torque = float(abs(run.joint_torque_model).max())
+    print(f"  {model:<22} {torque:.3f} N·m, {friction['demand']['max']:.3f}")
+
+# Three feet on a slope of 20 degrees: gravity pulls the robot downhill.
+feet = np.array([[0.12, -0.1, -0.1], [-0.12, -0.1, -0.1], [0.0, 0.15, -0.1]])
+tilt = np.radians(20.0)
+normal = np.array([-np.sin(tilt), 0.0, np.cos(tilt)])
+up_hill = np.array([np.cos(tilt), 0.0, np.sin(tilt)])
+feet = feet[:, :1] * up_hill + feet[:, 1:2] * np.array([0.0, 1.0, 0.0]) + feet[:, 2:] * normal
+weight = np.array([0.0, 0.0, 26.0, 0.0, 0.0, 0.0])
+slope = forces.Contacts(feet, np.ones(3), normals=normal, friction=0.7)
+force = forces.share_load(slope, weight, "friction-cone")
+demand = forces.friction_statistics(slope, force).demand
+print(f"on a slope of 20° the feet need a friction of {demand.max():.2f}")
+
+ice = forces.Contacts(feet, np.ones(3), normals=normal, friction=0.2)
+try:
+    forces.share_load(ice, weight, "friction-cone")
+except phasmid.InfeasibleLoad as refusal:
+    print(refusal)

@@ -1,0 +1,234 @@
+"""The cheapest point of an affine set within circular cones and linear limits."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import daqp
+import numpy as np
+from jaxtyping import Bool, Float
+
+FACES = 8
+"""Faces of the pyramid around each cone with which the search begins."""
+
+ROUND = np.stack([f(2 * np.pi * np.arange(FACES) / FACES) for f in (np.cos, np.sin)], axis=-1)
+"""Tangential directions of the faces, shape (FACES, 2)."""
+
+ASIDE = 0.05
+"""A face within this angle of the touching plane is left to it [rad]."""
+
+SWING = 0.015
+"""A direction that turns by more than this swings [rad]."""
+
+TOLERANCE = 1e-11
+"""How exactly cones and optimality are met, in units of the sample's load."""
+
+MOST_PROGRAMMES = 200
+"""Quadratic programmes after which a sample is given up; 4 or 5 are usual, above 20 rare."""
+
+PATIENCE = 6
+"""Programmes after which a foot at the tip of its cone keeps its last touching planes."""
+
+KEPT = 4
+"""How many it keeps."""
+
+TIP = 0.01
+"""Tangential forces below this part of the load are near the tip."""
+
+PROXIMAL = 1e-3
+"""Curvature that a linear cost is lent about the last point; it goes as the points settle."""
+
+
+class Rows(NamedTuple):
+    """Linear limits lower <= A x <= upper, one set per sample.
+
+    Attributes:
+        A: Shape (N, m, d).
+        lower: Shape (N, m).
+        upper: Shape (N, m).
+    """
+
+    A: Float[np.ndarray, "samples rows free"]
+    lower: Float[np.ndarray, "samples rows"]
+    upper: Float[np.ndarray, "samples rows"]
+
+    def of(self, some: np.ndarray | slice) -> Rows:
+        """The limits of some samples."""
+        return Rows(*(part[some] for part in self))
+
+    @classmethod
+    def join(cls, *sets: Rows) -> Rows:
+        """All limits of several sets."""
+        return cls(*(np.concatenate(parts, axis=1) for parts in zip(*sets, strict=True)))
+
+    @classmethod
+    def below(cls, A: np.ndarray, upper: np.ndarray) -> Rows:
+        """Limits A x <= upper."""
+        return cls(A, np.full(upper.shape, -UNBOUNDED), upper)
+
+
+SETTLED = 0.1
+"""A linear cost has settled when it changes by less than this part of the tolerance."""
+
+OPTIMAL, INFEASIBLE = 1, -1
+"""What the solver says of a programme."""
+
+UNBOUNDED = 1e30
+"""What the solver takes for infinity."""
+
+
+class Solution(NamedTuple):
+    """Cheapest points.
+
+    Attributes:
+        x: Shape (N, d); NaN where there is none.
+        found: Whether there is one, shape (N,).
+    """
+
+    x: Float[np.ndarray, "samples free"]
+    found: Bool[np.ndarray, " samples"]
+
+
+def cheapest_points(
+    force: Float[np.ndarray, "samples feet 3"],
+    U: Float[np.ndarray, "samples feet 3 free"],
+    friction: Float[np.ndarray, "samples feet"],
+    limits: Rows,
+    slope: Float[np.ndarray, " free"] | None = None,
+    tolerance: float = TOLERANCE,
+) -> Solution:
+    """The x of least cost for which every foot's force f + U x lies in its friction cone.
+
+    Without a slope the cost is ½ xᵀ x; with one it is slope · x.
+
+    Each cone |tangential force| <= friction * normal force is first replaced by a pyramid around
+    it, and from then on also by the half space that touches it where the last force lies; the
+    cone's curvature there, times the multiplier of the limit, goes into the cost. That is
+    Newton's method on the conditions of optimality, so the true cone is met to round-off after
+    few programmes, and what is found is the optimum for the cone, not for the pyramid.
+
+    Args:
+        force: Forces for x = 0 in contact axes (normal first), in units of the load: (N, k, 3).
+        U: Change of the forces with x, shape (N, k, 3, d).
+        friction: Coefficients of friction, shape (N, k).
+        limits: What else must hold.
+        slope: Of a linear cost, shape (d,).
+        tolerance: How exactly cones and optimality are met, in units of the load.
+
+    Source: Nocedal and Wright, Numerical Optimization, chapter 18 (sequential quadratic
+    programming); each programme is solved by daqp (Arnström, Bemporad, Axehill 2022).
+    """
+    samples, feet, _, free = U.shape
+    limits = Rows.join(limits, _pyramid(force, U, friction))
+    x = np.zeros((samples, free))
+    now = force.copy()
+    # A foot without force keeps its last direction: round-off would choose another each time.
+    direction = np.broadcast_to(np.array([1.0, 0.0]), (samples, feet, 2)).copy()
+    pressure = np.zeros((samples, feet))
+    kept = np.repeat(direction[:, :, None], KEPT, axis=2)
+    fixed = limits.upper.shape[1] - FACES * feet
+    found = np.zeros(samples, dtype=bool)
+    todo = np.arange(samples)
+    for round_ in range(MOST_PROGRAMMES):
+        f, V, mu = force[todo], U[todo], friction[todo]
+        along = np.hypot(now[todo, :, 1], now[todo, :, 2])
+        loaded = along > 1e-9
+        length = np.where(loaded, along, 1.0)
+        d = np.where(loaded[..., None], now[todo, :, 1:] / length[..., None], direction[todo])
+        swung = _apart(d, direction[todo], SWING)[..., None, None]
+        shifted = np.concatenate([direction[todo][:, :, None], kept[todo][:, :, :-1]], axis=2)
+        kept[todo] = np.where(swung, shifted, kept[todo])
+        direction[todo] = d
+        sideways = np.stack([-d[..., 1], d[..., 0]], axis=-1)
+        bend = np.where(loaded, pressure[todo] / length, 0.0)
+
+        side = (sideways[..., None, :] @ V[..., 1:, :])[..., 0, :]
+        bent = bend[..., None] * side
+        H = np.swapaxes(bent, -1, -2) @ side
+        g = np.einsum("nkd,nk->nd", bent, np.sum(sideways * f[..., 1:], axis=-1))
+        if slope is None:
+            H += np.eye(free)
+        else:
+            H += PROXIMAL * np.eye(free)
+            g += slope - PROXIMAL * x[todo]
+        rows = limits.of(todo)
+        # A face beside the touching plane would share its multiplier; the plane stands for it.
+        beside = loaded[..., None] & ~_apart(d[..., None, :], ROUND, ASIDE)
+        rows.upper[:, fixed:][beside.reshape(len(todo), -1)] = UNBOUNDED
+        rows = Rows.join(rows, _touching(d, f, V, mu))
+        if round_ >= PATIENCE:
+            # About the tip of a cone the direction may swing; the planes it leaves then stay.
+            for i in range(KEPT):
+                past = _touching(kept[todo, :, i], f, V, mu)
+                counts = (along < TIP) & _apart(d, kept[todo, :, i], SWING)
+                upper = np.where(counts, past.upper, UNBOUNDED)
+                rows = Rows.join(rows, past._replace(upper=upper))
+        new, multipliers, exists = _programmes(H, g, rows)
+
+        reached = f + (V @ new[:, None, :, None])[..., 0]
+        # The pyramids' faces come foot by foot, then touching planes, one for each foot at a time.
+        cones = multipliers[:, fixed:]
+        faces, planes = cones[:, : FACES * feet], cones[:, FACES * feet :]
+        pressure[todo] = faces.reshape(-1, feet, FACES).sum(axis=-1)
+        pressure[todo] += planes.reshape(len(todo), -1, feet).sum(axis=1)
+        outside = np.hypot(reached[..., 1], reached[..., 2]) - mu * reached[..., 0]
+        outside = outside.max(axis=-1)
+        slack = np.abs(bend * np.sum(sideways * reached[..., 1:], axis=-1)).max(axis=-1)
+        if slope is not None:
+            change = new - x[todo]
+            slack = np.maximum(slack, PROXIMAL * np.abs(change).max(axis=-1))
+            # Where many points are nearly equally cheap they drift on at the same cost.
+            slack = np.minimum(slack, np.abs(change @ slope) / SETTLED)
+        error = np.maximum(outside, slack)
+        x[todo] = new
+        done = exists & (error <= tolerance)
+        found[todo] = done
+        now[todo] = reached
+        todo = todo[exists & ~done]
+        if not len(todo):
+            break
+    x[~found] = np.nan
+    return Solution(x, found)
+
+
+def _pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray) -> Rows:
+    """Half spaces about each cone: its tangent planes at equal angles."""
+    face = np.empty((*friction.shape, FACES, 3))
+    face[..., 0], face[..., 1:] = -friction[..., None], ROUND
+    samples, free = len(U), U.shape[-1]
+    return Rows.below(
+        (face @ U).reshape(samples, -1, free),
+        -(face @ force[..., None]).reshape(samples, -1),
+    )
+
+
+def _touching(d: np.ndarray, f: np.ndarray, V: np.ndarray, friction: np.ndarray) -> Rows:
+    """Half spaces that touch each cone along a tangential direction, one per foot."""
+    plane = np.concatenate([-friction[..., None], d], axis=-1)
+    return Rows.below((plane[..., None, :] @ V)[..., 0, :], -np.sum(plane * f, axis=-1))
+
+
+def _apart(a: np.ndarray, b: np.ndarray, angle: float) -> np.ndarray:
+    """Whether two directions differ by more than an angle."""
+    return np.asarray(np.sum(a * b, axis=-1) < np.cos(angle))
+
+
+def _programmes(
+    H: np.ndarray, g: np.ndarray, limits: Rows
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Solutions of ½ xᵀ H x + gᵀ x within limits, their multipliers, and whether there are any."""
+    samples, rows = limits.upper.shape
+    x, multipliers = np.zeros(g.shape), np.zeros((samples, rows))
+    exists = np.zeros(samples, dtype=bool)
+    kinds = np.zeros(rows, dtype=np.int32)
+    A, lower, upper = (np.ascontiguousarray(part) for part in limits)
+    solve = daqp.solve
+    for i in range(samples):
+        one = (H[i], g[i], A[i], upper[i], lower[i], kinds)
+        point, _, flag, info = solve(*one, primal_tol=TOLERANCE / 10)
+        if flag not in (OPTIMAL, INFEASIBLE):
+            # Among nearly equal limits the solver may cycle; it then wants more room.
+            point, _, flag, info = solve(*one, primal_tol=100 * TOLERANCE)
+        if flag == OPTIMAL:
+            x[i], multipliers[i], exists[i] = point, info["lam"], True
+    return x, multipliers, exists

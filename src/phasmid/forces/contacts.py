@@ -1,0 +1,148 @@
+"""Where the ground can push, and what the joints carry besides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.errors import InvalidInput
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """The feet as points that touch the ground.
+
+    Attributes:
+        feet: Feet from the point about which moments are taken [m], shape (..., L, 3).
+        share: Which feet stand (bool), or which part of its full share of the load each is given,
+            0 to 1, shape (..., L); kept as a number, 0 where a foot does not stand.
+        normals: Normals of the ground at the feet, pointing out of it, of any length above 0; up
+            by default. Shape (..., L, 3) or (3,); kept as unit vectors.
+        friction: Coefficient of Coulomb friction, shape (..., L) or one number.
+        leg_names: Names of the legs, for messages; by default their numbers from 1.
+
+    Raises:
+        InvalidInput: A number is not finite, out of range or of no direction, or a shape does not
+            fit.
+    """
+
+    feet: Float[np.ndarray, "..."]
+    share: Float[np.ndarray, "..."] | Bool[np.ndarray, "..."]
+    normals: Float[np.ndarray, "..."] = field(default_factory=lambda: np.array([0.0, 0, 1]))
+    friction: float | Float[np.ndarray, "..."] = 0.7
+    leg_names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        feet = _finite(self.feet, "feet")
+        if feet.ndim < 2 or feet.shape[-1] != 3:
+            raise InvalidInput(f"feet have shape {feet.shape}; it must end in L, 3: legs, axes.")
+        share, normals, friction = (
+            _finite(getattr(self, name), name) for name in ("share", "normals", "friction")
+        )
+        if share.min(initial=0.0) < 0 or share.max(initial=0.0) > 1:
+            worst = share.min() if share.min() < 0 else share.max()
+            raise InvalidInput(f"share is {worst:g}; a foot's share must be between 0 and 1.")
+        if friction.min(initial=0.0) < 0:
+            raise InvalidInput(f"friction is {friction.min():g}; it must be 0 or more.")
+        length = np.linalg.norm(normals, axis=-1, keepdims=True)
+        if length.min(initial=1.0) == 0:
+            raise InvalidInput(
+                "a normal is (0, 0, 0); it must point out of the ground.", hint="(0, 0, 1) is up"
+            )
+        legs = feet.shape[:-1]
+        shapes = {"share": (share, legs), "normals": (normals / length, feet.shape)}
+        shapes |= {"friction": (friction, legs)}
+        object.__setattr__(self, "feet", feet)
+        for name, (value, shape) in shapes.items():
+            object.__setattr__(self, name, broadcast(value, shape, name))
+        if self.leg_names and len(self.leg_names) != legs[-1]:
+            raise InvalidInput(f"{len(self.leg_names)} leg_names are given for {legs[-1]} legs.")
+
+    @property
+    def stance(self) -> Bool[np.ndarray, "*batch legs"]:
+        """Which feet carry at all, shape (..., L)."""
+        return np.asarray(self.share) > 0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the legs."""
+        return self.leg_names or tuple(str(i + 1) for i in range(self.feet.shape[-2]))
+
+    @property
+    def axes(self) -> Float[np.ndarray, "*batch legs 3 3"]:
+        """Rotations from contact axes (normal, two tangents), shape (..., L, 3, 3)."""
+        n = self.normals
+        # The tangent starts from the axis that lies farthest from the normal.
+        start = np.eye(3)[np.argmin(np.abs(n), axis=-1)]
+        first = start - n * np.sum(n * start, axis=-1, keepdims=True)
+        first /= np.linalg.norm(first, axis=-1, keepdims=True)
+        return np.stack([n, first, np.cross(n, first)], axis=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class JointLoad:
+    """What the joints carry: torque = torque without ground - Jᵀ force.
+
+    Attributes:
+        jacobian: d foot / d q in the axes of the forces [m/rad], shape (..., L, 3, 3).
+        torque: Joint torques that the motion needs without the ground [N·m], shape (..., L, 3).
+        limit: Largest torque of each joint, either way [N·m], shape (..., L, 3) or one number;
+            none by default.
+
+    Raises:
+        InvalidInput: A number is not finite, a limit is negative, or a shape does not fit.
+    """
+
+    jacobian: Float[np.ndarray, "..."]
+    torque: Float[np.ndarray, "..."]
+    limit: float | Float[np.ndarray, "..."] = np.inf
+
+    def __post_init__(self) -> None:
+        jacobian, torque = _finite(self.jacobian, "jacobian"), _finite(self.torque, "torque")
+        if jacobian.ndim < 3 or jacobian.shape[-2:] != (3, 3):
+            raise InvalidInput(f"jacobian has shape {jacobian.shape}; it must end in L, 3, 3.")
+        limit = np.asarray(self.limit, dtype=float)
+        if not np.all(limit >= 0):
+            raise InvalidInput(f"limit is {np.nanmin(limit):g} N·m; it must be 0 or more.")
+        object.__setattr__(self, "jacobian", jacobian)
+        object.__setattr__(self, "torque", broadcast(torque, jacobian.shape[:-1], "torque"))
+        object.__setattr__(self, "limit", broadcast(limit, jacobian.shape[:-1], "limit"))
+
+    def with_ground(
+        self, force: Float[np.ndarray, "*batch legs 3"]
+    ) -> Float[np.ndarray, "*batch legs 3"]:
+        """Joint torques when the ground pushes [N·m], shape (..., L, 3).
+
+        Args:
+            force: Forces of the ground on the feet [N], shape (..., L, 3).
+        """
+        return self.torque - np.einsum("...ij,...i->...j", self.jacobian, force)
+
+
+def broadcast(
+    value: Float[np.ndarray, "*small"], shape: Sequence[int], name: str
+) -> Float[np.ndarray, "*large"]:
+    """A value for each of a shape's entries.
+
+    Raises:
+        InvalidInput: The shapes do not fit.
+    """
+    try:
+        return np.broadcast_to(value, tuple(shape))
+    except ValueError:
+        raise InvalidInput(f"{name} has shape {value.shape}; it must fit {tuple(shape)}.") from None
+
+
+def _finite(value: object, name: str) -> np.ndarray:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{name} must be an array of numbers.") from None
+    if not np.isfinite(array).all():
+        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        place = f"{name}[{', '.join(map(str, index))}]" if index else name
+        raise InvalidInput(f"{place} is {array[index]:g}; it must be a finite number.")
+    return array

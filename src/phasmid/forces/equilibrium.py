@@ -1,0 +1,105 @@
+"""Foot forces that give a wrench and cost least, where nothing limits them."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+SINGULAR = 1e-13
+"""Below this part of the largest, an eigenvalue of the 6 x 6 system is round-off of zero: the feet
+are fewer than three or stand on a line."""
+
+MISSING = 1e-9
+"""A wrench that is missed by more than this part of its size cannot be given."""
+
+
+def grasp_matrix(feet: Float[np.ndarray, "*batch legs 3"]) -> Float[np.ndarray, "*batch 6 axes"]:
+    """The matrix that takes all feet's forces to their force and moment, shape (..., 6, 3 L).
+
+    Args:
+        feet: Feet from the point about which moments are taken [m], shape (..., L, 3).
+    """
+    legs = feet.shape[-2]
+    matrix = np.zeros((*feet.shape[:-2], 6, legs, 3))
+    x, y, z = np.moveaxis(feet, -1, 0)
+    for i in range(3):
+        matrix[..., i, :, i] = 1.0
+    matrix[..., 3, :, 1], matrix[..., 3, :, 2] = -z, y
+    matrix[..., 4, :, 0], matrix[..., 4, :, 2] = z, -x
+    matrix[..., 5, :, 0], matrix[..., 5, :, 1] = -y, x
+    return matrix.reshape(*feet.shape[:-2], 6, 3 * legs)
+
+
+def cheapest_forces(
+    A: Float[np.ndarray, "samples 6 axes"],
+    D: Float[np.ndarray, "samples legs 3 3"],
+    c: Float[np.ndarray, "samples legs 3"],
+    wrench: Float[np.ndarray, "samples 6"],
+) -> tuple[Float[np.ndarray, "samples legs 3"], Float[np.ndarray, "samples 6"]]:
+    """Forces F with A F = w that make ½ Fᵀ D⁻¹ F - cᵀ F least.
+
+    With multipliers λ of the six equations F = D (c + Aᵀ λ), so that D may be singular: a foot
+    whose D is 0 gets no force.
+
+    Args:
+        A: Grasp matrix, shape (N, 6, 3 L).
+        D: Inverse of each foot's cost, symmetric, not negative, shape (N, L, 3, 3).
+        c: Linear gain of each foot, shape (N, L, 3).
+        wrench: Force [N] and moment [N·m] to be given, shape (N, 6).
+
+    Returns:
+        Forces [N], shape (N, L, 3), and the wrench that they cannot give, 0 where they can,
+        shape (N, 6).
+    """
+    samples, legs = D.shape[:2]
+    A_foot = np.swapaxes(A.reshape(samples, 6, legs, 3), 1, 2)
+    AD = np.swapaxes(A_foot @ D, 1, 2).reshape(samples, 6, 3 * legs)
+    system = AD @ np.swapaxes(A, -1, -2)
+
+    def forces(gain: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+        twist = (np.swapaxes(A, -1, -2) @ multipliers[..., None]).reshape(c.shape)
+        return (D @ (gain + twist)[..., None])[..., 0]
+
+    def missing(force: np.ndarray, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
+        return wrench[rows] - (A[rows] @ force[rows].reshape(-1, 3 * legs, 1))[..., 0]
+
+    rest = wrench - (AD @ c.reshape(samples, -1, 1))[..., 0]
+    try:
+        force = forces(c, np.linalg.solve(system, rest[..., None])[..., 0])
+        # One step of refinement: where legs are nearly stretched the system is ill-conditioned.
+        again = np.linalg.solve(system, missing(force)[..., None])[..., 0]
+        force = force + forces(np.zeros_like(c), again)
+    except np.linalg.LinAlgError:
+        force = np.full(c.shape, np.inf)
+    size = 1.0 + np.abs(wrench).max(axis=-1)
+    with np.errstate(invalid="ignore"):
+        off = ~(np.abs(missing(force)).max(axis=-1) <= MISSING * size)
+    if off.any():
+        inverse = np.linalg.pinv(system[off], rcond=SINGULAR, hermitian=True)
+        multipliers = np.zeros((samples, 6))
+        multipliers[off] = (inverse @ rest[off, :, None])[..., 0]
+        force[off] = forces(c, multipliers)[off]
+    left = missing(force)
+    return force, np.where((np.abs(left).max(axis=-1) > MISSING * size)[:, None], left, 0.0)
+
+
+def null_space(B: Float[np.ndarray, "samples 6 axes"]) -> Float[np.ndarray, "samples axes free"]:
+    """Orthonormal directions in which forces change and their wrench does not.
+
+    Args:
+        B: Six equations each, shape (N, 6, n).
+
+    Returns:
+        A basis in columns, shape (N, n, n - 6); where equations depend on each other, all samples
+        get n columns, of which those beyond the basis are 0.
+    """
+    axes = B.shape[-1]
+    if axes > 6:
+        Q, R = np.linalg.qr(np.swapaxes(B, -1, -2), mode="complete")
+        pivots = np.abs(np.diagonal(R, axis1=-2, axis2=-1))
+        if np.all(pivots.min(axis=-1) > np.sqrt(SINGULAR) * pivots.max(axis=-1)):
+            return np.ascontiguousarray(Q[..., 6:])
+    _, sizes, Vh = np.linalg.svd(B, full_matrices=True)
+    fixed = np.zeros(Vh.shape[:-1])
+    fixed[..., : sizes.shape[-1]] = sizes > np.sqrt(SINGULAR) * sizes.max(axis=-1, keepdims=True)
+    return np.ascontiguousarray(np.swapaxes(Vh, -1, -2) * (1.0 - fixed[..., None, :]))

@@ -1,0 +1,181 @@
+"""Why the standing feet cannot give a load: which feet, which limit, by how much."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InfeasibleLoad
+from phasmid.forces.problem import Problem
+from phasmid.forces.relaxation import StandingFeet
+from phasmid.robot import JOINTS
+
+NOTHING = 1e-6
+"""Below this part of the load nothing passes a limit."""
+
+MOST_FRICTION = 1e3
+"""Friction beyond this many times what there is, is not worth a hint."""
+
+
+def explain(
+    problem: Problem,
+    sample: int,
+    missing: Float[np.ndarray, "6"],
+    least: float,
+    batch: tuple[int, ...],
+    time: Float[np.ndarray, "*times"] | None,
+) -> InfeasibleLoad:
+    """The refusal of a sample.
+
+    The limits are taken in one after the other, and the first that cannot be kept is named: the
+    smallest sum by which it must be passed shows where.
+
+    Args:
+        problem: The load.
+        sample: Number of the sample.
+        missing: What the feet cannot give of its wrench.
+        least: Least normal force of a foot with full share [N].
+        batch: The leading axes of the caller's arrays, for the sample's index.
+        time: Times of the samples [s].
+    """
+    error = _too_few(problem, sample, missing) if missing.any() else _passed(problem, sample, least)
+    index = tuple(int(i) for i in np.unravel_index(sample, batch)) if batch else ()
+    words = [f"sample {', '.join(map(str, index))}"] if index else []
+    if time is not None:
+        words.append(f"at {float(np.broadcast_to(time, batch)[index]):.4g} s")
+    return InfeasibleLoad(
+        f"{' '.join(words)}: {error.what}" if words else error.what,
+        limit=error.limit,
+        culprits=error.culprits,
+        excess=error.excess,
+        index=index,
+        hint=error.hint,
+    )
+
+
+def _too_few(problem: Problem, sample: int, missing: np.ndarray) -> InfeasibleLoad:
+    """Feet that cannot give the wrench whatever their forces."""
+    carrying = problem.carrying()[sample]
+    names = tuple(name for name, stands in zip(problem.names, carrying, strict=True) if stands)
+    force, moment = (float(np.linalg.norm(part)) for part in (missing[:3], missing[3:]))
+    lacks = [f"{force:.3g} N"] if force > NOTHING else []
+    lacks += [f"{moment:.3g} N·m"] if moment > NOTHING else []
+    if not names:
+        who = "no foot stands to give the load"
+    elif len(names) < 3:
+        who = f"{_subject('foot', 'feet', names)} alone cannot give the load"
+    else:
+        who = f"the feet {_listed(names)} stand on one line and cannot give the load"
+    return InfeasibleLoad(
+        f"{who}; {' and '.join(lacks)} of it would be missing.",
+        limit="feet",
+        culprits=names,
+        excess=(force, moment),
+        hint="three standing feet or more, not on one line",
+    )
+
+
+def _passed(problem: Problem, sample: int, least: float) -> InfeasibleLoad:
+    """The first limit that cannot be kept: pull, then friction, then torque."""
+    feet = StandingFeet(problem, sample)
+    enough = NOTHING * feet.scale
+    pushes, cones = feet.pushes(least), feet.cones()
+    excess = feet.least_excess([], pushes)
+    if excess is not None and excess.max() > enough:
+        return _pull(feet, excess, least, enough)
+    excess = feet.least_excess([pushes], cones)
+    if excess is not None and excess.max() > enough:
+        return _slip(feet, excess, least, enough)
+    if problem.limited:
+        excess = feet.least_excess([pushes, cones], feet.torques())
+        if excess is not None and excess.max() > enough:
+            return _overload(feet, excess, enough)
+    return InfeasibleLoad(
+        f"the feet {_listed(feet.names)} can give the load only at the very edge of their limits.",
+        limit="friction",
+        culprits=tuple(feet.names),
+        hint="a little more friction, or a slightly different stance",
+    )
+
+
+def _pull(feet: StandingFeet, excess: np.ndarray, least: float, enough: float) -> InfeasibleLoad:
+    bad = np.flatnonzero(excess > enough)
+    names = tuple(feet.names[i] for i in bad)
+    what = f"would have to pull with {_numbers(excess[bad])} N, and the ground only pushes"
+    if least > 0:
+        what = f"would carry {_numbers(excess[bad])} N less than their least normal force"
+    return InfeasibleLoad(
+        f"with {_listed(feet.names)} standing, {_subject('foot', 'feet', names)} {what}.",
+        limit="pull",
+        culprits=names,
+        excess=tuple(excess[bad].tolist()),
+        hint="the centre of mass further inside the standing feet, or more of them",
+    )
+
+
+def _slip(feet: StandingFeet, excess: np.ndarray, least: float, enough: float) -> InfeasibleLoad:
+    bad = np.flatnonzero(excess > enough)
+    names = tuple(feet.names[i] for i in bad)
+    frictions = sorted({f"{friction:.3g}" for friction in feet.friction[bad]})
+    factor = _needed_friction(feet, least, enough)
+    hint = "a flatter ground, or a slower motion"
+    if factor is not None and np.ptp(feet.friction) == 0:
+        hint = f"friction of {factor * feet.friction[0]:.3g} or more, {hint}"
+    elif factor is not None:
+        hint = f"friction of {factor:.3g} times as much or more, {hint}"
+    return InfeasibleLoad(
+        f"with {_listed(feet.names)} standing, {_subject('foot', 'feet', names)} would slip; "
+        f"friction of {_listed(frictions)} falls short by {_numbers(excess[bad])} N.",
+        limit="friction",
+        culprits=names,
+        excess=tuple(excess[bad].tolist()),
+        hint=hint,
+    )
+
+
+def _needed_friction(feet: StandingFeet, least: float, enough: float) -> float | None:
+    """How many times the friction would be enough, rounded up; none where no friction is."""
+
+    def holds(factor: float) -> bool:
+        excess = feet.least_excess([feet.pushes(least)], feet.cones(factor))
+        return excess is not None and bool(excess.max() <= enough)
+
+    low, high = 1.0, 2.0
+    while not holds(high):
+        low, high = high, 2 * high
+        if high > MOST_FRICTION:
+            return None
+    for _ in range(20):
+        middle = (low + high) / 2
+        low, high = (low, middle) if holds(middle) else (middle, high)
+    # The pyramid's edges are a little outside the cone, and the number is shown rounded.
+    return 1.01 * high
+
+
+def _overload(feet: StandingFeet, excess: np.ndarray, enough: float) -> InfeasibleLoad:
+    bad = np.flatnonzero(excess > enough)
+    names = tuple(f"{feet.names[i // len(JOINTS)]}.{JOINTS[i % len(JOINTS)]}" for i in bad)
+    limit = feet.torque_limit.ravel()[bad]
+    limits = sorted({f"{one:.3g}" for one in limit})
+    return InfeasibleLoad(
+        f"with {_listed(feet.names)} standing, {_subject('joint', 'joints', names)} would need "
+        f"{_numbers(limit + excess[bad])} N·m; the limit is {_listed(limits)} N·m.",
+        limit="torque",
+        culprits=names,
+        excess=tuple(excess[bad].tolist()),
+        hint="stronger servos, a lighter robot, or more standing feet",
+    )
+
+
+def _subject(one: str, many: str, names: tuple[str, ...]) -> str:
+    return f"{one if len(names) == 1 else many} {_listed(names)}"
+
+
+def _numbers(values: np.ndarray) -> str:
+    return _listed([f"{value:.3g}" for value in values])
+
+
+def _listed(words: list[str] | tuple[str, ...]) -> str:
+    """Words as people list them: a, b and c."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else str(last)

@@ -1,0 +1,103 @@
+"""Loads that feet on uneven ground can give, and a second solver."""
+
+import clarabel
+import numpy as np
+from scipy import sparse
+
+from phasmid.forces import Contacts, JointLoad
+
+
+def wrench_of(feet, force):
+    return np.concatenate([force.sum(axis=-2), np.cross(feet, force).sum(axis=-2)], axis=-1)
+
+
+def random_load(count, legs, standing, *, friction=0.6, tilt=0.2, seed=0, full=False):
+    """Feet on slopes, the wrench of admissible forces, and joints with loads of their own.
+
+    The forces from which the wrench is made use up to 95 % of the friction.
+    """
+    rng = np.random.default_rng(seed)
+    angle = 2 * np.pi * np.arange(legs) / legs
+    feet = np.stack([0.25 * np.cos(angle), 0.2 * np.sin(angle), -0.1 + 0 * angle], axis=-1)
+    feet = feet + rng.normal(scale=0.03, size=(count, legs, 3))
+    share = np.zeros((count, legs))
+    for row in share:
+        row[rng.permutation(legs)[:standing]] = 1.0
+    if not full:
+        share *= rng.uniform(0.3, 1.0, size=share.shape)
+    normals = np.array([0, 0, 1.0]) + rng.normal(scale=tilt, size=feet.shape)
+    contacts = Contacts(feet, share, normals, friction)
+    N = rng.uniform(0.5, 10.0, size=share.shape)
+    T = friction * N * rng.uniform(0, 0.95, size=share.shape)
+    turn = rng.uniform(0, 2 * np.pi, size=share.shape)
+    force = np.stack([N, T * np.cos(turn), T * np.sin(turn)], axis=-1) * (share > 0)[..., None]
+    force = (contacts.axes @ force[..., None])[..., 0]
+    joints = JointLoad(
+        jacobian=rng.normal(scale=0.1, size=(count, legs, 3, 3)),
+        torque=rng.normal(scale=0.1, size=(count, legs, 3)),
+    )
+    return contacts, wrench_of(feet, force), joints, force
+
+
+def reference(contacts, wrench, sample, *, H=None, c=None, joints=None, largest=None):
+    """The same forces by clarabel, which knows second-order cones; written from the definition.
+
+    The unknowns are the standing feet's forces; ``largest`` adds the least largest load as one
+    more (``"find"``) or bounds it.
+    """
+    share = contacts.share[sample]
+    feet = np.flatnonzero(share > 0)
+    k, find = len(feet), largest == "find"
+    n = 3 * k + find
+    P, q = np.zeros((n, n)), np.zeros(n)
+    rows, right, cones = [np.zeros((6, n))], [wrench[sample]], [clarabel.ZeroConeT(6)]
+    for j, i in enumerate(feet):
+        at = slice(3 * j, 3 * j + 3)
+        x, y, z = contacts.feet[sample, i]
+        rows[0][:3, at] = np.eye(3)
+        rows[0][3:, at] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+        block = np.eye(3) if H is None else H[sample, i]
+        if not find:
+            P[at, at] = block / share[i]
+            q[at] = 0.0 if c is None else -c[sample, i]
+        cone = np.zeros((3, n))
+        cone[:, at] = -contacts.axes[sample, i].T
+        cone[0] *= contacts.friction[sample, i]
+        rows.append(cone)
+        right.append(np.zeros(3))
+        cones.append(clarabel.SecondOrderConeT(3))
+        limits = []
+        if joints is not None:
+            J, tau, limit = (v[sample, i] for v in (joints.jacobian, joints.torque, joints.limit))
+            limits += [(-J.T, limit - tau), (J.T, limit + tau)]
+        if largest is not None:
+            normal = contacts.normals[sample, i][None]
+            limits.append((normal, np.array([0.0 if find else largest * share[i]])))
+        for A, upper in limits:
+            row = np.zeros((len(A), n))
+            row[:, at] = A
+            if find and len(A) == 1:
+                row[:, -1] = -share[i]
+            rows.append(row)
+            right.append(upper)
+            cones.append(clarabel.NonnegativeConeT(len(A)))
+    if find:
+        q[-1] = 1.0
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.tol_gap_abs = settings.tol_gap_rel = 1e-13
+    settings.tol_feas = 1e-12
+    solver = clarabel.DefaultSolver(
+        sparse.csc_matrix(np.triu(P)),
+        q,
+        sparse.csc_matrix(np.concatenate(rows)),
+        np.concatenate(right),
+        cones,
+        settings,
+    )
+    solution = solver.solve()
+    if find:
+        return solution.x[-1]
+    force = np.zeros(contacts.feet.shape[1:])
+    force[feet] = np.asarray(solution.x).reshape(-1, 3)
+    return force

@@ -1,0 +1,146 @@
+"""Loads that the feet cannot give: which feet, which limit, by how much."""
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InfeasibleLoad, PhasmidError
+from phasmid.forces import Contacts, FrictionCone, JointLoad, minimum_norm, share_load
+
+FEET = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [-0.2, 0.2, -0.1], [0.2, 0.2, -0.1]])
+NAMES = ("right_front", "right_rear", "left_rear", "left_front")
+FEMUR = np.broadcast_to(np.array([[0, -0.1, -0.08], [0.15, 0, 0], [0, 0.1, 0.02]]), (4, 3, 3))
+"""A normal force of 1 N asks 0.1 N·m of the femur and 0.02 N·m of the tibia."""
+ALL, THREE = [1.0, 1, 1, 1], [1.0, 1, 1, 0]
+WEIGHT = [0, 0, 26.0, 0, 0, 0]
+
+
+def refused(share, wrench, model="friction-cone", *, limit=np.inf, friction=0.7, time=None):
+    contacts = Contacts(FEET, np.array(share), friction=friction, leg_names=NAMES)
+    joints = JointLoad(FEMUR, np.zeros((4, 3)), limit)
+    with pytest.raises(InfeasibleLoad) as caught:
+        share_load(contacts, np.array(wrench, dtype=float), model, joints=joints, time=time)
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("case", "what", "hint"),
+    [
+        # The wrench is a weight at x = y = 2/26 m. The diagonal x + y = 0 through the other two
+        # feet is the lever's axis, right_rear at x + y = -0.4: N = -26 * (4/26) / 0.4 = -10 N.
+        pytest.param(
+            {"share": THREE, "wrench": [0, 0, 26, 2, -2, 0]},
+            "with right_front, right_rear and left_rear standing, foot right_rear would have to "
+            "pull with 10 N, and the ground only pushes.",
+            "the centre of mass further inside the standing feet, or more of them",
+            id="pull",
+        ),
+        # 20 N sideways, of which 0.7 * 26 = 18.2 N are held; one foot may lack all 1.8 N or two
+        # 0.9 N each. 20 / 26 = 0.769 is needed, shown with 1 % more.
+        pytest.param(
+            {"share": [1.0, 1, 1, 1], "wrench": [20, 0, 26, 0, 0, 0]},
+            "with right_front, right_rear, left_rear and left_front standing, feet right_front "
+            "and left_front would slip; friction of 0.7 falls short by 0.9 and 0.9 N.",
+            "friction of 0.777 or more, a flatter ground, or a slower motion",
+            id="friction",
+        ),
+        # 26 / 4 = 6.5 N on each foot: 0.65 N·m.
+        pytest.param(
+            {"share": ALL, "wrench": WEIGHT, "limit": np.array([9.0, 0.5, 9.0])},
+            "with right_front, right_rear, left_rear and left_front standing, joints "
+            "right_front.femur, right_rear.femur, left_rear.femur and left_front.femur would need "
+            "0.65, 0.65, 0.65 and 0.65 N·m; the limit is 0.5 N·m.",
+            "stronger servos, a lighter robot, or more standing feet",
+            id="torque",
+        ),
+        # Feet at (0.2, -0.2) and (-0.2, 0.2) give no moment about the line between them, along
+        # which (1, -1, 0) N·m lies: of sqrt(2) N·m the least squares leave all but a little.
+        pytest.param(
+            {"share": [1.0, 0, 1, 0], "wrench": [0, 0, 26, 1, -1, 0], "time": np.array(0.25)},
+            "at 0.25 s: feet right_front and left_rear alone cannot give the load; "
+            "0.14 N and 1.4 N·m of it would be missing.",
+            "three standing feet or more, not on one line",
+            id="two-feet",
+        ),
+        pytest.param(
+            {"share": [0.0, 0, 0, 0], "wrench": WEIGHT},
+            "no foot stands to give the load; 26 N of it would be missing.",
+            "three standing feet or more, not on one line",
+            id="no-feet",
+        ),
+        pytest.param(
+            {"share": ALL, "wrench": WEIGHT, "model": FrictionCone(least_normal=7.0)},
+            "with right_front, right_rear, left_rear and left_front standing, feet right_front, "
+            "right_rear, left_rear and left_front would carry 0.5, 0.5, 0.5 and 0.5 N less than "
+            "their least normal force.",
+            "the centre of mass further inside the standing feet, or more of them",
+            id="least-normal",
+        ),
+    ],
+)
+def test_an_infeasible_load_is_told_with_feet_limit_and_size(case, what, hint):
+    error = refused(**case)
+    assert (error.what, error.hint) == (what, hint)
+    assert isinstance(error, PhasmidError)
+    assert error.exit_status == 2
+
+
+def test_the_friction_that_is_hinted_is_enough_and_little_more_than_needed():
+    error = refused(ALL, [12, 16, 26, 0, 0, 0], friction=0.4)
+    hinted = float(error.hint.split()[2])
+    # 20 N over 26 N; shown with 1 % more, and rounded to three digits.
+    assert 20 / 26 < hinted < 1.02 * 20 / 26
+    share_load(
+        Contacts(FEET, np.ones(4), friction=hinted),
+        np.array([12.0, 16, 26, 0, 0, 0]),
+        "friction-cone",
+    )
+
+
+def test_the_first_sample_that_fails_is_named_by_its_index():
+    wrench = np.tile(np.array(WEIGHT), (2, 3, 1))
+    wrench[1, 1:, 0] = 30.0
+    contacts = Contacts(np.tile(FEET, (2, 3, 1, 1)), np.tile(np.array(ALL), (2, 3, 1)))
+    times = np.arange(6.0).reshape(2, 3)
+    with pytest.raises(InfeasibleLoad) as caught:
+        share_load(contacts, wrench, "smallest-largest-load", time=times)
+    error = caught.value
+    assert error.index == (1, 1)
+    assert error.limit == "friction"
+    assert error.what.startswith("sample 1, 1 at 4 s: with 1, 2, 3 and 4 standing, f")
+    # 30 N asked, 0.7 * 26 N held.
+    assert sum(error.excess) == pytest.approx(30 - 0.7 * 26, abs=1e-4)
+
+
+@pytest.mark.parametrize("model", ["minimum-norm", "friction-cone", "minimum-torque"])
+def test_fewer_than_three_feet_give_what_they_can(model):
+    # Two feet on a diagonal under their midpoint: half each, whatever is made least but torque,
+    # whose joints are alike here. One foot: the force through it.
+    joints = JointLoad(FEMUR, np.zeros((4, 3)))
+    two = Contacts(FEET, np.array([1.0, 0, 1, 0]))
+    force = share_load(two, np.array(WEIGHT), model, joints=joints)
+    assert force[:, 2] == pytest.approx([13, 0, 13, 0], abs=1e-9)
+    one = Contacts(FEET, np.array([0.0, 0, 1, 0]))
+    push = np.array([3.0, 0, 26])
+    wrench = np.concatenate([push, np.cross(FEET[2], push)])
+    assert share_load(one, wrench, model, joints=joints)[2] == pytest.approx(push, abs=1e-9)
+    none = share_load(Contacts(FEET, np.zeros(4)), np.zeros(6), model, joints=joints)
+    assert np.abs(none).max() == 0
+
+
+def test_three_feet_on_a_line_are_told_so():
+    feet = np.array([[-0.2, 0, -0.1], [0, 0, -0.1], [0.2, 0, -0.1], [0, 0.2, -0.1]])
+    contacts = Contacts(feet, np.array([True, True, True, False]), leg_names=NAMES)
+    with pytest.raises(InfeasibleLoad) as caught:
+        share_load(contacts, np.array([0, 0, 26.0, 1.0, 0, 0]))
+    assert caught.value.what.startswith(
+        "the feet right_front, right_rear and left_rear stand on one line and cannot give"
+    )
+    # Straight above the line they can.
+    force = share_load(contacts, np.array(WEIGHT))
+    assert force[:, 2] == pytest.approx([26 / 3, 26 / 3, 26 / 3, 0], abs=1e-9)
+
+
+def test_the_fast_function_tells_of_feet_on_a_line():
+    feet = np.array([[-0.2, 0, -0.1], [0, 0, -0.1], [0.2, 0, -0.1]])
+    with pytest.raises(InfeasibleLoad, match="three standing feet"):
+        minimum_norm(feet, np.ones(3, dtype=bool), np.array([0, 0, 26.0, 1.0, 0, 0]))

@@ -1,0 +1,243 @@
+"""The members with limits: against a second solver, conditions of the optimum, by hand."""
+
+import numpy as np
+import pytest
+
+from forces.loads import random_load, reference, wrench_of
+from phasmid.forces import (
+    Contacts,
+    FrictionCone,
+    JointLoad,
+    MinimumTorque,
+    SmallestLargestLoad,
+    WeightedMinimumNorm,
+    minimum_norm,
+    share_load,
+)
+
+LIMITED = ("friction-cone", "smallest-largest-load")
+CASES = [(4, 3), (4, 4), (5, 4), (6, 3), (6, 4), (6, 5), (6, 6), (8, 6)]
+"""Legs, and how many of them stand."""
+
+
+def contact_forces(contacts, force):
+    return np.einsum("nlij,nli->nlj", contacts.axes, force)
+
+
+@pytest.mark.parametrize(("legs", "standing"), CASES)
+def test_the_friction_cone_s_forces_are_those_of_a_second_solver(legs, standing):
+    # Both solve the same strictly convex second-order cone programme: clarabel to a gap of 1e-13
+    # of a cost of 1e2, so that its forces are right to about sqrt(1e-11) / 10; ours to 1e-10.
+    contacts, wrench, _, _ = random_load(25, legs, standing, seed=10 * legs + standing)
+    force = share_load(contacts, wrench, "friction-cone")
+    plain = share_load(contacts, wrench, "minimum-norm")
+    assert np.abs(force - plain).max(axis=(1, 2)).max() > 1e-2  # The limits count.
+    for i in range(25):
+        assert force[i] == pytest.approx(reference(contacts, wrench, i), abs=1e-6)
+
+
+def test_so_are_they_with_other_costs_and_with_torque_limits():
+    contacts, wrench, joints, truth = random_load(25, 6, 5, seed=1)
+    tight = 1.05 * np.abs(joints.with_ground(truth)) + 0.02
+    joints = JointLoad(joints.jacobian, joints.torque, tight)
+    J, n = joints.jacobian, contacts.normals
+    along = n[..., :, None] * n[..., None, :]
+    costs = {
+        FrictionCone(): (None, None),
+        FrictionCone(WeightedMinimumNorm(4.0)): (4 * np.eye(3) - 3 * along, None),
+        FrictionCone(MinimumTorque(0.05)): (
+            J @ J.swapaxes(-1, -2) + 0.05**2 * np.eye(3),
+            np.einsum("nlij,nlj->nli", J, joints.torque),
+        ),
+    }
+    for model, (H, c) in costs.items():
+        force = share_load(contacts, wrench, model, joints=joints)
+        held = np.abs(joints.with_ground(force)) - tight
+        # The solver's tolerance of 1e-12 of some newtons.
+        assert held[contacts.stance].max() < 1e-9
+        assert held[contacts.stance].max() > -1e-6  # Some joint is at its limit.
+        H = np.broadcast_to(np.eye(3) if H is None else H, J.shape)
+        c = np.zeros(force.shape) if c is None else c
+        for i in range(25):
+            other = reference(contacts, wrench, i, H=H, c=c, joints=joints)
+            gap = cost_of(contacts, H, c, i, force[i]) - cost_of(contacts, H, c, i, other)
+            # Near flat optima the other's forces are only as right as its cost, 1e-8 of it.
+            assert -1e-8 < gap < 1e-10
+            assert force[i] == pytest.approx(other, abs=1e-4)
+
+
+def cost_of(contacts, H, c, sample, force):
+    on = contacts.share[sample] > 0
+    F, gain = force[on], c[sample][on]
+    square = np.einsum("li,lij,lj->l", F, H[sample][on], F) / contacts.share[sample][on]
+    return 0.5 * square.sum() - np.sum(gain * F)
+
+
+@pytest.mark.parametrize(("legs", "standing"), CASES)
+@pytest.mark.parametrize("name", LIMITED)
+def test_no_force_pulls_or_leaves_its_cone(name, legs, standing):
+    # Cones are met to 1e-11 of a load of some tens of newtons; the wrench to round-off.
+    contacts, wrench, _, _ = random_load(200, legs, standing, seed=legs + standing)
+    force = share_load(contacts, wrench, name)
+    normal, first, second = np.moveaxis(contact_forces(contacts, force), -1, 0)
+    assert normal.min() > -1e-9
+    assert (np.hypot(first, second) - contacts.friction * normal).max() < 1e-9
+    assert np.abs(wrench_of(contacts.feet, force) - wrench).max() < 1e-9
+
+
+def test_the_conditions_of_the_optimum_hold():
+    # F / share = A^T lambda + z with z in the dual cone and z . F = 0 (Karush, Kuhn, Tucker for
+    # cones): inside the cone z = 0; on its surface z is a multiple of the cone's inner normal; at
+    # the tip z is anything in the dual cone |z_t| <= z_n / friction... The residual is fitted.
+    contacts, wrench, _, _ = random_load(150, 6, 6, seed=2, full=True)
+    f = contact_forces(contacts, share_load(contacts, wrench, "friction-cone"))
+    mu, on_cone = 0.6, 0
+    for i in range(150):
+        columns, kinds = [], []
+        A = np.zeros((6, 18))
+        for j in range(6):
+            x, y, z = contacts.feet[i, j]
+            skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+            axes = contacts.axes[i, j]
+            A[:3, 3 * j : 3 * j + 3], A[3:, 3 * j : 3 * j + 3] = axes, skew @ axes
+            normal, tangential = f[i, j, 0], np.hypot(*f[i, j, 1:])
+            at = np.zeros((18, 3))
+            at[3 * j : 3 * j + 3] = np.eye(3)
+            if normal < 1e-8:
+                columns += list(at.T)
+                kinds += [("tip", j)] * 3
+            elif mu * normal - tangential < 1e-8:
+                inner = np.array([mu, *(-f[i, j, 1:] / tangential)])
+                columns.append(at @ inner)
+                kinds.append(("surface", j))
+        basis = np.column_stack([A.T, *columns])
+        fitted = np.linalg.lstsq(basis, f[i].ravel(), rcond=None)[0]
+        # Angles of the forces are right to 1e-11; gradients are 10 N.
+        assert np.abs(basis @ fitted - f[i].ravel()).max() < 1e-9
+        pressure = fitted[6:]
+        on_cone += sum(kind == "surface" for kind, _ in kinds)
+        surface = [p for p, (kind, _) in zip(pressure, kinds, strict=True) if kind == "surface"]
+        assert min(surface, default=0.0) > -1e-8
+        for j in {j for kind, j in kinds if kind == "tip"}:
+            z = [p for p, kind in zip(pressure, kinds, strict=True) if kind == ("tip", j)]
+            assert mu * np.hypot(z[1], z[2]) <= z[0] + 1e-8
+    assert on_cone > 50
+
+
+def test_no_admissible_forces_cost_less():
+    # Convexity: on the way to any other admissible forces, such as those from which the load was
+    # made, the cost rises from the start.
+    contacts, wrench, _, truth = random_load(200, 6, 6, seed=3, full=True)
+    force = share_load(contacts, wrench, "friction-cone")
+    for step in (1e-4, 1e-2, 1.0):
+        other = force + step * (truth - force)
+        # Cost of 1e2 N^2 to 1e-11 of itself.
+        assert (np.sum(other**2, axis=(1, 2)) > np.sum(force**2, axis=(1, 2)) - 1e-8).all()
+
+
+def test_at_rest_on_level_ground_the_cone_is_the_minimum_norm():
+    # Amid its feet the weight gives vertical forces that push: no limit counts.
+    feet = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [0, 0.25, -0.1]])
+    wrench = np.array([0, 0, 26.0, 0, 0, 0])
+    force = share_load(Contacts(feet, np.ones(3)), wrench, "friction-cone")
+    assert force == pytest.approx(minimum_norm(feet, np.ones(3, dtype=bool), wrench), abs=1e-12)
+    assert np.abs(force[:, :2]).max() < 1e-12
+
+
+@pytest.mark.parametrize("standing", [4, 5, 6])
+def test_the_largest_load_is_the_smallest_possible(standing):
+    # Against the linear programme over cones of a second solver; ours may exceed it by its slack,
+    # 1e-5 of some newtons.
+    contacts, wrench, _, _ = random_load(25, 6, standing, seed=standing)
+    force = share_load(contacts, wrench, "smallest-largest-load")
+    normal = contact_forces(contacts, force)[..., 0]
+    with np.errstate(invalid="ignore"):
+        ours = np.nanmax(np.where(contacts.stance, normal / contacts.share, np.nan), axis=1)
+    for i in range(25):
+        least = reference(contacts, wrench, i, largest="find")
+        assert least * (1 - 1e-6) < ours[i] < least * (1 + 2e-5)
+
+
+def test_of_all_forces_with_that_load_the_least_are_taken():
+    # The same bound given to the second solver, whose squares are right to 1e-6 where the bound
+    # leaves little room; ours may be smaller, not larger.
+    contacts, wrench, _, _ = random_load(25, 6, 5, seed=4, full=True)
+    force = share_load(contacts, wrench, SmallestLargestLoad(slack=1e-2))
+    normal = contact_forces(contacts, force)[..., 0]
+    for i in range(25):
+        other = reference(contacts, wrench, i, largest=normal[i].max())
+        gap = np.sum(force[i] ** 2) - np.sum(other**2)
+        assert -1e-6 < gap < 1e-9
+        assert force[i] == pytest.approx(other, abs=1e-3)
+
+
+def test_four_feet_under_a_centred_weight_carry_a_quarter_each():
+    # A rectangle loaded off its centre by d along x: N = W/4 (1 +- d / half length) is the least
+    # norm and, with four feet and three equations, every solution adds +-s in a checkerboard; the
+    # largest is least where the two heavier ones are equal, so s = 0.
+    feet = np.array([[0.2, -0.1, 0], [-0.2, -0.1, 0], [-0.2, 0.1, 0], [0.2, 0.1, 0.0]])
+    wrench = np.array([0, 0, 24.0, 0, -24 * 0.05, 0])
+    force = share_load(Contacts(feet, np.ones(4)), wrench, "smallest-largest-load")
+    assert force[:, 2] == pytest.approx([7.5, 4.5, 4.5, 7.5], abs=1e-9)
+
+
+def test_five_feet_differ_between_least_norm_and_smallest_largest_load():
+    # Feet at the corners of a square and amid one side, loaded at the centre. Moments: with the
+    # fifth foot at (0, 1) and corners (+-1, +-1): N3 + N4 + N5 = N1 + N2 = W/2 by symmetry about
+    # x, N1 = N2 = W/4 always; so the largest is W/4 whatever the rest, and of those with it the
+    # least norm gives the other three W/6 each, not beyond it. Least norm: the same.
+    feet = np.array([[1.0, -1, 0], [-1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 1, 0]])
+    wrench = np.array([0, 0, 24.0, 0, 0, 0])
+    force = share_load(Contacts(feet, np.ones(5)), wrench, "smallest-largest-load")
+    assert force[:, 2] == pytest.approx([6, 6, 4, 4, 4], abs=1e-9)
+    # Loaded at (0, 1/2): N1 + N2 = W/4, the others share 3/4 W: W/4 each. With the load at
+    # (1/2, 1/2) least norm would give foot 3 more than the fifth; the largest is least where
+    # feet 3 and 5 are level: moments about y: N1 - N2 + N3 - N4 = W/2 with N1 + N2 = W/4.
+    wrench = np.array([0, 0, 24.0, 12.0, -12.0, 0])
+    norm = share_load(Contacts(feet, np.ones(5)), wrench, "friction-cone")[:, 2]
+    least = share_load(Contacts(feet, np.ones(5)), wrench, "smallest-largest-load")[:, 2]
+    # All of W/4 on foot 1 and none on 2: N3 - N4 = W/4, N3 + N4 + N5 = 3W/4, N3 = N5:
+    # N3 = N5 = W/3, N4 = W/12.
+    assert least == pytest.approx([6, 0, 8, 2, 8], abs=2e-3)
+    assert least.max() < norm.max() - 0.1
+
+
+def test_a_least_normal_force_is_kept():
+    contacts, wrench, _, _ = random_load(50, 6, 5, seed=5, full=True)
+    force = share_load(contacts, wrench, FrictionCone(least_normal=0.4))
+    normal = contact_forces(contacts, force)[..., 0]
+    # The loads are made of normal forces of 0.5 N and more; the solver's tolerance of 1e-11 * 30 N.
+    assert normal[contacts.stance].min() > 0.4 - 1e-9
+    assert normal[contacts.stance].min() < 0.4 + 1e-6
+
+
+def test_the_cone_is_round():
+    # A push at any angle to the axes: with friction just enough there are forces, just too little
+    # there are none; a pyramid would know better along some directions. One N in a thousand.
+    from phasmid.errors import InfeasibleLoad
+
+    feet = np.array([[0.2, -0.2, 0], [-0.2, -0.2, 0], [-0.2, 0.2, 0], [0.2, 0.2, 0.0]])
+    for angle in np.radians([0, 10, 22.5, 33, 45]):
+        push = 10 * np.array([np.cos(angle), np.sin(angle)])
+        wrench = np.array([*push, 20, 0, 0, 0])
+        force = share_load(Contacts(feet, np.ones(4), friction=0.501), wrench, "friction-cone")
+        assert np.hypot(force[:, 0], force[:, 1]) == pytest.approx(0.5 * force[:, 2], rel=2e-3)
+        with pytest.raises(InfeasibleLoad):
+            share_load(Contacts(feet, np.ones(4), friction=0.499), wrench, "friction-cone")
+
+
+@pytest.mark.parametrize(
+    ("model", "count", "standing", "seed"),
+    [
+        (FrictionCone(), 4000, 4, 1),
+        (FrictionCone(MinimumTorque(0.05)), 4000, 4, 1),
+        (SmallestLargestLoad(), 800, 6, 2),
+    ],
+    ids=["friction-cone", "least-torque", "smallest-largest-load"],
+)
+def test_no_load_that_can_be_given_is_refused(model, count, standing, seed):
+    # Every load is made of admissible forces; some of the optima lie at tips of cones, where the
+    # direction of a force means nothing, and near flat ones.
+    contacts, wrench, joints, _ = random_load(count, 6, standing, tilt=0.3, seed=seed, full=True)
+    force = share_load(contacts, wrench, model, joints=joints)
+    assert np.isfinite(force).all()

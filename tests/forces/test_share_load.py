@@ -1,0 +1,258 @@
+"""The members without limits: equilibrium, conditions of the optimum, statics by hand."""
+
+import numpy as np
+import pytest
+
+from forces.loads import random_load, wrench_of
+from phasmid.errors import InvalidInput
+from phasmid.forces import (
+    FORCE_MODELS,
+    Contacts,
+    FrictionCone,
+    JointLoad,
+    MinimumTorque,
+    SmallestLargestLoad,
+    WeightedMinimumNorm,
+    force_model,
+    minimum_norm,
+    share_load,
+)
+
+UNLIMITED = ("minimum-norm", "weighted-minimum-norm", "minimum-torque")
+
+
+def cost_matrices(name, contacts, joints):
+    """H and c of ½ Fᵀ H F - cᵀ F, foot by foot, from the definitions of docs/forces.md."""
+    n, c = contacts.normals, np.zeros(contacts.feet.shape)
+    along = n[..., :, None] * n[..., None, :]
+    H = np.broadcast_to(np.eye(3), along.shape)
+    if name == "weighted-minimum-norm":
+        H = along + 10.0 * (np.eye(3) - along)
+    if name == "minimum-torque":
+        J = joints.jacobian
+        H = J @ J.swapaxes(-1, -2) + 1e-6 * np.eye(3)
+        c = (J @ joints.torque[..., None])[..., 0]
+    return H, c
+
+
+@pytest.mark.parametrize(
+    ("legs", "standing"), [(4, 3), (4, 4), (6, 3), (6, 4), (6, 6), (8, 3), (8, 4), (8, 6)]
+)
+@pytest.mark.parametrize("name", FORCE_MODELS)
+def test_every_member_gives_the_wrench(name, legs, standing):
+    # Sums of 1e2 N·m at most, round-off 1e-14 of it, times the condition of the 6 x 6 system,
+    # below 1e4 after one refinement.
+    contacts, wrench, joints, _ = random_load(60, legs, standing, seed=legs + standing)
+    force = share_load(contacts, wrench, name, joints=joints)
+    assert np.abs(wrench_of(contacts.feet, force) - wrench).max() < 1e-9
+    assert np.abs(force[contacts.share == 0]).max(initial=0.0) == 0
+
+
+@pytest.mark.parametrize("name", UNLIMITED)
+def test_the_cost_rises_only_out_of_the_equations(name):
+    # Optimal: H F / share - c is a combination of the six equations' rows, A^T lambda; so what of
+    # it lies in their null space is 0. Gradients are some newtons; 1e-9 as for the equations.
+    contacts, wrench, joints, _ = random_load(60, 6, 5, seed=3)
+    force = share_load(contacts, wrench, name, joints=joints)
+    H, c = cost_matrices(name, contacts, joints)
+    for i in range(60):
+        on = contacts.share[i] > 0
+        slope = (H[i] @ force[i][..., None])[..., 0][on] / contacts.share[i][on, None] - c[i][on]
+        A = np.zeros((6, 3 * on.sum()))
+        for j, (x, y, z) in enumerate(contacts.feet[i][on]):
+            A[:3, 3 * j : 3 * j + 3] = np.eye(3)
+            A[3:, 3 * j : 3 * j + 3] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+        multipliers = np.linalg.lstsq(A.T, slope.ravel(), rcond=None)[0]
+        assert np.abs(A.T @ multipliers - slope.ravel()).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", UNLIMITED)
+def test_no_other_forces_that_give_the_wrench_cost_less(name):
+    # Any change in the null space of the equations, of any size, raises the cost; strictly convex.
+    contacts, wrench, joints, _ = random_load(20, 6, 6, seed=4, full=True)
+    force = share_load(contacts, wrench, name, joints=joints)
+    H, c = cost_matrices(name, contacts, joints)
+
+    def cost(F):
+        return 0.5 * np.einsum("nli,nlij,nlj->n", F, H, F) - np.sum(c * F, axis=(1, 2))
+
+    rng = np.random.default_rng(0)
+    for size in (1e-3, 1.0, 100.0):
+        change = rng.normal(scale=size, size=force.shape)
+        held = minimum_norm(
+            contacts.feet,
+            contacts.stance,
+            np.concatenate([change.sum(1), np.cross(contacts.feet, change).sum(1)], axis=-1),
+        )
+        assert (cost(force + change - held) > cost(force)).all()
+
+
+def test_the_minimum_norm_of_whole_shares_is_the_paper_s_function():
+    contacts, wrench, _, _ = random_load(20, 6, 4, seed=5, full=True)
+    force = share_load(contacts, wrench, "minimum-norm")
+    assert np.array_equal(force, minimum_norm(contacts.feet, contacts.stance, wrench))
+
+
+def test_a_tangential_weight_of_1_is_the_minimum_norm():
+    # Two ways to the same 6 x 6 system; 10 N, condition 1e3, round-off 1e-16.
+    contacts, wrench, _, _ = random_load(20, 6, 4, seed=6)
+    plain = share_load(contacts, wrench, "minimum-norm")
+    assert np.abs(share_load(contacts, wrench, WeightedMinimumNorm(1.0)) - plain).max() < 1e-10
+
+
+def test_a_large_tangential_weight_leaves_forces_along_the_normals():
+    # Six feet on level ground at unlike heights carry a moment about a horizontal axis either by
+    # normal or by tangential forces; the latter fall as the inverse of the weight.
+    rng = np.random.default_rng(7)
+    feet = rng.uniform([-0.3, -0.3, -0.15], [0.3, 0.3, -0.05], size=(30, 6, 3))
+    wrench = np.tile([0, 0, 26.0, 1.0, -1.0, 0], (30, 1))
+    contacts = Contacts(feet, np.ones((30, 6)))
+    tangential = [
+        np.abs(share_load(contacts, wrench, WeightedMinimumNorm(w))[..., :2]).max()
+        for w in (1.0, 1e3, 1e5)
+    ]
+    assert tangential[1] < tangential[0] / 100
+    assert tangential[2] == pytest.approx(tangential[1] / 100, rel=0.05)
+
+
+def test_the_least_torques_are_least():
+    # Against the forces of least norm; and where four feet could take all torque away they do:
+    # with J = a unit of length and torque J^T F0, F0 itself gives torque 0 but for the lever.
+    contacts, wrench, joints, truth = random_load(40, 6, 5, seed=8, full=True)
+    ours = share_load(contacts, wrench, "minimum-torque", joints=joints)
+    norm = share_load(contacts, wrench, "minimum-norm")
+
+    def squares(force):
+        return np.sum((joints.with_ground(force) * contacts.stance[..., None]) ** 2, axis=(1, 2))
+
+    assert (squares(ours) < squares(norm)).all()
+    relieved = JointLoad(joints.jacobian, np.einsum("nlij,nli->nlj", joints.jacobian, truth))
+    left = relieved.with_ground(share_load(contacts, wrench, MinimumTorque(1e-6), joints=relieved))
+    # The lever's cost of 1e-12 |F|^2 with F of 10 N: torques of about 1e-6 * 10 N * sqrt(18).
+    assert np.abs(left * contacts.stance[..., None]).max() < 1e-4
+
+
+def test_a_stretched_leg_gets_a_finite_force():
+    # J has no row along x: force along x is free of torque, but for the lever.
+    feet = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [-0.2, 0.2, -0.1], [0.2, 0.2, -0.1]])
+    J = np.zeros((4, 3, 3))
+    J[:, 1, 0], J[:, 2, 1], J[:, 2, 2] = 0.2, 0.2, 0.1
+    contacts = Contacts(feet, np.ones(4))
+    joints = JointLoad(J, np.zeros((4, 3)))
+    wrench = np.array([3.0, 0, 26, 0, 0, 0])
+    force = share_load(contacts, wrench, "minimum-torque", joints=joints)
+    # Only the x forces can give 3 N; they do so evenly, since only the lever prices them.
+    assert force[:, 0] == pytest.approx(np.full(4, 0.75), abs=1e-9)
+
+
+def test_three_feet_on_an_incline_share_a_weight_by_the_lever_rule():
+    # Slope of 20 deg about x, feet at (0.3, -0.2), (-0.3, -0.2), (0, 0.2) along it, the centre of
+    # mass 0.1 above amid them: in the slope's axes the weight is W (0, -sin, -cos). Moments about
+    # the line of the first two feet, 0.4 from the third: N3 0.4 = W (0.2 cos - 0.1 sin).
+    a, W, h = np.radians(20), 26.0, 0.1
+    turn = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
+    plane = np.array([[0.3, -0.2, -h], [-0.3, -0.2, -h], [0, 0.2, -h]])
+    contacts = Contacts(plane @ turn.T, np.ones(3), turn[:, 2])
+    wrench = np.array([0, 0, W, 0, 0, 0])
+    N3 = W * (0.2 * np.cos(a) - h * np.sin(a)) / 0.4
+    expected = [(W * np.cos(a) - N3) / 2] * 2 + [N3]
+    # Three feet leave the normals no choice on a plane: all members agree. 26 N, round-off 1e-14.
+    for model in ("minimum-norm", "weighted-minimum-norm", "friction-cone"):
+        force = share_load(contacts, wrench, model)
+        assert force @ turn[:, 2] == pytest.approx(expected, abs=1e-9)
+    largest = share_load(contacts, wrench, SmallestLargestLoad()) @ turn[:, 2]
+    assert largest == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", FORCE_MODELS)
+def test_a_foot_s_force_goes_to_nothing_with_its_share(name):
+    # F_i = share_i H_i^-1 (...): proportional to the share where that is small.
+    contacts, wrench, joints, _ = random_load(10, 6, 6, seed=9, full=True)
+    sizes = []
+    for small in (1e-6, 1e-7, 1e-8):
+        share = np.array(contacts.share)
+        share[:, 2] = small
+        some = Contacts(contacts.feet, share, contacts.normals, 3.0)
+        force = share_load(some, wrench, name, joints=joints)
+        sizes.append(np.abs(force[:, 2]).max())
+    assert sizes[1] == pytest.approx(sizes[0] / 10, rel=0.05)
+    assert sizes[2] == pytest.approx(sizes[1] / 10, rel=0.05)
+
+
+def test_leading_axes_broadcast():
+    contacts, wrench, joints, _ = random_load(4, 6, 5, seed=10)
+    first = Contacts(contacts.feet[0], contacts.share[0], contacts.normals[0], contacts.friction[0])
+    own = JointLoad(joints.jacobian[0], joints.torque[0])
+    flat = np.array([wrench[0], 1.01 * wrench[0]])
+    for name in FORCE_MODELS:
+        several = share_load(first, flat.reshape(2, 1, 6), name, joints=own)
+        assert several.shape == (2, 1, 6, 3)
+        for i in range(2):
+            one = share_load(first, flat[i], name, joints=own)
+            # One sample or two at once: the same arithmetic but for blocks, 1e-12 of 10 N.
+            assert several[i, 0] == pytest.approx(one, abs=1e-9)
+
+
+FEET = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [-0.2, 0.2, -0.1], [0.2, 0.2, -0.1]])
+
+
+@pytest.mark.parametrize(
+    ("make", "what"),
+    [
+        (
+            lambda: Contacts(np.full((4, 3), np.nan), np.ones(4)),
+            "feet[0, 0] is nan; it must be a finite number.",
+        ),
+        (lambda: Contacts(FEET, np.full(4, 1.5)), "share is 1.5; a foot's share must be between"),
+        (lambda: Contacts(FEET, np.ones(4), friction=-0.1), "friction is -0.1; it must be 0 or"),
+        (lambda: Contacts(FEET, np.ones(4), np.zeros(3)), "a normal is (0, 0, 0); it must point"),
+        (lambda: Contacts(FEET, np.ones(5)), "share has shape (5,); it must fit (4,)."),
+        (lambda: Contacts(FEET[:, :2], np.ones(4)), "feet have shape (4, 2); it must end in"),
+        (
+            lambda: Contacts(FEET, np.ones(4), leg_names=("a",)),
+            "1 leg_names are given for 4 legs.",
+        ),
+        (lambda: JointLoad(np.zeros((4, 3, 2)), np.zeros((4, 3))), "jacobian has shape (4, 3, 2)"),
+        (lambda: JointLoad(np.zeros((4, 3, 3)), np.zeros((4, 3)), -1.0), "limit is -1 N·m; it"),
+        (lambda: WeightedMinimumNorm(0.0), "tangential_weight is 0; it must be a finite number"),
+        (lambda: FrictionCone(least_normal=-1.0), "least_normal is -1 N; it must be a finite"),
+        (lambda: SmallestLargestLoad(slack=0.0), "slack is 0; it must be 1e-6 or more"),
+        (lambda: force_model("friction-come"), 'no force model is called "friction-come".'),
+        (lambda: share_load(Contacts(FEET, np.ones(4)), np.zeros(5)), "wrench has shape (5,)"),
+        (
+            lambda: share_load(Contacts(FEET, np.ones(4)), np.full(6, np.inf)),
+            "wrench holds a number that is not finite.",
+        ),
+        (
+            lambda: share_load(Contacts(FEET, np.ones(4)), np.ones(6), "minimum-torque"),
+            "minimum-torque needs what the joints carry; nothing is given.",
+        ),
+        (
+            lambda: share_load(
+                Contacts(FEET, np.ones(4)),
+                np.ones(6),
+                joints=JointLoad(np.zeros((5, 3, 3)), np.zeros((5, 3))),
+            ),
+            "the joints' load is of 5 legs; there are 4 feet.",
+        ),
+        (
+            lambda: share_load(Contacts(np.stack([FEET] * 2), np.ones((2, 4))), np.ones((3, 6))),
+            "the leading axes of feet, wrench and joints are (2,), (3,); they must broadcast.",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_sentence(make, what):
+    with pytest.raises(InvalidInput) as caught:
+        make()
+    assert caught.value.what.startswith(what)
+
+
+def test_singular_legs_still_give_the_wrench_to_round_off():
+    # Every leg stretched: J has rank 2, and a lever of 0.1 mm makes the cost's condition 1e6 and
+    # the system's more; one step of refinement leaves 1e-13 of 1e2 N.
+    contacts, wrench, joints, _ = random_load(300, 6, 4, seed=7)
+    U, sizes, Vh = np.linalg.svd(joints.jacobian)
+    sizes[..., 2] = 0
+    flat = JointLoad(U * sizes[..., None, :] @ Vh, joints.torque)
+    force = share_load(contacts, wrench, MinimumTorque(1e-4), joints=flat)
+    assert np.abs(wrench_of(contacts.feet, force) - wrench).max() < 1e-9

@@ -1,0 +1,65 @@
+"""How a load moves from foot to foot."""
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InvalidInput
+from phasmid.forces import load_share
+from phasmid.gait import HEXAPOD_GAITS
+
+
+@pytest.mark.parametrize("gait", HEXAPOD_GAITS.values(), ids=list(HEXAPOD_GAITS))
+def test_without_a_window_the_share_is_the_stance(gait):
+    time = np.linspace(0, 4, 401)
+    share = load_share(gait, time, period=2.0, window=0.0)
+    assert np.array_equal(share, gait.stance(time / 2.0))
+
+
+@pytest.mark.parametrize("gait", HEXAPOD_GAITS.values(), ids=list(HEXAPOD_GAITS))
+def test_the_share_is_half_at_each_event_and_whole_outside_the_windows(gait):
+    # The ramp x^3 (10 - 15 x + 6 x^2) is 1/2 at x = 1/2; events are exact to round-off of phases,
+    # 1e-15, times the ramp's slope of 15/8 over the window's part of the cycle, 0.05.
+    period, window = 2.0, 0.1
+    for leg, offset in enumerate(gait.offsets):
+        lift, land = offset * period, (offset + gait.swing_fraction) * period
+        at = lambda t, leg=leg: load_share(gait, np.array(t), period=period, window=window)[leg]  # noqa: E731
+        assert at(lift) == pytest.approx(0.5, abs=1e-12)
+        assert at(land) == pytest.approx(0.5, abs=1e-12)
+        assert at(lift - 0.0501) == at(land + 0.0501) == 1.0
+        assert at(lift + 0.0501) == at(land - 0.0501) == 0.0
+        assert at(lift - 0.02) == pytest.approx(1 - at(lift + 0.02), abs=1e-12)
+        # x = 0.3: 0.027 * (10 - 4.5 + 0.54).
+        assert at(land - 0.02) == pytest.approx(0.16308, abs=1e-12)
+
+
+@pytest.mark.parametrize("gait", HEXAPOD_GAITS.values(), ids=list(HEXAPOD_GAITS))
+def test_the_share_has_no_jump(gait):
+    # Largest slope 15/8 per window: over steps of h at most 15/8 h / window.
+    h, window = 1e-4, 0.1
+    share = load_share(gait, np.arange(0, 4, h), period=2.0, window=window)
+    assert np.abs(np.diff(share, axis=0)).max() < 15 / 8 * h / window * (1 + 1e-9)
+    assert share.min() == 0
+    assert share.max() == 1
+
+
+def test_at_least_three_feet_carry_at_any_time():
+    for gait in HEXAPOD_GAITS.values():
+        share = load_share(gait, np.linspace(0, 2, 2001), period=2.0, window=0.1)
+        assert ((share > 0).sum(axis=1) >= 3).all()
+
+
+def test_in_the_tripod_s_window_both_tripods_share_the_load():
+    # One rises as the other falls: the six shares sum to 3 at any time.
+    share = load_share(HEXAPOD_GAITS["tripod"], np.linspace(0, 2, 999), period=2.0, window=0.4)
+    assert np.abs(share.sum(axis=1) - 3).max() < 1e-12
+
+
+@pytest.mark.parametrize("window", [0.2, -0.1, float("nan")])
+def test_a_window_that_the_gait_has_no_room_for_is_refused(window):
+    with pytest.raises(InvalidInput) as caught:
+        load_share(HEXAPOD_GAITS["wave"], np.zeros(1), period=2.0, window=window)
+    assert caught.value.what == (
+        f"the load transfer takes {window:g} s; it must take between 0 and 0.1667 s, "
+        "half of the shorter of stance (1.667 s) and swing (0.3333 s)."
+    )
+    assert caught.value.hint == "load_transfer = 0.08333"
