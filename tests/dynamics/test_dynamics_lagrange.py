@@ -1,4 +1,4 @@
-"""The closed form of one leg against Lagrange's equations, derived by computer algebra."""
+"""The closed form of one leg against its derivation in symbols, entry by entry."""
 
 from __future__ import annotations
 
@@ -8,82 +8,75 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from phasmid import dynamics
-from phasmid.robot import Leg, Robot
+from phasmid import derivation, dynamics
+from phasmid.derivation.leg import ANGLES, GRAVITY, LENGTHS, LINKS
+from phasmid.robot import Leg, Robot, with_mass_model
 
 # Torques below 10 N·m, as in row 10 of the physics charter; entries are sums of some hundred
 # terms, so that round-off stays below 100 * 2.2e-16 * 10 = 2e-13.
 TORQUE = 1e-10
 
+ENTRIES = [
+    *((part, i, j) for part in range(3) for i in range(3) for j in range(3)),
+    *((3, i, 0) for i in range(3)),
+]
+NAMES = [f"{'MBCG'[part]}{i + 1}{j + 1}" for part, i, j in ENTRIES]
+Derived = list[Callable[..., np.ndarray]]
+
+
+def _symbols() -> list[sp.Symbol]:
+    symbols = [*LENGTHS, GRAVITY]
+    for link in LINKS:
+        upper = [link.inertia[i, j] for i in range(3) for j in range(i, 3)]
+        symbols += [link.mass, *link.com, *upper]
+    return symbols
+
 
 def _numbers(leg: Leg) -> list[float]:
-    numbers = [*leg.lengths[:2]]
-    for link in leg.links:
-        t = link.inertia
-        numbers += [link.mass, *link.com, *np.diag(t), t[0, 1], t[0, 2], t[1, 2]]
-    return numbers
+    upper = np.triu_indices(3)
+    masses = [[k.mass, *k.com, *k.inertia[upper]] for k in leg.links]
+    return [*map(float, leg.lengths), 9.81, *(float(n) for link in masses for n in link)]
 
 
 @pytest.fixture(scope="module")
-def lagrange() -> Callable[..., list[np.ndarray]]:
-    """M, B, C, G as functions of three angles and the numbers of the leg.
-
-    Energies come from the Denavit-Hartenberg chain of Table 1 alone: T = ½ Σ (m v·v + w·I w)
-    and V = Σ m g z. Then d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q = torque.
-    """
-    q, qd = sp.symbols("q1:4"), sp.symbols("w1:4")
-    coxa, femur = lengths = sp.symbols("coxa femur")
-    X, spin, numbers = sp.eye(4), sp.zeros(3, 1), list(lengths)
-    kinetic, potential = sp.Integer(0), sp.Integer(0)
-    for k, (alpha, a) in enumerate(((0, 0), (sp.pi / 2, coxa), (0, femur))):
-        ca, sa, ct, st = sp.cos(alpha), sp.sin(alpha), sp.cos(q[k]), sp.sin(q[k])
-        X *= sp.Matrix(
-            [[ct, -st, 0, a], [st * ca, ct * ca, -sa, 0], [st * sa, ct * sa, ca, 0], [0, 0, 0, 1]]
-        )
-        R = X[:3, :3]
-        spin += R[:, 2] * qd[k]
-        names = ("m", "x", "y", "z", "xx", "yy", "zz", "xy", "xz", "yz")
-        own = m, x, y, z, xx, yy, zz, xy, xz, yz = sp.symbols(
-            " ".join(f"{name}_{k}" for name in names)
-        )
-        numbers += own
-        inertia = sp.Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        point = (X * sp.Matrix([x, y, z, 1]))[:3, :]
-        velocity = point.jacobian(q) * sp.Matrix(qd)
-        spin_in_link = R.T * spin
-        energy = m * velocity.dot(velocity) + spin_in_link.dot(inertia * spin_in_link)
-        kinetic, potential = kinetic + energy / 2, potential + m * sp.Float(9.81) * point[2]
-
-    M = sp.hessian(kinetic, qd)
-    momentum_rate = sum((M.diff(q[k]) * qd[k] for k in range(3)), sp.zeros(3, 3)) * sp.Matrix(qd)
-    # The velocity terms are a quadratic form; its values at unit speeds give its coefficients.
-    speeds = momentum_rate - sp.Matrix([kinetic]).jacobian(q).T
-    gravity = sp.Matrix([potential]).jacobian(q).T
-    inputs = (*q, *qd, *numbers)
-    mass, form, weight = (sp.lambdify(inputs, e, cse=True) for e in (M, speeds, gravity))
-
-    def evaluate(angles: np.ndarray, leg: Leg) -> list[np.ndarray]:
-        values = _numbers(leg)
-        unit = np.eye(3)
-
-        def at(w: np.ndarray) -> np.ndarray:
-            return np.ravel(form(*angles, *w, *values))
-
-        C = np.stack([at(unit[j]) for j in range(3)], axis=-1)
-        pairs = ((0, 1), (0, 2), (1, 2))
-        B = np.stack([at(unit[j] + unit[k]) - C[:, j] - C[:, k] for j, k in pairs], axis=-1)
-        still = np.zeros(3)
-        return [mass(*angles, *still, *values), B, C, np.ravel(weight(*angles, *still, *values))]
-
-    return evaluate
+def general() -> Derived:
+    """Each entry as a function of the angles and the leg's numbers, by Lagrange's equations."""
+    parts = derivation.lagrange()
+    entries = [parts[part][i, j] for part, i, j in ENTRIES]
+    return [sp.lambdify([*ANGLES, *_symbols()], entry) for entry in entries]
 
 
-def test_leg_matrices_equal_those_of_lagranges_equations(
-    robot: Robot, rng: np.random.Generator, lagrange: Callable[..., list[np.ndarray]]
+@pytest.fixture(scope="module")
+def mid_length() -> Derived:
+    """The same by Newton and Euler, for centres of mass at mid-length and principal inertias."""
+    parts = derivation.mid_length(derivation.newton_euler())
+    entries = [parts[part][i, j] for part, i, j in ENTRIES]
+    return [sp.lambdify([*ANGLES, *_symbols()], entry) for entry in entries]
+
+
+def _compare(leg: Leg, derived: Derived, rng: np.random.Generator) -> None:
+    q = rng.uniform(-np.pi, np.pi, size=(500, 3))
+    matrices, numbers = dynamics.leg_matrices(leg, q), _numbers(leg)
+    for name, (part, i, j), function in zip(NAMES, ENTRIES, derived, strict=True):
+        entry = matrices.G[:, i] if part == 3 else matrices[part][:, i, j]
+        expected = np.broadcast_to(function(*q.T, *numbers), 500)
+        np.testing.assert_allclose(entry, expected, rtol=0, atol=TORQUE, err_msg=name)
+
+
+def test_each_of_the_30_entries_is_that_of_lagranges_equations(
+    robot: Robot, rng: np.random.Generator, general: Derived
 ) -> None:
     for leg in (robot.legs[0], robot.legs[-1]):
-        angles = rng.uniform(-np.pi, np.pi, size=(500, 3))
-        derived = [lagrange(q, leg) for q in angles]
-        for i, part in enumerate(dynamics.leg_matrices(leg, angles)):
-            expected = np.array([parts[i] for parts in derived])
-            np.testing.assert_allclose(part, expected, rtol=0, atol=TORQUE)
+        _compare(leg, general, rng)
+
+
+def test_each_of_the_30_entries_at_mid_length_is_that_of_newton_and_euler(
+    robot: Robot, rng: np.random.Generator, mid_length: Derived
+) -> None:
+    _compare(with_mass_model(robot, "mid-length").legs[0], mid_length, rng)
+
+
+def test_every_entry_that_can_move_a_joint_does(general: Derived, rng: np.random.Generator) -> None:
+    # Else two zeros would agree: of 30 entries 21 are not identically zero.
+    values = rng.uniform(0.5, 1.5, size=3 + len(_symbols()))
+    assert sum(abs(float(entry(*values))) > 1e-6 for entry in general) == 9 + 4 + 6 + 2

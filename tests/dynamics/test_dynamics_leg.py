@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from phasmid import dynamics, kinematics
-from phasmid.robot import Robot, load_robot, with_mass_model
+from phasmid.robot import Robot, load_robot
 
 # Row 10 of the physics charter: 1e-10 N·m. Torques here are about 10 N·m at most, sums of some
 # hundred terms, so round-off is below 100 * 2.2e-16 * 10 = 2e-13; a wrong term shows at 1e-5.
@@ -75,52 +75,6 @@ def test_mass_rate_less_twice_the_christoffel_matrix_is_skew(
     bound = 1e-11 * np.abs(rate).max()
     np.testing.assert_allclose(N + np.swapaxes(N, -1, -2), 0.0, rtol=0, atol=bound)
     assert np.abs(N).max() > 1e-2 * np.abs(rate).max()
-
-
-def test_with_masses_at_mid_length_it_is_the_corrected_form_of_the_paper(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    # Eq. 10 with its misprints mended and Table 1's sign of the tibia's angle; in particular
-    # m12 = m13 = 0. Matrices below 0.1 kg·m² and torques below 10 N·m are sums of about ten
-    # terms: round-off below 10 * 2.2e-16 * 10 = 2e-14.
-    leg = with_mass_model(robot, "mid-length").legs[0]
-    q = rng.uniform(-np.pi, np.pi, size=(100, 3))
-    M, B, C, G = dynamics.leg_matrices(leg, q)
-    (m1, m2, m3), (L1, L2, L3) = (link.mass for link in leg.links), leg.lengths
-    (_, _, zz1), (xx2, yy2, zz2), (xx3, yy3, zz3) = (np.diag(k.inertia) for k in leg.links)
-    t2, t3 = q[:, 1], q[:, 2]
-    t23 = t2 + t3
-    c2, c3, c23, s2, s3, s23 = *map(np.cos, (t2, t3, t23)), *map(np.sin, (t2, t3, t23))
-    zero = np.zeros(100)
-
-    m11 = (
-        zz1 + xx2 * s2**2 + yy2 * c2**2 + xx3 * s23**2 + yy3 * c23**2
-        + L1**2 * (m1 / 4 + m2 + m3) + L2**2 * (m2 / 4 + m3) * c2**2 + m3 * L3**2 / 4 * c23**2
-        + L1 * L2 * c2 * (m2 + 2 * m3) + m3 * L3 * c23 * (L1 + L2 * c2)
-    )  # fmt: skip
-    m33 = zz3 + m3 * L3**2 / 4 + zero
-    m23 = m33 + m3 * L2 * L3 * c3 / 2
-    m22 = zz2 + zz3 + L2**2 * (m2 / 4 + m3) + L3 * m3 * (L3 / 4 + L2 * c3)
-    b12 = (
-        np.sin(2 * t23) * (xx3 - yy3 - m3 * L3**2 / 4)
-        - m3 * L3 * (L1 * s23 + L2 * np.sin(t2 + t23) / 2 + L2 * s3 / 2)
-    )  # fmt: skip
-    b11 = (
-        np.sin(2 * t2) * (xx2 - yy2 - L2**2 * (m2 / 4 + m3))
-        + np.sin(2 * t23) * (xx3 - yy3 - m3 * L3**2 / 4)
-        - L1 * L2 * s2 * (m2 + 2 * m3) - m3 * L3 * (L1 * s23 + L2 * np.sin(t2 + t23))
-    )  # fmt: skip
-    c23_ = -m3 * L2 * L3 * s3 / 2
-    g3 = 9.81 * m3 * L3 / 2 * c23
-    g2 = 9.81 * L2 * (m2 / 2 + m3) * c2 + g3
-    expected = (
-        ([m11, zero, zero], [zero, m22, m23], [zero, m23, m33]),
-        ([b11, b12, zero], [zero, zero, 2 * c23_], [zero, zero, zero]),
-        ([zero, zero, zero], [-b11 / 2, zero, c23_], [-b12 / 2, -c23_, zero]),
-    )
-    for matrix, rows in zip((M, B, C), expected, strict=True):
-        np.testing.assert_allclose(matrix, np.moveaxis(np.array(rows), -1, 0), rtol=0, atol=2e-14)
-    np.testing.assert_allclose(G, np.stack([zero, g2, g3], axis=-1), rtol=0, atol=2e-14)
 
 
 def test_the_ground_pushing_up_relieves_a_horizontal_leg() -> None:

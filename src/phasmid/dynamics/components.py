@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-Samples = np.ndarray | np.float64
-"""One number per sample; NumPy makes a scalar of a single one."""
+from phasmid.kinematics.leg import Samples
 
 
 def components(array: np.ndarray, axes: int = 1, lead: tuple[int, ...] | None = None) -> np.ndarray:

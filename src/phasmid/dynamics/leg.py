@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.dynamics.components import Samples
 from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.kinematics import jacobian
+from phasmid.errors import InvalidInput
+from phasmid.kinematics.leg import Samples, jacobian_of
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
 
@@ -55,23 +55,40 @@ class _Elevated(NamedTuple):
 
 
 def leg_matrices(
-    leg: Leg | LegArrays, q: Float[np.ndarray, "*#batch 3"], *, gravity: float = STANDARD_GRAVITY
+    leg: Leg | LegArrays,
+    q: Float[np.ndarray, "*#batch 3"],
+    *,
+    form: str = "corrected",
+    gravity: float = STANDARD_GRAVITY,
 ) -> LegMatrices:
     """Matrices of the leg's equation of motion.
 
     Args:
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
         q: Coxa, femur and tibia angles [rad], shape (..., 3).
+        form: ``corrected``, or ``as-printed``: Eq. 10 with all its misprints, for study.
         gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
 
     Returns:
         M, B, C and G, which depend on the angles alone.
 
+    Raises:
+        InvalidInput: There is no such form.
+
     Source: Eq. 10, corrected (docs/errata.md) and derived anew by Lagrange's equations for links
     with any centre of mass and any inertia; with centres at mid-length and diagonal inertias it
     is the paper's own form.
     """
-    e = _elevated(leg, q, gravity)
+    if form == "as-printed":
+        # The print builds on this module, so that it is imported only where it is asked for.
+        from phasmid.dynamics.printed import printed_leg_matrices
+
+        return printed_leg_matrices(leg, q, gravity=gravity)
+    if form != "corrected":
+        raise InvalidInput(
+            f'form is "{form}"; it must be "corrected" or "as-printed".', hint='"corrected"'
+        )
+    e = _elevated(*link_arrays(leg), _joints(q), gravity)
     zero = np.zeros(e.h11.shape)
     m12, m23 = e.h12 + e.h13, e.h23 + e.h33
     bend = e.h23_by_3
@@ -121,7 +138,36 @@ def leg_torque(
 
     Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
     """
-    e = _elevated(leg, q, gravity)
+    force = None if foot_force is None else _joints(foot_force)
+    joints = _joints(q), _joints(qd), _joints(qdd)
+    return _vector(*torque_of(*link_arrays(leg), *joints, force, gravity))
+
+
+def torque_of(
+    lengths: np.ndarray,
+    mass: np.ndarray,
+    com: np.ndarray,
+    inertia: np.ndarray,
+    q: np.ndarray,
+    qd: np.ndarray,
+    qdd: np.ndarray,
+    foot_force: np.ndarray | None,
+    gravity: Samples | float,
+) -> tuple[Samples, Samples, Samples]:
+    """Torques of coxa, femur and tibia.
+
+    Args:
+        lengths: Link lengths, shape (..., 3), as in ``LegArrays``; so mass, com and inertia.
+        mass: Link masses.
+        com: Centres of mass.
+        inertia: About the centres of mass.
+        q: Joint angles with the joints in front, shape (3, ...); so qd, qdd and foot_force.
+        qd: Joint speeds.
+        qdd: Joint accelerations.
+        foot_force: Force of the ground on the foot in hip axes, or none.
+        gravity: Acceleration of free fall.
+    """
+    e = _elevated(lengths, mass, com, inertia, q, gravity)
     w1, w2, w3 = _elevation_rates(qd)
     a1, a2, a3 = _elevation_rates(qdd)
     along_1 = (e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3)) + (
@@ -133,16 +179,26 @@ def leg_torque(
     along_3 = (e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3) - (
         e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
     )
-    torque = _vector(along_1, along_2 + along_3, along_3)
+    torque = along_1, along_2 + along_3, along_3
     if foot_force is None:
         return torque
-    from_foot = np.einsum("...ij,...i->...j", jacobian(leg, q), foot_force)
-    return np.asarray(torque - from_foot)
+    columns = zip(*jacobian_of(np.moveaxis(lengths, -1, 0), q), strict=True)
+    x, y, z = foot_force
+    t1, t2, t3 = (
+        t - (jx * x + jy * y + jz * z) for t, (jx, jy, jz) in zip(torque, columns, strict=True)
+    )
+    return t1, t2, t3
 
 
-def _elevated(leg: Leg | LegArrays, q: np.ndarray, gravity: float) -> _Elevated:
-    lengths, mass, com, inertia = _link_arrays(leg)
-    q2, q3 = np.asarray(q, dtype=float)[..., 1], np.asarray(q, dtype=float)[..., 2]
+def _elevated(
+    lengths: np.ndarray,
+    mass: np.ndarray,
+    com: np.ndarray,
+    inertia: np.ndarray,
+    q: np.ndarray,
+    gravity: Samples | float,
+) -> _Elevated:
+    _, q2, q3 = q
     c2, s2, c3, s3 = np.cos(q2), np.sin(q2), np.cos(q2 + q3), np.sin(q2 + q3)
     cos_bend, sin_bend = c3 * c2 + s3 * s2, s3 * c2 - c3 * s2
 
@@ -163,14 +219,13 @@ def _elevated(leg: Leg | LegArrays, q: np.ndarray, gravity: float) -> _Elevated:
     knee = coxa + femur * c2
     spin2, spin2_by_2 = _vertical_inertia(i2[..., 0, 0], yy2, i2[..., 0, 1], c2, s2)
     spin3, spin3_by_3 = _vertical_inertia(i3[..., 0, 0], i3[..., 1, 1], i3[..., 0, 1], c3, s3)
-    one = np.ones(c2.shape)
     return _Elevated(
         h11=i1[..., 2, 2] + (m2 + m3) * coxa**2 + 2 * (coxa * out2 + knee * out3) + spin2 + spin3,
         h12=xz2 * s2 + i2[..., 1, 2] * c2,
         h13=i3[..., 0, 2] * s3 + i3[..., 1, 2] * c3,
-        h22=zz2 * one,
+        h22=zz2,
         h23=femur * (x3 * cos_bend - y3 * sin_bend),
-        h33=i3[..., 2, 2] * one,
+        h33=i3[..., 2, 2],
         h11_by_2=spin2_by_2 - 2 * (coxa * up2 + femur * s2 * out3),
         h11_by_3=spin3_by_3 - 2 * knee * up3,
         h12_by_2=xz2 * c2 - i2[..., 1, 2] * s2,
@@ -192,7 +247,8 @@ def _vertical_inertia(
     return value, 2 * ((xx - yy) * s * c + xy * (c**2 - s**2))
 
 
-def _link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Lengths, masses, centres of mass and inertias of the links, as in ``LegArrays``."""
     if isinstance(leg, LegArrays):
         return leg.lengths, leg.mass, leg.com, leg.inertia
     mass = np.array([link.mass for link in leg.links])
@@ -200,8 +256,12 @@ def _link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return leg.lengths, mass, com, np.array([link.inertia for link in leg.links])
 
 
+def _joints(values: np.ndarray) -> np.ndarray:
+    return np.moveaxis(np.asarray(values, dtype=float), -1, 0)
+
+
 def _elevation_rates(rate: np.ndarray) -> tuple[Samples, Samples, Samples]:
-    r1, r2, r3 = np.moveaxis(np.asarray(rate, dtype=float), -1, 0)
+    r1, r2, r3 = rate
     return r1, r2, r2 + r3
 
 

@@ -5,12 +5,14 @@ Vectors are (3, ..., L) and matrices (3, 3, L), as in ``components``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from phasmid.dynamics.components import apply, carried, components, cross, vector
 from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.kinematics.leg import Samples
 from phasmid.robot import Robot
 
 
@@ -38,15 +40,20 @@ def link_moments(robot: Robot) -> list[Moments]:
     ]
 
 
-def joint_origins(robot: Robot) -> list[np.ndarray]:
-    """Where each link's frame starts in the one before it, (3, L)."""
-    coxa, femur, _ = robot.arrays.lengths.T
-    zero = np.zeros_like(coxa)
-    return [np.stack([along, zero, zero]) for along in (zero, coxa, femur)]
+def joint_origins(lengths: np.ndarray) -> list[np.ndarray]:
+    """Where each link's frame starts in the one before it, (3, L); lengths are (3, L)."""
+    coxa, femur, _ = lengths
+    return [along_x(length) for length in (np.zeros_like(coxa), coxa, femur)]
+
+
+def along_x(length: Samples) -> np.ndarray:
+    """A vector along a link."""
+    return vector(length, np.zeros_like(length), np.zeros_like(length))
 
 
 def leg_needs(
-    robot: Robot,
+    lengths: np.ndarray,
+    links: Sequence[Moments],
     w: np.ndarray,
     dw: np.ndarray,
     a: np.ndarray,
@@ -56,9 +63,9 @@ def leg_needs(
     qdd: np.ndarray,
 ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
     """Joint torques, and what each hip must give, from the hips' motion, all in hip axes."""
-    origins = joint_origins(robot)
+    origins = joint_origins(lengths)
     turns, needs = [], []
-    for k, (link, origin) in enumerate(zip(link_moments(robot), origins, strict=True)):
+    for k, (link, origin) in enumerate(zip(links, origins, strict=True)):
         c, s = np.cos(q[k]), np.sin(q[k])
         a = into_link(k, a + carried(origin, w, dw), c, s)
         x, y, z = into_link(k, w, c, s)
@@ -69,10 +76,8 @@ def leg_needs(
         turns.append((c, s))
         needs.append(newton_euler(*link, w, dw, a))
 
-    tibia = robot.arrays.lengths[:, 2]
-    zero = np.zeros_like(tibia)
     force = -foot_force
-    moment = cross(np.stack([tibia, zero, zero]), force)
+    moment = cross(along_x(lengths[2]), force)
     torque: list[np.ndarray] = []
     for k in (2, 1, 0):
         force, moment = force + needs[k][0], moment + needs[k][1]
@@ -87,7 +92,8 @@ def leg_energies(
 ) -> np.ndarray:
     """Kinetic energy of each leg (..., L) from its hip's motion in hip axes."""
     energy = np.zeros(q.shape[1:])
-    for k, (link, origin) in enumerate(zip(link_moments(robot), joint_origins(robot), strict=True)):
+    origins = joint_origins(components(robot.arrays.lengths))
+    for k, (link, origin) in enumerate(zip(link_moments(robot), origins, strict=True)):
         c, s = np.cos(q[k]), np.sin(q[k])
         v = into_link(k, v + cross(w, origin), c, s)
         x, y, z = into_link(k, w, c, s)

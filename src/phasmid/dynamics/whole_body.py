@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +11,11 @@ from jaxtyping import Float
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.components import apply, carried, components, cross
 from phasmid.dynamics.recursion import (
+    Moments,
     energy_of,
     leg_energies,
     leg_needs,
+    link_moments,
     newton_euler,
     trunk_moments,
 )
@@ -72,33 +75,72 @@ def inverse_dynamics(
     batch = leading_axes(robot, body, q=q, qd=qd, qdd=qdd, foot_force=foot_force)
     legs = (*batch, len(robot.legs))
     R_world_body = components(body.rotation, 2, batch)
-    R_body_world = np.swapaxes(R_world_body, 0, 1)
-    R_body_hip = components(robot.arrays.R_body_hip, 2)
-    R_hip_body = np.swapaxes(R_body_hip, 0, 1)
-    p_body_hip = components(robot.arrays.p_body_hip)
-
     # Gravity acts as if everything accelerated upwards.
     felt = body.acceleration + np.array([0.0, 0.0, gravity])
-    w, dw, a = (
-        apply(R_body_world, components(v, 1, batch))
-        for v in (body.angular_velocity, body.angular_acceleration, felt)
+    motion, needs = trunk_share(
+        trunk_moments(robot),
+        R_world_body,
+        components(body.angular_velocity, 1, batch),
+        components(body.angular_acceleration, 1, batch),
+        components(felt, 1, batch),
     )
-    force, moment = newton_euler(*trunk_moments(robot), w, dw, a)
-
-    w, dw, a = w[..., None], dw[..., None], a[..., None]
-    foot = apply(R_body_world[..., None], components(foot_force, 1, legs))
-    torque, leg_force, leg_moment = leg_needs(
-        robot,
-        *(apply(R_hip_body, v) for v in (w, dw, a + carried(p_body_hip, w, dw), foot)),
-        *(components(v, 1, legs) for v in (q, qd, qdd)),
+    torque, *from_legs = leg_share(
+        Mount(components(robot.arrays.R_body_hip, 2), components(robot.arrays.p_body_hip)),
+        components(robot.arrays.lengths),
+        link_moments(robot),
+        R_world_body[..., None],
+        *(v[..., None] for v in motion),
+        *(components(v, 1, legs) for v in (foot_force, q, qd, qdd)),
     )
-    leg_force, leg_moment = apply(R_body_hip, leg_force), apply(R_body_hip, leg_moment)
-    leg_moment = leg_moment + cross(p_body_hip, leg_force)
-    wrench = [
-        *apply(R_world_body, force + leg_force.sum(axis=-1)),
-        *apply(R_world_body, moment + leg_moment.sum(axis=-1)),
-    ]
+    total = (ours + theirs.sum(axis=-1) for ours, theirs in zip(needs, from_legs, strict=True))
+    wrench = [entry for v in total for entry in apply(R_world_body, v)]
     return JointTorqueAndWrench(np.stack(torque, axis=-1), np.stack(wrench, axis=-1))
+
+
+class Mount(NamedTuple):
+    """Where legs sit on the trunk: rotation (3, 3, L) and position (3, L) of the hip frames."""
+
+    R_body_hip: np.ndarray
+    p_body_hip: np.ndarray
+
+
+def trunk_share(
+    trunk: Moments, R_world_body: np.ndarray, w: np.ndarray, dw: np.ndarray, felt: np.ndarray
+) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """The trunk's motion (w, dw, a), and force and moment for itself, in body axes.
+
+    Vectors come in world axes; ``felt`` is the acceleration of the origin minus gravity's.
+    """
+    R_body_world = np.swapaxes(R_world_body, 0, 1)
+    w, dw, a = (apply(R_body_world, v) for v in (w, dw, felt))
+    return (w, dw, a), newton_euler(*trunk, w, dw, a)
+
+
+def leg_share(
+    mount: Mount,
+    lengths: np.ndarray,
+    links: Sequence[Moments],
+    R_world_body: np.ndarray,
+    w: np.ndarray,
+    dw: np.ndarray,
+    a: np.ndarray,
+    foot_force: np.ndarray,
+    q: np.ndarray,
+    qd: np.ndarray,
+    qdd: np.ndarray,
+) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+    """Joint torques, and force and moment that legs need from the trunk, in body axes.
+
+    The trunk's motion w, dw, a comes in body axes, the force on the foot in world axes.
+    """
+    R_body_hip, p_body_hip = mount
+    R_hip_body = np.swapaxes(R_body_hip, 0, 1)
+    foot = apply(np.swapaxes(R_world_body, 0, 1), foot_force)
+    a = a + carried(p_body_hip, w, dw)
+    w, dw, a, foot = (apply(R_hip_body, v) for v in (w, dw, a, foot))
+    torque, force, moment = leg_needs(lengths, links, w, dw, a, foot, q, qd, qdd)
+    force, moment = apply(R_body_hip, force), apply(R_body_hip, moment)
+    return torque, force, moment + cross(p_body_hip, force)
 
 
 def kinetic_energy(

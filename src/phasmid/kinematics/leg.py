@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, Unreachable
+
+Samples = np.ndarray | np.float64
+"""One number per sample; NumPy makes a scalar of a single one."""
 
 STRETCH_TOLERANCE = 1e-12
 """By this part of its length a leg may be over-stretched: the round-off of a target computed at
@@ -45,11 +49,16 @@ def foot_position(
 
     Source: Table 1 and Eqs. 1-2, corrected (docs/errata.md).
     """
-    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    q1, q2, q3 = _threes(q, "joint angles")
+    return np.stack(foot_of(np.moveaxis(leg.lengths, -1, 0), _threes(q, "joint angles")), axis=-1)
+
+
+def foot_of(lengths: np.ndarray, q: np.ndarray) -> tuple[Samples, Samples, Samples]:
+    """The foot's x, y and z; lengths and angles have their three components in front."""
+    coxa, femur, tibia = lengths
+    q1, q2, q3 = q
     r = coxa + femur * np.cos(q2) + tibia * np.cos(q2 + q3)
     z = femur * np.sin(q2) + tibia * np.sin(q2 + q3)
-    return np.stack([r * np.cos(q1), r * np.sin(q1), z], axis=-1)
+    return r * np.cos(q1), r * np.sin(q1), z
 
 
 def joint_angles(
@@ -70,41 +79,51 @@ def joint_angles(
     Source: Eqs. 3-9, corrected (docs/errata.md). The law of cosines of Eqs. 6 and 8 is taken by
     half angles, which keep full precision at full stretch.
     """
-    x, y, z = _threes(p_hip_foot, "foot targets")
-    p = np.asarray(p_hip_foot, dtype=float)
-    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    out = np.hypot(x, y) - coxa
-    square = out**2 + z**2
-    longest, shortest = femur + tibia, np.abs(femur - tibia)
-    slack = STRETCH_TOLERANCE * longest**2
+    p = _threes(p_hip_foot, "foot targets")
+    q, margin = angles_of(np.moveaxis(leg.lengths, -1, 0), p)
     # Written so that NaN counts as unreachable.
-    reachable = (square <= longest**2 + slack) & (square >= shortest**2 - slack)
+    reachable = margin >= 0
     if not np.all(reachable):
-        raise _unreachable(leg, p, np.asarray(reachable), np.asarray(np.sqrt(square)))
-    bend = 2 * np.arctan2(
-        np.sqrt(np.maximum(longest**2 - square, 0.0)),
-        np.sqrt(np.maximum(square - shortest**2, 0.0)),
-    )
-    above = np.arctan2(tibia * np.sin(bend), femur + tibia * np.cos(bend))
-    q2 = np.arctan2(z, out) + above
-    q2 = np.where(q2 > np.pi, q2 - 2 * np.pi, q2)
-    return np.stack([np.arctan2(y, x), q2, -bend], axis=-1)
+        index = tuple(map(int, np.argwhere(~np.asarray(reachable))[0]))
+        raise unreachable(leg, np.moveaxis(p, 0, -1), index)
+    return np.stack(np.broadcast_arrays(*q), axis=-1)
 
 
-def _unreachable(
-    leg: HasLengths,
-    p: Float[np.ndarray, "*batch 3"],
-    reachable: np.ndarray,
-    distance: np.ndarray,
+def angles_of(
+    lengths: np.ndarray, p: np.ndarray
+) -> tuple[tuple[Samples, Samples, Samples], Samples]:
+    """Joint angles, and a margin [m²] that is negative, or NaN, where the leg cannot reach.
+
+    Lengths and points have their three components in front.
+    """
+    coxa, femur, tibia = lengths
+    x, y, z = p
+    out = np.sqrt(x**2 + y**2) - coxa
+    square = out**2 + z**2
+    longest, shortest = (femur + tibia) ** 2, (femur - tibia) ** 2
+    slack = STRETCH_TOLERANCE * longest
+    margin = np.minimum(longest + slack - square, square - (shortest - slack))
+    # Half the knee's bend is the angle of (t2, t1), with t1² + t2² = 4 femur tibia. The femur
+    # stands above the line to the foot by the angle of (square + femur² - tibia², t1 t2); the line
+    # turned by it needs one arc tangent.
+    t1 = np.sqrt(np.maximum(longest - square, 0.0))
+    t2 = np.sqrt(np.maximum(square - shortest, 0.0))
+    along, across = square + (femur + tibia) * (femur - tibia), t1 * t2
+    q2 = np.arctan2(z * along + out * across, out * along - z * across)
+    return (np.arctan2(y, x), q2, -2 * np.arctan2(t1, t2)), margin
+
+
+def unreachable(
+    leg: HasLengths, p: Float[np.ndarray, "*batch 3"], index: tuple[int, ...]
 ) -> Unreachable:
-    index = tuple(int(i) for i in np.argwhere(~np.broadcast_to(reachable, p.shape[:-1]))[0])
-    lengths = np.broadcast_to(leg.lengths, p.shape)[index]
-    name = getattr(leg, "name", str(index[-1] + 1) if index else "")
+    """The error that tells of one point out of many."""
+    point, lengths = (v[index] for v in np.broadcast_arrays(p, leg.lengths))
+    (x, y, z), (coxa, femur, tibia) = map(float, point), map(float, lengths)
     return Unreachable(
-        name,
-        (float(p[index][0]), float(p[index][1]), float(p[index][2])),
-        distance=float(np.broadcast_to(distance, p.shape[:-1])[index]),
-        reach=(abs(float(lengths[1] - lengths[2])), float(lengths[1] + lengths[2])),
+        getattr(leg, "name", str(index[-1] + 1) if index else ""),
+        (x, y, z),
+        distance=math.hypot(math.hypot(x, y) - coxa, z),
+        reach=(abs(femur - tibia), femur + tibia),
         index=index,
     )
 
@@ -121,21 +140,23 @@ def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndar
 
     Source: the derivative of Table 1; J of Eq. 11.
     """
-    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    q1, q2, q3 = _threes(q, "joint angles")
+    rows = jacobian_of(np.moveaxis(leg.lengths, -1, 0), _threes(q, "joint angles"))
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def jacobian_of(lengths: np.ndarray, q: np.ndarray) -> list[list[Samples]]:
+    """The Jacobian's rows; lengths and angles have their three components in front."""
+    coxa, femur, tibia = lengths
+    q1, q2, q3 = q
     c1, s1 = np.cos(q1), np.sin(q1)
     out3, up3 = tibia * np.cos(q2 + q3), tibia * np.sin(q2 + q3)
     out, up = femur * np.cos(q2) + out3, femur * np.sin(q2) + up3
     r = coxa + out
-    zero = np.zeros_like(r)
-    return np.stack(
-        [
-            np.stack([-r * s1, -up * c1, -up3 * c1], axis=-1),
-            np.stack([r * c1, -up * s1, -up3 * s1], axis=-1),
-            np.stack([zero, out, out3], axis=-1),
-        ],
-        axis=-2,
-    )
+    return [
+        [-r * s1, -up * c1, -up3 * c1],
+        [r * c1, -up * s1, -up3 * s1],
+        [np.zeros_like(r), out, out3],
+    ]
 
 
 def joint_motion(

@@ -1,0 +1,223 @@
+"""The paper's kinematics as printed, for study only; every misprint can be mended alone.
+
+The prints mix lengths with angles and with squares of lengths, so that their results depend on
+the unit; they are computed in the units of Table 1, millimetres and degrees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from enum import StrEnum
+from typing import TypeVar
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput, nearest
+from phasmid.kinematics.leg import HasLengths, Samples
+from phasmid.units import UNITS
+
+MM, DEG = UNITS["mm"], UNITS["deg"]
+
+Kind = TypeVar("Kind", bound=StrEnum)
+
+
+class KinematicMisprint(StrEnum):
+    """What is misprinted in Eqs. 1 to 9 and in T_B^G; docs/errata.md tells each and its cost."""
+
+    EQ_1_OFFSET = "eq-1-offset"
+    EQ_2_HEIGHT = "eq-2-height"
+    BODY_ROTATION = "body-rotation"
+    EQ_3_QUADRANT = "eq-3-quadrant"
+    EQ_4_DISTANCE = "eq-4-distance"
+    EQ_5_QUADRANT = "eq-5-quadrant"
+    EQ_6_ROOT = "eq-6-root"
+    EQ_7_HEIGHT = "eq-7-height"
+    EQ_8_ROOT = "eq-8-root"
+
+
+AS_PRINTED = frozenset(KinematicMisprint)
+"""Every misprint of the paper's kinematics."""
+
+
+def chosen(kind: type[Kind], misprints: Iterable[str]) -> frozenset[Kind]:
+    """The misprints of these names.
+
+    Raises:
+        InvalidInput: There is no misprint of such a name.
+    """
+    known = [str(each) for each in kind]
+    for name in misprints:
+        if name not in known:
+            raise InvalidInput(
+                f'no misprint called "{name}"; it must be one of {", ".join(known)}.',
+                hint=nearest(name, known),
+            )
+    return frozenset(map(kind, misprints))
+
+
+def threes(values: Float[np.ndarray, "*batch"], what: str) -> np.ndarray:
+    """An array's last axis, which must have three entries, in front.
+
+    Raises:
+        InvalidInput: It has another number of entries.
+    """
+    array = np.asarray(values, dtype=float)
+    if array.shape[-1:] != (3,):
+        raise InvalidInput(f"{what} have shape {array.shape}; the last axis must have 3 entries.")
+    return np.moveaxis(array, -1, 0)
+
+
+def printed_joint_angles(
+    leg: HasLengths,
+    p_hip_foot: Float[np.ndarray, "*batch 3"],
+    *,
+    misprints: Collection[str] = AS_PRINTED,
+) -> Float[np.ndarray, "*batch 3"]:
+    """Joint angles of Eqs. 3 to 9 as printed, or with some of their misprints mended.
+
+    Args:
+        leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
+        p_hip_foot: Foot in the leg's hip frame [m], shape (..., 3).
+        misprints: Those left standing; with none it is the knee-up solution.
+
+    Returns:
+        Coxa, femur and tibia angles in Table 1's signs [rad], shape (..., 3); NaN where an equation
+        gives no angle.
+
+    Raises:
+        InvalidInput: There is no misprint of such a name, or a foot has not three coordinates.
+
+    Source: Eqs. 3-9 as printed. Z_offset is the body height, positive over a foot below the hip,
+    where Eq. 7 needs the height of the foot; L1 is read as the nomenclature and Eq. 10 read it,
+    as the coxa's length, where Fig. 5 needs the distance of the foot from the coxa axis.
+    """
+    left = chosen(KinematicMisprint, misprints)
+    x4, y4, z4 = MM.per_si * threes(p_hip_foot, "foot targets")
+    Lc, LF, LT = MM.per_si * np.moveaxis(leg.lengths, -1, 0)
+
+    def arctan(y: Samples, x: Samples, misprint: KinematicMisprint) -> Samples:
+        if misprint not in left:
+            return np.arctan2(y, x)
+        return np.arctan(y / x)
+
+    def root(square: Samples, misprint: KinematicMisprint) -> Samples:
+        return np.sqrt(square) if misprint in left else square
+
+    height = np.abs(z4) if KinematicMisprint.EQ_7_HEIGHT in left else z4
+    L1 = Lc + 0 * x4 if KinematicMisprint.EQ_4_DISTANCE in left else np.hypot(x4, y4)
+    # A print without an angle shows as a division by zero or a cosine beyond one.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        theta1 = arctan(y4, x4, KinematicMisprint.EQ_3_QUADRANT)
+        L = np.sqrt(height**2 + (L1 - Lc) ** 2)
+        q1 = arctan(height, L1 - Lc, KinematicMisprint.EQ_5_QUADRANT)
+        q2 = np.arccos(root(LF**2 + L**2 - LT**2, KinematicMisprint.EQ_6_ROOT) / (2 * LF * L))
+        phi = np.arccos(root(LF**2 + LT**2 - L**2, KinematicMisprint.EQ_8_ROOT) / (2 * LF * LT))
+    return np.stack([theta1, q1 + q2, phi - np.pi], axis=-1)
+
+
+def printed_dh_transform(
+    alpha: Float[np.ndarray, "*batch"],
+    a: Float[np.ndarray, "*batch"],
+    d: Float[np.ndarray, "*batch"],
+    theta: Float[np.ndarray, "*batch"],
+    *,
+    misprints: Collection[str] = AS_PRINTED,
+) -> Float[np.ndarray, "*batch 4 4"]:
+    """Transform between neighbouring frames as printed: the angle alpha stands for the length a.
+
+    Args:
+        alpha: Angle between the joint axes, about the previous x [rad].
+        a: Distance between the joint axes, along the previous x [m].
+        d: Offset along the joint axis [m].
+        theta: Joint angle [rad].
+        misprints: Those left standing.
+
+    Returns:
+        ``X_previous_next``, shape (..., 4, 4); as printed, a degree of alpha counts as a
+        millimetre.
+
+    Raises:
+        InvalidInput: There is no misprint of such a name.
+
+    Source: Eq. 1 as printed.
+    """
+    left = chosen(KinematicMisprint, misprints)
+    alpha, a, d, theta = np.broadcast_arrays(*map(np.asarray, (alpha, a, d, theta)))
+    ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
+    zero, one = np.zeros(ct.shape), np.ones(ct.shape)
+    wrong = KinematicMisprint.EQ_1_OFFSET in left
+    along = alpha * (DEG.per_si / MM.per_si) if wrong else a
+    return _matrix(
+        [ct, -st, zero, along],
+        [st * ca, ct * ca, -sa, -sa * d],
+        [st * sa, ct * sa, ca, ca * d],
+        [zero, zero, zero, one],
+    )
+
+
+def printed_leg_pose(
+    p_body_hip: Float[np.ndarray, "*batch 3"],
+    yaw: Float[np.ndarray, "*batch"],
+    *,
+    misprints: Collection[str] = AS_PRINTED,
+) -> Float[np.ndarray, "*batch 4 4"]:
+    """Pose of a leg in the body as printed: heights are lost.
+
+    Args:
+        p_body_hip: Hip in the body frame [m], shape (..., 3).
+        yaw: Direction of the leg in the body frame [rad], shape (...).
+        misprints: Those left standing.
+
+    Returns:
+        ``X_body_hip``, shape (..., 4, 4); as printed it is no rigid motion.
+
+    Raises:
+        InvalidInput: There is no misprint of such a name, or a hip has not three coordinates.
+
+    Source: Eq. 2 as printed.
+    """
+    wrong = KinematicMisprint.EQ_2_HEIGHT in chosen(KinematicMisprint, misprints)
+    x, y, z = threes(p_body_hip, "hips")
+    c, s = np.cos(yaw), np.sin(yaw)
+    zero, one = np.zeros(c.shape), np.ones(c.shape)
+    third = [zero, zero, zero, zero] if wrong else [zero, zero, one, z]
+    return _matrix([c, -s, zero, x], [s, c, zero, y], third, [zero, zero, zero, one])
+
+
+def printed_body_rotation(
+    roll: Float[np.ndarray, "*batch"],
+    pitch: Float[np.ndarray, "*batch"],
+    yaw: Float[np.ndarray, "*batch"],
+    *,
+    misprints: Collection[str] = AS_PRINTED,
+) -> Float[np.ndarray, "*batch 3 3"]:
+    """Rotation of the body in the world as printed, the paper's forward axis being y.
+
+    Args:
+        roll: Angle about the forward axis y [rad].
+        pitch: Angle about the axis x, to the right [rad].
+        yaw: Angle about the vertical [rad].
+        misprints: Those left standing; with none it is Rz(yaw) Rx(pitch) Ry(roll).
+
+    Returns:
+        ``R_world_body``, shape (..., 3, 3); as printed it is no rotation.
+
+    Raises:
+        InvalidInput: There is no misprint of such a name.
+
+    Source: T_B^G as printed.
+    """
+    wrong = KinematicMisprint.BODY_ROTATION in chosen(KinematicMisprint, misprints)
+    roll, pitch, yaw = np.broadcast_arrays(*map(np.asarray, (roll, pitch, yaw)))
+    ca, sa, cb, sb = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
+    cg, sg = np.cos(yaw), np.sin(yaw)
+    return _matrix(
+        [ca * cg - sa * sb * sg, -cb * sg, cg * sa + ca * sb * sg],
+        [ca * (cg if wrong else sg) + cg * sa * sb, cb * cg, sa * sg - ca * cg * sb],
+        [-cb * sa, sb, ca * cb],
+    )
+
+
+def _matrix(*rows: list[Samples]) -> np.ndarray:
+    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)

@@ -1,0 +1,188 @@
+"""Eqs. 10 and 11 as printed."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from phasmid import dynamics
+from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_matrices, printed_leg_torque
+from phasmid.errors import InvalidInput
+from phasmid.robot import Robot, load_robot, with_mass_model
+
+# Matrices below 1 kg·m² and torques below 10 N·m are sums of about twenty terms: round-off below
+# 20 * 2.2e-16 * 10 = 4e-14.
+ENTRY = 1e-12
+
+
+def _angles(robot: Robot, rng: np.random.Generator) -> np.ndarray:
+    return rng.uniform(-np.pi, np.pi, size=(500, len(robot.legs), 3))
+
+
+def test_the_papers_form_with_every_misprint_mended_is_the_equation_of_motion(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    robot = with_mass_model(robot, "mid-length")
+    q = _angles(robot, rng)
+    pairs = [(robot.arrays, q), *((leg, q[:, i]) for i, leg in enumerate(robot.legs))]
+    for legs, angles in pairs:
+        paper = printed_leg_matrices(legs, angles, misprints=())
+        for ours, true in zip(paper, dynamics.leg_matrices(legs, angles), strict=True):
+            np.testing.assert_allclose(ours, true, rtol=0, atol=ENTRY)
+
+
+def test_torques_with_every_misprint_mended_are_the_leg_torques(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    robot = with_mass_model(robot, "mid-length")
+    q = _angles(robot, rng)
+    qd, qdd, force = rng.uniform(-10, 10, size=(3, *q.shape))
+    motion = (robot.arrays, q, qd, qdd)
+    paper = printed_leg_torque(*motion, foot_force=force, misprints=())
+    true = dynamics.leg_torque(*motion, foot_force=force)
+    # Torques below 100 N·m here: 20 * 2.2e-16 * 100 = 4e-13.
+    np.testing.assert_allclose(paper, true, rtol=0, atol=1e-11)
+
+
+def test_m12_m13_m23_m33_b23_c32_and_gravity_are_right_as_printed(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    robot = with_mass_model(robot, "mid-length")
+    q = _angles(robot, rng)
+    printed, true = printed_leg_matrices(robot.arrays, q), dynamics.leg_matrices(robot.arrays, q)
+    right = {
+        "M": [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1), (2, 2)],
+        "B": [(0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)],
+        "C": [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 2)],
+    }
+    for part, entries in right.items():
+        for i, j in entries:
+            ours, expected = (getattr(m, part)[..., i, j] for m in (printed, true))
+            np.testing.assert_allclose(ours, expected, rtol=0, atol=ENTRY)
+    np.testing.assert_allclose(printed.G, true.G, rtol=0, atol=ENTRY)
+    # Else two zeros would agree.
+    for part, i, j in (("M", 1, 2), ("M", 2, 2), ("B", 1, 2), ("C", 2, 1)):
+        assert np.abs(getattr(printed, part)[..., i, j]).max() > 1e-6
+
+
+def test_the_printed_mass_matrix_passes_for_one_although_it_is_wrong() -> None:
+    # Within the joint limits of the paper's robot it is symmetric and positive definite, which
+    # therefore proves nothing; beyond them it is not.
+    leg = load_robot("phantomx-paper").legs[0]
+    femur, tibia = (np.radians(np.arange(*limits)) for limits in ((-100, 101), (-180, -22)))
+    q = np.stack(np.meshgrid(0.0, femur, tibia), axis=-1)
+    M = printed_leg_matrices(leg, q).M
+    np.testing.assert_array_equal(M, np.swapaxes(M, -1, -2))
+    assert np.linalg.eigvalsh(M).min() > 2e-5
+    folded_back = printed_leg_matrices(leg, np.radians([0.0, -145.0, -115.0])).M
+    assert np.linalg.eigvalsh(folded_back).min() < -1e-4
+
+
+def test_offsets_and_products_of_inertia_count_for_nothing_in_the_print(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    q = _angles(robot, rng)
+    middle = with_mass_model(robot, "mid-length")
+    for given, centred in zip(
+        printed_leg_matrices(robot.arrays, q), printed_leg_matrices(middle.arrays, q), strict=True
+    ):
+        np.testing.assert_array_equal(given, centred)
+
+
+def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng: np.random.Generator) -> None:
+    # The paper's terms in the paper's order, with θ3 = -q3; a missing plus is a product.
+    leg = load_robot("phantomx-paper").legs[0]
+    q = rng.uniform(-np.pi, np.pi, size=(100, 3))
+    t2, t3, g = q[:, 1], -q[:, 2], 9.81
+    (L1, L2, L3), (m1, m2, m3) = leg.lengths, (link.mass for link in leg.links)
+    (_, _, zz1), (xx2, yy2, zz2), (xx3, yy3, zz3) = (np.diag(k.inertia) for k in leg.links)
+    sin, cos = np.sin, np.cos
+    m23 = zz3 + L3 * m3 * (L3 / 4 + L2 * cos(t3) / 2)
+    g3 = g * L3 * m3 * cos(t2 - t3) / 2
+    entries = {
+        "M11": xx2 + xx3 / 2 + yy3 / 2 - zz1 + (yy2 - xx2) * cos(t2) ** 2
+        + cos(2 * t2 - 2 * t3) / 2 * (yy3 - xx3 + L3**2 * m3 / 8) + L3**2 * m3 / 8
+        + L1**2 * (m1 / 4 + m2 + m3) + L1 * L2 * cos(t2) * (m2 + m3)
+        + L3 * m3 * (L2 * cos(t3) / 2 + L1 * cos(t2 - t3)),
+        "M22": zz2 + L2**2 * (m2 / 4 + m3) + L3 * m3 * (L3 / 4 + L2 * cos(t3)),
+        "M23": m23,
+        "M32": m23,
+        "M33": zz3 + L3**2 * m3 / 4,
+        "B11": sin(2 * t2) / 2 * (xx2 - yy2 - L2**2 * m2 / 4 - L2**2 * m3)
+        + sin(2 * t2 - 2 * t3) / 2 * (xx3 - yy3 - L3**2 * m3 / 4)
+        - L1 * L2 * sin(t2) * (m2 / 2 + m3)
+        - L3 * m3 / 2 * (L1 * sin(t2 - t3) + L2 * sin(2 * t2 - t3)),
+        "B12": sin(2 * t2 - 2 * t3) * (xx3 - xx3 - L3**2 * m3 / 4)
+        - L3 * m3 * (L2 * sin(t3) / 2 + L1 * sin(t2 - t3) + L2 * sin(2 * t2 - t3) / 2),
+        "B23": L2 * L3 * m3 * sin(t3),
+        "C21": sin(2 * t2) / 2 * (yy2 - xx2 * L2**2 * m2 / 4 + L2**2 * m3)
+        + sin(2 * t2 - 2 * t3) / 2 * (yy3 - xx3 + L3**2 * m3 / 4) + L2 * L3 * m3 * sin(t3) / 2
+        + L3 * m3 / 2 * (L1 * sin(t2 - t3) + L2 * sin(2 * t2 - t3))
+        + L1 * L2 * sin(t2) * (m3 + m2 / 2),
+        "C23": L2 * L3 * m3 * sin(t3),
+        "C31": sin(2 * t2 - 2 * t3) / 2 * (yy3 - xx3 + L3**2 * m3 / 4)
+        + L3 * m3 / 2 * (
+            L1 * sin(t2 - t3) * L2 * sin(2 * t2 - t3) / 2 - L2 * sin(t3) / 2
+        ),
+        "C32": -L2 * L3 * m3 * sin(t3) / 2,
+        "G2": g * L2 * m2 * cos(t2) / 2 + g * L2 * m3 * cos(t2) + g3,
+        "G3": g3,
+    }  # fmt: skip
+    printed = printed_leg_matrices(leg, q)
+    for part, matrix in zip("MBCG", printed, strict=True):
+        for index in np.ndindex(matrix.shape[1:]):
+            name = part + "".join(str(i + 1) for i in index)
+            expected = np.broadcast_to(entries.get(name, 0.0), 100)
+            entry = matrix[:, *index]
+            np.testing.assert_allclose(entry, expected, rtol=0, atol=1e-15, err_msg=name)
+
+
+def test_by_default_all_thirteen_misprints_of_eq_10_stand(robot: Robot) -> None:
+    q = np.full((len(robot.legs), 3), 0.3)
+    default = printed_leg_matrices(robot.arrays, q)
+    every = printed_leg_matrices(robot.arrays, q, misprints=EQ_10)
+    assert all(np.array_equal(a, b) for a, b in zip(default, every, strict=True))
+    assert len(EQ_10) == 13
+    assert LegMisprint.THETA_3_AS_FED not in EQ_10
+
+
+def test_a_misprint_of_an_unknown_name_is_refused(robot: Robot) -> None:
+    with pytest.raises(InvalidInput, match='no misprint called "c23-twise"') as caught:
+        printed_leg_matrices(robot.arrays, np.zeros(3), misprints=["c23-twise"])
+    assert caught.value.hint == "c23-twice"
+
+
+@pytest.mark.parametrize("which", range(4))
+def test_states_of_another_number_of_joints_are_refused(which: int) -> None:
+    # In a process of its own, since the tests' type checker would refuse them first.
+    code = (
+        "import numpy as np; from phasmid import PhasmidError, load_robot\n"
+        "from phasmid.dynamics.printed import printed_leg_torque\n"
+        f"states = [np.zeros(3 - (i == {which})) for i in range(4)]\n"
+        "leg = load_robot('phantomx-paper').legs[0]\n"
+        "try: printed_leg_torque(leg, *states[:3], foot_force=states[3])\n"
+        "except PhasmidError as error: print(error)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    what = ("joint angles", "joint speeds", "joint accelerations", "foot forces")[which]
+    assert run.stdout == f"{what} have shape (2,); the last axis must have 3 entries.\n"
+
+
+def test_leg_matrices_gives_the_print_where_it_is_asked_for(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    q = _angles(robot, rng)
+    asked = dynamics.leg_matrices(robot.arrays, q, form="as-printed", gravity=3.7)
+    for ours, print_ in zip(asked, printed_leg_matrices(robot.arrays, q, gravity=3.7), strict=True):
+        np.testing.assert_array_equal(ours, print_)
+    right = dynamics.leg_matrices(robot.arrays, q, form="corrected").M
+    assert np.abs(asked.M - right).max() > 1e-4
+
+
+def test_another_form_is_refused() -> None:
+    leg = load_robot("phantomx-paper").legs[0]
+    with pytest.raises(InvalidInput, match='form is "printed"; it must be "corrected" or "as-pri'):
+        dynamics.leg_matrices(leg, np.zeros(3), form="printed")
