@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk test lint bench lock clean
+.PHONY: help setup walk paper test lint bench lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -27,6 +27,10 @@ setup: $(READY) ## make the virtual environment, from the locked versions
 
 walk: $(READY) ## run the paper's walk into results/paper
 	@"$(BIN)/phasmid" walk --out results/paper --force $(ARGS)
+
+paper: $(READY) ## grade the paper anew: docs/paper.md, docs/errata.md and their figures
+	@"$(BIN)/phasmid" paper --out docs --force $(ARGS)
+	@"$(BIN)/python" -m phasmid.paper.errata
 
 test: lint ## run every check, the tests last
 	@echo "== tests"
@@ -42,7 +46,9 @@ lint: $(READY) ## check style, types and layers
 	@"$(BIN)/lint-imports" --no-logo
 
 bench: $(READY) ## measure how fast it is
-	@"$(BIN)/python" benchmarks/run.py $(ARGS)
+	@"$(BIN)/python" benchmarks/run.py
+	@"$(BIN)/python" benchmarks/kernels.py
+	@"$(BIN)/python" benchmarks/forces.py
 
 UV_LOCK = uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --only-binary :all: \
 	--generate-hashes --no-header --no-annotate --no-emit-index-url --no-emit-find-links

@@ -7,11 +7,12 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import check, walk
+from phasmid.cli import check, paper, walk
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
+    "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "check": "is this robot or scenario file possible, and if not, why not",
 }
 
@@ -44,6 +45,11 @@ def build_parser(command: str | None) -> Parser:
     # The scenario's fields are looked up only where they are needed: it takes a while.
     if command == "walk":
         walk.add_options(walking)
+    grading = commands.add_parser(
+        "paper", help=COMMANDS["paper"], description=f"{COMMANDS['paper']}.", allow_abbrev=False
+    )
+    paper.add_options(grading)
+    grading.set_defaults(run=paper.run)
     checking = commands.add_parser(
         "check", help=COMMANDS["check"], description=f"{COMMANDS['check']}.", allow_abbrev=False
     )

@@ -1,0 +1,69 @@
+"""``phasmid paper``: reproduce the paper and grade each of its statements."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from phasmid.paper.document import Results
+
+COLOURS = {
+    "holds": "green",
+    "holds, with a limit": "yellow",
+    "does not hold": "bold red",
+    "misprinted": "red",
+    "not tested": "dim",
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the output's place."""
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        default="results/paper-graded",
+        help="where paper.md and its figures go; default: results/paper-graded",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an earlier page")
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Reproduce the paper as the options say; returns the exit status."""
+    from phasmid.paper.reproduction import reproduce
+
+    def announce(what: str) -> None:
+        if not options.quiet:
+            print(f"… {what}", file=sys.stderr, flush=True)
+
+    folder = Path(options.out)
+    results = reproduce(folder, force=options.force, announce=announce)
+    if not options.quiet:
+        _print_grades(results)
+        print(f"\nWritten to {folder}: paper.md with notes and comparisons, paper/ with figures")
+    return 0
+
+
+def _print_grades(results: Results) -> None:
+    """The statements with their grades, and how many there are of each."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False, markup=False)
+    for name, lines in results.parts.items():
+        table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="cyan")
+        table.add_column("where", width=13)
+        table.add_column("the paper says", ratio=3)
+        table.add_column("measured", ratio=4)
+        table.add_column("grade", width=11)
+        for statement, finding in lines:
+            grade = finding.grade.value
+            mark = Text(grade, style=COLOURS.get(grade, ""))
+            table.add_row(statement.where, statement.says, finding.number, mark)
+        console.print(Text(f"\n{name}", style="bold"))
+        console.print(table)
+    console.print(Text(f"\n{results.tally}", style="bold"))

@@ -1,0 +1,1 @@
+"""The paper, reproduced and graded: its statements, its misprints, and what they cost."""

@@ -1,0 +1,259 @@
+"""The page on the paper: every statement with its number, figures and comparisons."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from phasmid.paper.errata import two_digits
+from phasmid.paper.evidence import SOFT_STIFFNESS, Evidence
+from phasmid.paper.misprints import MISPRINTS
+from phasmid.paper.sharing import Grip, Share, Squeeze
+from phasmid.paper.statement import Finding, Grade, Statement
+from phasmid.paper.variants import Variant
+
+
+class Graded(NamedTuple):
+    """A statement and what came of it."""
+
+    statement: Statement
+    finding: Finding
+
+
+class Results(NamedTuple):
+    """Everything that the page shows.
+
+    Attributes:
+        parts: The graded statements under their headings.
+        variants: The stance laws and layouts.
+        shares: The force models beside the drives.
+        grips: The friction that models and simulations need.
+        squeezes: Internal forces under each drive.
+        model_torque: Rms difference of the model's torques from the simulated ones amid stance,
+            each leg and joint [N·m], shape (L, 3).
+    """
+
+    parts: dict[str, list[Graded]]
+    variants: list[Variant]
+    shares: list[Share]
+    grips: list[Grip]
+    squeezes: list[Squeeze]
+    model_torque: np.ndarray
+
+    @property
+    def tally(self) -> str:
+        """How many statements there are of each grade, a sentence."""
+        grades = [line.finding.grade for lines in self.parts.values() for line in lines]
+        counted = Counter(grades)
+        each = (f"{counted[grade]} {grade.value}" for grade in Grade if counted[grade])
+        return f"Of {len(grades)} statements: {'; '.join(each)}."
+
+
+_PAGE = """\
+# The paper, measured
+
+What IMECE2018-88226 says, statement by statement, with a number beside each. `phasmid paper`
+simulates, computes and writes all of this anew.
+
+Unless a line says otherwise the robot is `phantomx-paper`, the scenario `paper` (assumptions in
+[conventions](conventions.md)), joints are prescribed as in the paper, model forces are of minimum
+norm, and "amid stance" is the middle half of each stance. Statements are in our words.
+
+{parts}
+{count}
+
+## The paper's figures
+
+Joint angles, joint torques and normal forces, simulated and by the model.
+
+![Fig. 12](paper/fig12.png)
+![Fig. 13](paper/fig13.png)
+![Fig. 14](paper/fig14.png)
+![Fig. 15](paper/fig15.png)
+![Fig. 16](paper/fig16.png)
+
+## Two stance laws, two layouts
+
+The paper says that in support only the coxa moves, and that the robot walks straight. With corner
+legs at 45° both cannot be. The rows are the four readings: the foot on a straight line in the
+body's frame (`straight`) or moved by the coxa alone (`coxa-only`), hips as the maker mounts them or
+all square to the way. Slip is the way of a standing foot over the ground; heading is its change
+over 10 s and, after the ±, half of what it swings; torques are the largest, prescribed joints,
+simulated / by the model. Where all feet slide, as on corner legs that the coxa alone moves, the
+body goes where friction takes it.
+
+{variants}
+
+## Equation 10 as printed
+
+Each misprint has its own line in [errata](errata.md). Together, on the paper's walk and on random
+states:
+
+{misprints}
+
+![Equation 10 as printed](paper/as-printed.png)
+
+On a walk the misprints hide: in support the load on the foot makes almost all of the torque, and
+the printed part of it is small. In swing nothing hides them.
+
+## The model against the simulation
+
+Rms difference of the model's torques from the simulated ones amid stance [mN·m], prescribed joints,
+minimum-norm forces.
+
+{model}
+
+## How the ground shares the load
+
+Each force model beside three kinds of joints: prescribed ones, position servos of {soft:g} N·m/rad,
+and the AX-12A. Rms differences from the simulated forces and torques amid stance; the nearest model
+of each column is **bold**.
+
+{shares}
+
+![Forces on foot 2](paper/sharing.png)
+
+The friction that these forces need, tangential over normal, amid the stances; the margin is the
+least distance of a foot's force from the cone of the ground's friction, {friction:g}:
+
+{grips}
+
+Why do normal forces agree while tangential ones do not? Three feet give nine numbers for six
+equations. The three that are left over are squeezes of feet against each other along the lines
+between them. On level ground these lines lie level, so that a squeeze has no normal part, and
+statics alone settles the normal forces, whatever the model. How hard the feet squeeze, no equation
+of equilibrium says: the servos' give, friction, and how the feet touched down decide it. Rms per
+foot [N]:
+
+{squeezes}
+
+"Internal" is the squeeze beyond that of the minimum norm; "remainder" is what no squeeze explains,
+from a body that moves a little beside its plan. The engine's friction creeps, so that a squeeze
+fades: the time is that of a foot's friction damping against its joints' give.
+
+Joints that no load moves keep the feet where the plan has them, and what they squeeze fades at
+once: the minimum norm is near. Position servos give way like springs. Of all ways to carry a load
+on feet that stick, equal springs settle on the one that stores least energy (Castigliano), the sum
+of τ²/2k: the least sum of squares of the torques, which is `minimum-torque`. The softer the servos,
+the longer that lasts against the creep, and the nearer it comes. So: for stiff or measured joints
+use `minimum-norm`, for hobby servos `minimum-torque`; `friction-cone` and `smallest-largest-load`
+bound what the ground can give, and change nothing on a walk that is far from slipping.
+"""
+
+
+def document(results: Results, evidence: Evidence) -> str:
+    """The page, in Markdown."""
+    return _PAGE.format(
+        parts="".join(_part(name, lines) for name, lines in results.parts.items()),
+        count=results.tally,
+        variants=_variants(results.variants),
+        misprints=_misprints(),
+        model=_model_torque(results.model_torque, evidence.robot.leg_names),
+        soft=SOFT_STIFFNESS,
+        friction=evidence.scenario.terrain.friction,
+        shares=_shares(results.shares),
+        grips=_grips(results.grips),
+        squeezes=_squeezes(results.squeezes),
+    )
+
+
+def _part(name: str, lines: list[Graded]) -> str:
+    rows = []
+    for statement, finding in lines:
+        measured = finding.number + (f". {finding.note}" if finding.note else "")
+        rows.append((statement.where, statement.says, measured, finding.grade.value))
+    return f"## {name}\n\n{_table(('where', 'the paper says', 'measured', 'grade'), rows)}\n\n"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _variants(variants: list[Variant]) -> str:
+    head = ("stance law", "mounts", "way [mm]", "drift [mm]", "heading [°]", "slip a step [mm]")
+    joints = ("coxa [N·m]", "femur [N·m]", "tibia [N·m]")
+    rows = []
+    for v in variants:
+        turn, wobble = np.degrees([v.heading_change, v.heading_wobble / 2])
+        torques = [f"{a:.2f} / {b:.2f}" for a, b in zip(v.peak, v.peak_model, strict=True)]
+        rows.append(
+            (
+                v.stance_law,
+                v.mounts,
+                f"{1000 * v.distance:.0f}",
+                f"{1000 * v.drift + 0.0:.1f}",
+                f"{turn + 0.0:.2f} ± {wobble:.2f}",
+                f"{1000 * v.slip:.1f}",
+                *torques,
+            )
+        )
+    return _table((*head, *joints), rows)
+
+
+def _misprints() -> str:
+    rows = []
+    for name in ("eq-10", "theta-3-as-fed", "eq-10-as-fed", "eq-11-sign"):
+        row = next(misprint for misprint in MISPRINTS if misprint.name == name)
+        rows.append((row.where, *(two_digits(1000 * extent.largest) for extent in row.cost())))
+    head = ("largest error of a torque [mN·m]", "swing", "support", "random states")
+    return _table(head, rows)
+
+
+def _model_torque(gap: np.ndarray, names: Sequence[str]) -> str:
+    rows = []
+    for number, (name, joints) in enumerate(zip(names, gap, strict=True), 1):
+        rows.append((f"{number} {name.replace('_', ' ')}", *(f"{1000 * v:.1f}" for v in joints)))
+    return _table(("leg", "coxa", "femur", "tibia"), rows)
+
+
+def _shares(shares: list[Share]) -> str:
+    drives = list(dict.fromkeys(share.drive for share in shares))
+    models = list(dict.fromkeys(share.model for share in shares))
+    of = {(share.model, share.drive): share for share in shares}
+    kinds = {"normal": "N", "tangential": "N", "torque": "N·m"}
+    columns = [(kind, drive) for kind in kinds for drive in drives]
+    least = {
+        (kind, drive): min(getattr(of[model, drive], kind) for model in models)
+        for kind, drive in columns
+    }
+    rows = []
+    for model in models:
+        cells = []
+        for kind, drive in columns:
+            value = getattr(of[model, drive], kind)
+            # Models that differ by less than a hundredth come equally near.
+            near = value <= 1.01 * least[kind, drive]
+            cells.append(f"**{value:.3f}**" if near else f"{value:.3f}")
+        rows.append((model, *cells))
+    head = [f"{kind} [{kinds[kind]}], {drive}" for kind, drive in columns]
+    return _table(("force model", *head), rows)
+
+
+def _grips(grips: list[Grip]) -> str:
+    head = ("forces", "mean", "95 %", "largest", "margin [N]")
+    rows = [
+        (grip.source, *(f"{v:.3f}" for v in (grip.mean, grip.high, grip.largest, grip.margin)))
+        for grip in grips
+    ]
+    return _table(head, rows)
+
+
+def _squeezes(squeezes: list[Squeeze]) -> str:
+    numbers = ("tangential", "internal", "remainder", "fades in [s]")
+    head = ("joints", *numbers, "normal part of a squeeze of 1 N")
+    rows = [
+        (
+            squeeze.drive,
+            f"{squeeze.tangential:.2f}",
+            f"{squeeze.internal:.2f}",
+            f"{squeeze.remainder:.2f}",
+            f"{squeeze.fading:.1f}",
+            f"{squeeze.normal_part:.4f}",
+        )
+        for squeeze in squeezes
+    ]
+    return _table(head, rows)

@@ -1,0 +1,103 @@
+"""What the paper says of the leg's dynamics (Eqs 10 and 11, Table 2)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from phasmid import dynamics
+from phasmid.paper.errata import two_digits
+from phasmid.paper.evidence import Evidence
+from phasmid.paper.misprints import MISPRINTS, Cost, Extent, torque_error
+from phasmid.paper.statement import Finding, Grade, Statement, judged
+from phasmid.robot import with_mass_model
+
+STATES = 10_000
+"""Random states per leg on which equations are compared."""
+
+AGREEMENT = 1e-10
+"""Torques [N·m] of two ways that agree: row 10 of the physics tests."""
+
+
+def as_printed(name: str) -> Finding:
+    """What a row of the table of misprints costs."""
+    row = next(misprint for misprint in MISPRINTS if misprint.name == name)
+    cost = row.cost()
+    unit = "N·m" if row.error is torque_error else "m"
+    swing, support, random = (_words(extent, unit) for extent in cost)
+    return Finding(
+        f"as printed, wrong by {swing} in swing, {support} in support, {random} on random states",
+        Grade.MISPRINTED if max(_sizes(cost)) > AGREEMENT else Grade.HOLDS,
+        f"Right: {row.right}.",
+    )
+
+
+def _sizes(cost: Cost) -> list[float]:
+    """The errors; where the print gives nothing at all, without bound."""
+    return [np.inf if np.isnan(extent.largest) else extent.largest for extent in cost]
+
+
+def _words(extent: Extent, unit: str) -> str:
+    if np.isnan(extent.largest):
+        return "everything (no angle at all)"
+    lost = f" (no angle for {two_digits(100 * extent.without_angle)} %)"
+    return f"{two_digits(1000 * extent.largest)} m{unit}{lost if extent.without_angle else ''}"
+
+
+def two_methods(evidence: Evidence) -> Finding:
+    """The closed form, from Lagrange's equations, against Newton and Euler's recursion."""
+    robot = evidence.robot
+    rng, shape = np.random.default_rng(4), (STATES, len(robot.legs), 3)
+    q = rng.uniform(-np.pi, np.pi, shape)
+    qd, qdd = 5 * rng.normal(size=shape), 20 * rng.normal(size=shape)
+    closed = dynamics.leg_torque(robot.arrays, q, qd, qdd)
+    still = dynamics.BodyMotion.at_rest()
+    recursive = dynamics.inverse_dynamics(robot, still, q, qd, qdd).joint_torque
+    miss = np.abs(closed - recursive).max()
+    return judged(
+        bool(miss < AGREEMENT),
+        f"{miss:.0e} N·m apart at most, on {STATES} random states a leg",
+        "The corrected Eq. 10, with Table 2 in full.",
+    )
+
+
+def uncoupled(evidence: Evidence) -> Finding:
+    """The coxa's coupling m12 and m13, with Table 2 in full and with masses at mid-length."""
+    q = np.random.default_rng(5).uniform(-np.pi, np.pi, (STATES, 3))
+    sizes = []
+    for robot in (evidence.robot, with_mass_model(evidence.robot, "mid-length")):
+        M = dynamics.leg_matrices(robot.legs[0], q).M
+        sizes.append((np.abs(M[:, 0, 1:]).max(), M[:, 0, 0].max()))
+    (full, m11), (middle, _) = sizes
+    return Finding(
+        f"{middle:.0e} kg·m² with masses at mid-length; with Table 2 up to {full:.1e}, beside an "
+        f"m11 of up to {m11:.1e}",
+        Grade.WITH_A_LIMIT if middle == 0 else Grade.FAILS,
+        "Table 2 puts femur and tibia's centres of mass 20 mm beside the leg's plane.",
+    )
+
+
+def weight(evidence: Evidence) -> Finding:
+    """Weight of the legs by Table 2, and what is left for the trunk."""
+    robot = evidence.robot
+    legs = float(robot.arrays.mass.sum()) * evidence.scenario.model.gravity
+    total = robot.mass * evidence.scenario.model.gravity
+    return judged(
+        abs(total - 26) < 0.05,
+        f"six legs {legs:.2f} N, which leaves {total - legs:.2f} N for the trunk",
+        "Read off, not measured: the trunk takes what the legs leave of 26 N.",
+    )
+
+
+EQUATIONS = (
+    Statement("Eq 1", "the transform between two links", lambda _: as_printed("eq-1-offset")),
+    Statement("Eq 2", "the pose of a leg in the body", lambda _: as_printed("eq-2-height")),
+    Statement("T_B^G", "the body's rotation", lambda _: as_printed("body-rotation")),
+    Statement("Eqs 3-9", "the inverse kinematics", lambda _: as_printed("eqs-3-to-9")),
+    Statement("Eq 10", "M, B, C and G of a leg", lambda _: as_printed("eq-10")),
+    Statement("Eq 10", "Newton-Euler and Lagrange lead to the same", two_methods),
+    Statement("Eq 10", "the coxa is not coupled: m12 = m13 = 0", uncoupled),
+    Statement("Eq 11", "the ground enters as + JᵀF", lambda _: as_printed("eq-11-sign")),
+    Statement("Table 2", "inertias in 10⁻⁶ g·mm²", lambda _: as_printed("table-2-unit")),
+    Statement("Table 2", "the robot weighs about 26 N", weight),
+)
+"""In the paper's order."""

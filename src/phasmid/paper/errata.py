@@ -1,0 +1,158 @@
+"""``python -m phasmid.paper.errata`` writes docs/errata.md from the table of misprints."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from phasmid.dynamics import leg_matrices
+from phasmid.errors import OutputError, PhasmidError
+from phasmid.paper.misprints import MISPRINTS, SLIPS, Extent, Misprint, torque_error
+from phasmid.paper.states import (
+    FARTHEST_ROLL,
+    FASTEST,
+    LARGEST_FORCE,
+    RANDOM_STATES,
+    STRONGEST,
+)
+from phasmid.robot import load_robot
+
+ROUND_OFF = 1e-9
+"""Errors below this are round-off [mm or mN·m]."""
+
+_TEXT = """\
+# The paper's misprints
+
+Equations of IMECE2018-88226 as printed, and what stands in phasmid instead. This page is written
+by `python -m phasmid.paper.errata` from the table in `phasmid.paper.misprints`; a test holds the
+two together.
+
+Each line tells what this misprint alone costs, all others mended: the largest error in swing and in
+stance on the paper's walk, and on random states. The robot is `phantomx-paper` with its masses as
+Eq 10 assumes (`mass_model = "mid-length"`), so that only the print makes a difference; feet are
+loaded with the forces of least norm. Random are {states} states of each leg: the coxa all around,
+femur and tibia within their limits, feet outside the coxa axis, speeds to {speed} rad/s,
+accelerations to {acceleration} rad/s², foot forces to {force} N along each axis, rolls and pitches
+to {roll}°, yaws all around.
+
+`kinematics.printed` and `dynamics.printed` compute every equation as printed, with all its
+misprints or with any of them, for study; they are never used unless asked for by name.
+
+## Frames and kinematics
+
+Largest error of a foot's place [mm]. The prints mix lengths with angles or with squares of lengths,
+so that they depend on the unit: here that of Table 1, millimetres and degrees. "None in 10 %" means
+that the print gives no angle at all for that part of the states.
+
+{kinematics}
+
+## Dynamics of a leg
+
+Largest error of a joint's torque [mN·m]. θ3 of the printed sines and cosines is minus that of
+Table 1, while speeds and accelerations keep Table 1's sign: so read, m23, m33, b23, c32 and G are
+right as printed. Where a plus is missing, the factors that then stand side by side are multiplied.
+`python -m phasmid.derivation` derives the equation twice, by Newton-Euler and by Lagrange, and
+prints it, corrected, in the paper's form.
+
+{dynamics}
+
+Slips that change no number, but want reading with care:
+
+{slips}
+
+## How each was shown
+
+By tests that fail for the printed form and hold for the right one, in `tests/paper`:
+
+- *equation of motion*: the power of the joints is the rate of the leg's energy; the torques are
+  those of the recursion over the whole robot; the entry is that of Lagrange's equations, derived
+  in symbols. That the mass matrix is positive definite proves nothing: within the joint limits of
+  `phantomx-paper` the printed one is, too.
+- *loaded foot*: the same with a force on the foot, whose power counts.
+- *rigid body*: no link has radii of gyration below a thousandth of its length.
+- *chain*: the frames of Table 1, one after another, end at the foot.
+- *rotation*: its columns are orthogonal unit vectors.
+- *round trip*: the angles put the foot where it was asked for.
+
+## Centres of mass
+
+Table 2 itself puts the femur's and tibia's centres of mass 20 mm beside the leg's plane. With them,
+m12 and m13 are not zero: up to {m12} and {m13} kg·m², beside an m11 of up to {m11} kg·m². The
+closed form of `phasmid.dynamics.leg_matrices` holds for any centre of mass and any inertia, so both
+readings are computed exactly.
+"""
+
+
+def errata() -> str:
+    """The page of misprints, in Markdown; its numbers have two digits on any machine."""
+    kinematic = [row for row in MISPRINTS if row.error is not torque_error]
+    dynamic = [row for row in MISPRINTS if row.error is torque_error]
+    around = np.radians(np.arange(-180.0, 180.0))
+    q = np.stack(np.meshgrid(0.0, around, around), axis=-1)
+    M = np.abs(leg_matrices(load_robot("phantomx-paper").legs[0], q).M)
+    m11, m12, m13 = (f"{value:.1e}".replace("e-0", "e-") for value in M[..., 0, :].max((0, 1, 2)))
+    return _TEXT.format(
+        states=RANDOM_STATES,
+        speed=f"{FASTEST:g}",
+        acceleration=f"{STRONGEST:g}",
+        force=f"{LARGEST_FORCE:g}",
+        roll=f"{math.degrees(FARTHEST_ROLL):g}",
+        kinematics=_table(kinematic),
+        dynamics=_table(dynamic),
+        slips=_lines(("where", "printed", "meant"), SLIPS),
+        m11=m11,
+        m12=m12,
+        m13=m13,
+    )
+
+
+def _table(rows: Iterable[Misprint]) -> str:
+    head = ("where", "printed", "right", "swing", "stance", "random", "shown by")
+    body = []
+    for row in rows:
+        costs = map(_words, row.cost())
+        body.append((row.where, row.printed, row.right, *costs, str(row.proof)))
+    return _lines(head, body)
+
+
+def _lines(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _words(extent: Extent) -> str:
+    if math.isnan(extent.largest):
+        return "no angle"
+    largest = two_digits(1000 * extent.largest)
+    if extent.without_angle == 0:
+        return largest
+    return f"{largest}, none in {two_digits(100 * extent.without_angle)} %"
+
+
+def two_digits(value: float) -> str:
+    """A number with two significant digits, without an exponent; round-off is 0."""
+    return "0" if abs(value) < ROUND_OFF else f"{float(f'{value:.2g}'):g}"
+
+
+def main(path: str = "docs/errata.md") -> int:
+    """Write the page; the exit status is 1 where it cannot be written."""
+    try:
+        try:
+            Path(path).write_text(errata(), encoding="utf-8")
+        except OSError as error:
+            raise OutputError(
+                f"{path} cannot be written: {error.strerror or error}.",
+                hint="run it in the folder that holds docs",
+            ) from None
+    except PhasmidError as error:
+        sys.stderr.write(f"phasmid: {error}\n")
+        return error.exit_status
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:2]))

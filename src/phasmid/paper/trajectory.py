@@ -1,0 +1,114 @@
+"""What the paper says of the legs' trajectories (Fig. 12)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from phasmid import kinematics
+from phasmid.paper.evidence import Evidence
+from phasmid.paper.statement import Finding, Statement, judged
+
+EXACT = 1e-9
+"""Angles [rad], lengths [m] and times [s] that differ by less are equal."""
+
+NOTABLE = 0.1
+"""An angle that a reader of Fig. 12 might still see [°]."""
+
+FIRST, SECOND = (0, 2, 4), (1, 3, 5)
+"""The two tripods, as indices: legs 1, 3, 5 and 2, 4, 6."""
+
+
+def inputs(evidence: Evidence) -> Finding:
+    """The four inputs, as found in the planned feet."""
+    trial = evidence.walk
+    walk = trial.walk
+    p = kinematics.body_from_hip(
+        walk.robot, kinematics.foot_position(walk.robot.arrays, walk.q[:2001])
+    )
+    stroke, lift = np.ptp(p[..., 0], axis=0), np.ptp(p[..., 2], axis=0)
+    samples = evidence.scenario.stride.samples
+    return judged(
+        bool(np.abs(stroke - 0.040).max() < EXACT and np.abs(lift - 0.030).max() < 1e-6),
+        f"feet travel {1000 * stroke.mean():.3f} mm and lift {1000 * lift.mean():.3f} mm, "
+        f"in a cycle of {evidence.scenario.stride.period:g} s and {samples} samples",
+        "The reading taken: 40 mm a half cycle in the body's frame, both ends of a cycle sampled.",
+    )
+
+
+def smooth(evidence: Evidence) -> Finding:
+    """Largest jump of speed and acceleration at the switches, the limit from both sides."""
+    walk = evidence.walk.walk
+    switches, h = np.arange(1.0, 9.5, 1.0), 1e-9
+    before, after = walk.sample(switches - h), walk.sample(switches + h)
+    speed = np.abs(after.qd - before.qd).max()
+    acceleration = np.abs(after.qdd - before.qdd).max()
+    # Within 2e-9 s a jerk of 1e3 rad/s³ changes the acceleration by 2e-6.
+    return judged(
+        bool(speed < 1e-6 and acceleration < 1e-5),
+        f"at the switches speeds jump by {speed:.0e} rad/s, accelerations by "
+        f"{acceleration:.0e} rad/s²",
+    )
+
+
+def first_half(evidence: Evidence) -> Finding:
+    """Which legs stand in the first second, and in the next."""
+    trial = evidence.walk
+    time, stance = trial.walk.time, trial.walk.stance
+    first = (time % 2.0) < 1.0 - EXACT
+    good = (
+        not stance[first][:, FIRST].any()
+        and stance[first][:, SECOND].all()
+        and stance[~first][:, FIRST].all()
+        and not stance[~first][:, SECOND].any()
+    )
+    share = np.mean(stance[:, FIRST] == ~first[:, None])
+    return judged(bool(good), f"{100 * share:.0f} % of {len(time)} samples as it says")
+
+
+def coxa_only(evidence: Evidence) -> Finding:
+    """How far femur and tibia turn in support, on a straight line and by the paper's words."""
+    sizes = []
+    for law in ("straight", "coxa-only"):
+        walk = evidence.variant(law, "as-given").walk
+        standing = walk.stance[:1000, 1]
+        angles = walk.q[:1000][standing][:, SECOND, 1:]
+        sizes.append(np.degrees(np.ptp(angles, axis=0)).max(axis=0))
+    (femur, tibia), words = sizes
+    slip = evidence.variant("coxa-only", "as-given").summary["slip"]["mean"]
+    return judged(
+        bool(max(femur, tibia) < NOTABLE),
+        f"on a straight line femur {femur:.1f}°, tibia {tibia:.1f}°; by the coxa alone "
+        f"{words.max():.0e}°, and feet slip {1000 * slip:.1f} mm a step",
+        "A foot that the coxa alone moves draws an arc about the hip; feet that do not slip on a "
+        "straight walk need all three joints. Both laws can be walked.",
+    )
+
+
+def repeats(evidence: Evidence) -> Finding:
+    """Difference of the angles one cycle later."""
+    q = evidence.walk.walk.q
+    miss = np.abs(q[2000:] - q[:-2000]).max()
+    return judged(bool(miss < EXACT), f"angles one cycle later differ by {miss:.0e} rad")
+
+
+def reverses(evidence: Evidence) -> Finding:
+    """Leg 2 half a cycle later against leg 5, mirrored."""
+    q = evidence.walk.walk.q
+    # Leg 2 is leg 5's mirror image: the coxa's sign turns round.
+    miss = np.abs(q[1000:, 1] * [-1, 1, 1] - q[:-1000, 4]).max()
+    return judged(bool(miss < EXACT), f"leg 2 half a cycle later is leg 5 within {miss:.0e} rad")
+
+
+TRAJECTORY = (
+    Statement("Fig 6", "inputs are 40 mm, 30 mm, 2 s and 41 samples", inputs),
+    Statement("results", "a polynomial of fifth degree makes the trajectory smooth", smooth),
+    Statement(
+        "Fig 12",
+        "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 bear, then reversed",
+        first_half,
+    ),
+    Statement("Fig 12", "in support only the coxa moves", coxa_only),
+    Statement("Fig 12", "the trajectory repeats every 2 s", repeats),
+    Statement("Fig 12", "the tripods change roles each half cycle", reverses),
+)
+"""In the paper's order."""

@@ -1,0 +1,97 @@
+"""The whole paper in one command, and the page in docs that it wrote."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from phasmid.cli import main
+from phasmid.errors import InvalidInput, OutputError
+from phasmid.paper.reproduction import FIGURES, STATEMENTS, check_place
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
+
+
+def _words(text: str) -> str:
+    return NUMBER.sub("#", text.replace("**", ""))
+
+
+def _alike(ours: str, theirs: str) -> bool:
+    """Whether two printed numbers tell the same.
+
+    Round-off (below 1e-9) may be any round-off. What was simulated depends on the machine's
+    arithmetic from the first impact on: the servos' runs, which slide most, differ by some percent
+    from one time step to a smaller one, so that 5 % and two units in the last printed digit are
+    left to it.
+    """
+    a, b = abs(float(ours)), abs(float(theirs))
+    if max(a, b) < 1e-9:
+        return True
+    decimals = min(len(text.partition(".")[2]) for text in (ours, theirs))
+    unit = 10.0**-decimals if "e" not in ours + theirs else 0.0
+    return abs(a - b) <= 0.05 * max(a, b) + 2 * unit
+
+
+@pytest.mark.slow
+def test_the_command_writes_the_page_that_stands_in_docs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "out"
+    assert main(["paper", "--out", str(folder)]) == 0
+    page = (folder / "paper.md").read_text(encoding="utf-8")
+    kept = (DOCS / "paper.md").read_text(encoding="utf-8")
+    assert _words(page) == _words(kept), "make paper writes it anew"
+    pairs = list(zip(NUMBER.findall(page), NUMBER.findall(kept), strict=True))
+    assert len(pairs) > 200
+    assert [pair for pair in pairs if not _alike(*pair)] == []
+
+    pictures = {f"{name}.png" for name in FIGURES}
+    assert {path.name for path in (folder / "paper").iterdir()} == pictures
+    assert {path.name for path in (DOCS / "paper").iterdir()} == pictures
+    assert {path.name for path in folder.iterdir()} == {"paper.md", "paper"}
+    for name in pictures:
+        assert f"paper/{name}" in page
+
+    shown = " ".join(capsys.readouterr().out.split())
+    count = sum(map(len, STATEMENTS.values()))
+    assert f"Of {count} statements: " in shown
+    for part in STATEMENTS:
+        assert part in shown
+        assert f"## {part}" in page
+
+
+def test_an_earlier_page_is_not_replaced_unasked(tmp_path: Path) -> None:
+    (tmp_path / "paper.md").write_text("mine")
+    with pytest.raises(InvalidInput, match=r"paper\.md exists; nothing was written"):
+        check_place(tmp_path)
+    check_place(tmp_path, force=True)
+    assert (tmp_path / "paper.md").read_text() == "mine"
+
+
+def test_a_folder_of_other_things_is_never_replaced(tmp_path: Path) -> None:
+    (tmp_path / "paper").mkdir()
+    (tmp_path / "paper" / "thesis.tex").write_text("mine")
+    with pytest.raises(InvalidInput, match="holds other things than the paper's figures"):
+        check_place(tmp_path, force=True)
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot write"):
+        check_place(tmp_path / "file" / "folder")
+    assert main(["paper", "--out", str(tmp_path / "file"), "--quiet"]) == 1
+    assert "cannot write" in capsys.readouterr().err
+
+
+def test_an_earlier_page_is_refused_by_the_command_before_it_works(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "paper.md").write_text("mine")
+    assert main(["paper", "--out", str(tmp_path), "--quiet"]) == 2
+    assert "exists; nothing was written" in capsys.readouterr().err
