@@ -1,0 +1,332 @@
+"""What one sample costs: phasmid's kernels beside Pinocchio and MuJoCo, on the same states.
+
+All in one run and on one core, taking turns; read the ratios. A time is that of the quickest
+round, which other work on the machine disturbed least.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from phasmid import batch, dynamics, kinematics
+from phasmid.robot import Leg, load_robot
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from dynamics.mujoco_model import mujoco_model
+from dynamics.pinocchio_model import free_state, pinocchio_leg, pinocchio_model
+
+ROUNDS = 15
+LOOP = 2000
+"""Samples of whatever runs in a Python loop."""
+
+Row = tuple[Callable[[], object], int]
+
+
+def quickest(rows: dict[str, Row]) -> dict[str, float]:
+    """Seconds per sample of the quickest round of each, taking turns."""
+    best = dict.fromkeys(rows, np.inf)
+    for turn in range(ROUNDS + 1):
+        for name, (work, count) in rows.items():
+            start = time.perf_counter()
+            work()
+            if turn:
+                best[name] = min(best[name], (time.perf_counter() - start) / count)
+    return best
+
+
+def table(title: str, rows: dict[str, Row], ours: str) -> dict[str, float]:
+    """Print a comparison; returns nanoseconds per sample."""
+    found = {name: 1e9 * seconds for name, seconds in quickest(rows).items()}
+    print(title)
+    for name, nanoseconds in found.items():
+        print(f"  {name:<48} {nanoseconds:12,.1f} ns {nanoseconds / found[ours]:10,.1f} x")
+    return found
+
+
+def loop(call: Callable[..., object], *arrays: np.ndarray) -> Callable[[], None]:
+    """Calls a function for each of the first samples."""
+    states = list(zip(*(a[:LOOP] for a in arrays), strict=True))
+
+    def work() -> None:
+        for state in states:
+            call(*state)
+
+    return work
+
+
+def random_states(samples: int, *shape: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(0)
+    q = rng.uniform([-1.5, -1.0, -2.2], [1.5, 1.0, -0.2], (samples, *shape, 3))
+    return q, 5 * rng.normal(size=q.shape), 20 * rng.normal(size=q.shape)
+
+
+def leg_dynamics(samples: int) -> dict[str, float]:
+    robot = load_robot("phantomx-paper")
+    leg = robot.legs[0]
+    q, qd, qdd = random_states(samples)
+    out, force = np.empty_like(q), qd
+    model = pinocchio_leg(leg)
+    data, pool = model.createData(), pin.ModelPool(model, 1)
+    columns, tau = [v.T for v in (q, qd, qdd)], np.empty((3, samples), order="F")
+    fixed = mujoco_model(robot, free=False)
+    state = mujoco.MjData(fixed)
+
+    def mj_inverse(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> None:
+        state.qpos, state.qvel, state.qacc = q, qd, qdd
+        mujoco.mj_inverse(fixed, state)
+
+    six = [v.reshape(-1, 18) for v in random_states(LOOP, 6)]
+    rows: dict[str, Row] = {
+        "phasmid.batch": (lambda: batch.leg_torque(leg, q, qd, qdd, out=out), samples),
+        "phasmid.batch, two threads": (
+            lambda: batch.leg_torque(leg, q, qd, qdd, out=out, threads=2),
+            samples,
+        ),
+        "phasmid.batch, with foot force": (
+            lambda: batch.leg_torque(leg, q, qd, qdd, foot_force=force, out=out),
+            samples,
+        ),
+        "phasmid.dynamics (NumPy)": (lambda: dynamics.leg_torque(leg, q, qd, qdd), samples),
+        "Pinocchio rneaInParallel, one thread": (
+            lambda: pin.rneaInParallel(1, pool, *columns, tau),
+            samples,
+        ),
+        "Pinocchio rnea in a Python loop": (
+            loop(lambda *s: pin.rnea(model, data, *s), q, qd, qdd),
+            LOOP,
+        ),
+        "MuJoCo mj_inverse in a loop, six legs / 6": (loop(mj_inverse, *six), 6 * LOOP),
+    }
+    found = table("inverse dynamics, per leg and sample", rows, "phasmid.batch")
+    error = np.abs(batch.leg_torque(leg, q, qd, qdd) - tau.T).max()
+    print(f"  largest difference from Pinocchio {error:.1e} N m")
+    return found | {"difference_from_pinocchio": float(error)}
+
+
+def whole_robot(samples: int) -> dict[str, float]:
+    robot = load_robot("phantomx-paper")
+    q, qd, qdd = random_states(samples, 6)
+    rng = np.random.default_rng(1)
+    quaternion = rng.normal(size=(samples, 4))
+    quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    p, v, w, a, dw = rng.normal(size=(5, samples, 3))
+    body = dynamics.BodyMotion(p, kinematics.quaternion_rotation(quaternion), v, w, a, dw)
+    model = pinocchio_model(robot, free=True)
+    data, pool = model.createData(), pin.ModelPool(model, 1)
+    states = free_state(body, q, qd, qdd)
+    columns, tau = [s.T for s in states], np.empty((model.nv, samples), order="F")
+    free = mujoco_model(robot, free=True)
+    state = mujoco.MjData(free)
+
+    def mj_inverse(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> None:
+        state.qpos, state.qvel, state.qacc = q, qd, qdd
+        mujoco.mj_inverse(free, state)
+
+    rows: dict[str, Row] = {
+        "phasmid.batch": (lambda: batch.inverse_dynamics(robot, body, q, qd, qdd), samples),
+        "phasmid.batch, two threads": (
+            lambda: batch.inverse_dynamics(robot, body, q, qd, qdd, threads=2),
+            samples,
+        ),
+        "phasmid.dynamics (NumPy)": (
+            lambda: dynamics.inverse_dynamics(robot, body, q, qd, qdd),
+            samples,
+        ),
+        "Pinocchio rneaInParallel, one thread": (
+            lambda: pin.rneaInParallel(1, pool, *columns, tau),
+            samples,
+        ),
+        "Pinocchio rnea in a Python loop": (
+            loop(lambda *s: pin.rnea(model, data, *s), *states),
+            LOOP,
+        ),
+        "MuJoCo mj_inverse in a Python loop": (loop(mj_inverse, *states), LOOP),
+    }
+    found = table("inverse dynamics of the free robot, per sample", rows, "phasmid.batch")
+    torque = batch.inverse_dynamics(robot, body, q, qd, qdd).joint_torque
+    error = np.abs(torque.reshape(samples, -1) - tau.T[:, 6:]).max()
+    print(f"  largest difference from Pinocchio {error:.1e} N m")
+    return found | {"difference_from_pinocchio": float(error)}
+
+
+def newton(leg: Leg) -> Callable[[np.ndarray], tuple[np.ndarray, int]]:
+    """Newton's method on Pinocchio's kinematics, damped while far, from the neutral pose."""
+    model = pinocchio_leg(leg)
+    data, foot = model.createData(), model.getFrameId("foot_0")
+    start, axes = kinematics.joint_angles(leg, leg.neutral_foot), pin.LOCAL_WORLD_ALIGNED
+
+    def solve(goal: np.ndarray) -> tuple[np.ndarray, int]:
+        q = start.copy()
+        iterations = 0
+        while iterations < 100:
+            J = pin.computeFrameJacobian(model, data, q, foot, axes)[:3]
+            pin.updateFramePlacement(model, data, foot)
+            miss = goal - data.oMf[foot].translation
+            size = miss @ miss
+            if size < 1e-24:
+                break
+            iterations += 1
+            q += np.linalg.solve(J.T @ J + min(0.01 * size, 1e-4) * np.eye(3), J.T @ miss)
+        return q, iterations
+
+    return solve
+
+
+def leg_kinematics(samples: int) -> dict[str, float]:
+    leg = load_robot("phantomx-paper").legs[0]
+    q, *_ = random_states(samples)
+    p = batch.foot_position(leg, q)
+    out, J = np.empty_like(q), np.empty((samples, 3, 3))
+    solve = newton(leg)
+    rows: dict[str, Row] = {
+        "inverse, phasmid.batch": (lambda: batch.joint_angles(leg, p, out=out), samples),
+        "inverse, phasmid.kinematics (NumPy)": (lambda: kinematics.joint_angles(leg, p), samples),
+        "inverse, Newton on Pinocchio in a Python loop": (loop(solve, p), LOOP),
+        "foot, phasmid.batch": (lambda: batch.foot_position(leg, q, out=out), samples),
+        "foot, phasmid.kinematics (NumPy)": (lambda: kinematics.foot_position(leg, q), samples),
+        "Jacobian, phasmid.batch": (lambda: batch.jacobian(leg, q, out=J), samples),
+        "Jacobian, phasmid.kinematics (NumPy)": (lambda: kinematics.jacobian(leg, q), samples),
+    }
+    found = table("kinematics, per leg and sample", rows, "inverse, phasmid.batch")
+    error = np.abs(kinematics.foot_position(leg, batch.joint_angles(leg, p)) - p).max()
+    solved, iterations = zip(*map(solve, p[:LOOP]), strict=True)
+    misses = np.abs(kinematics.foot_position(leg, np.array(solved)) - p[:LOOP]).max(axis=-1)
+    reached = misses < 1e-11
+    print(f"  closed form: the foot is {error:.1e} m from its goal at most")
+    print(
+        f"  Newton: {np.mean(iterations):.1f} iterations on average; {reached.sum()} of {LOOP} "
+        f"goals reached, within {misses[reached].max():.1e} m"
+    )
+    return found | {
+        "closed_form_error_m": float(error),
+        "newton_iterations": float(np.mean(iterations)),
+        "newton_reached": float(reached.mean()),
+        "newton_error_m": float(misses[reached].max()),
+    }
+
+
+FIRST_CALLS = """
+import json, time
+import numpy as np
+import phasmid
+from phasmid import batch, dynamics
+robot = phasmid.load_robot("phantomx-paper")
+leg, q, Q = robot.legs[0], np.full((9, 3), -0.5), np.full((9, 6, 3), -0.5)
+calls = {
+    "leg_torque": lambda: batch.leg_torque(leg, q, q, q),
+    "leg_torque with foot force": lambda: batch.leg_torque(leg, q, q, q, foot_force=q),
+    "foot_position": lambda: batch.foot_position(leg, q),
+    "jacobian": lambda: batch.jacobian(leg, q),
+    "joint_angles": lambda: batch.joint_angles(leg, leg.neutral_foot),
+    "inverse_dynamics": lambda: batch.inverse_dynamics(
+        robot, dynamics.BodyMotion.at_rest(), Q, Q, Q),
+}
+start = time.perf_counter()
+batch.backend()
+found = {"import of numba": time.perf_counter() - start}
+for name, call in calls.items():
+    start = time.perf_counter()
+    call()
+    found[name] = time.perf_counter() - start
+print(json.dumps(found))
+"""
+
+
+def first_calls() -> dict[str, dict[str, float]]:
+    """Seconds of the first call of each function, before and after numba has filled its cache."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for when in ("compiled", "from the cache"):
+            run = subprocess.run(
+                [sys.executable, "-c", FIRST_CALLS],
+                env=os.environ | {"NUMBA_CACHE_DIR": folder},
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+            found[when] = json.loads(run.stdout)
+    print(f"first call, seconds{'compiled':>21}{'from the cache':>17}")
+    for name, seconds in found["compiled"].items():
+        print(f"  {name:<28} {seconds:9.2f} {found['from the cache'][name]:16.2f}")
+    return found
+
+
+MEMORY = """
+import sys
+from pathlib import Path
+import numpy as np
+import phasmid
+from phasmid import batch
+if sys.argv[2] == "NumPy":
+    sys.modules["numba"] = None
+def peak():
+    # A process's own; that of getrusage may be its parent's.
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+leg = phasmid.load_robot("phantomx-paper").legs[0]
+small = np.full((9, 3), 0.4)
+batch.leg_torque(leg, small, small, small)
+before = peak()
+q, qd, qdd = (np.full((int(sys.argv[1]), 3), 0.4) for _ in range(3))
+batch.leg_torque(leg, q, qd, qdd)
+print((peak() - before) / (3 * q.nbytes))
+"""
+
+
+def memory(samples: int) -> dict[str, float]:
+    """Peak memory of leg_torque with its inputs, as a multiple of the inputs (Linux)."""
+    found = {}
+    for backend in ("numba", "NumPy"):
+        run = [sys.executable, "-c", MEMORY, str(samples), backend]
+        found[backend] = float(subprocess.check_output(run, text=True))
+        print(f"memory of {samples:.0e} leg-samples, {backend}: {found[backend]:.2f} x the inputs")
+    return found
+
+
+def machine() -> dict[str, object]:
+    """What it was measured on."""
+    cpu = platform.processor()
+    if Path("/proc/cpuinfo").exists():
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        cpu = next((x.split(":", 1)[1].strip() for x in lines if x.startswith("model name")), cpu)
+    return {
+        "cpu": cpu,
+        "cores": os.cpu_count(),
+        "python": platform.python_version(),
+        "backend": batch.backend(),
+        "numpy": np.__version__,
+        "pinocchio": pin.__version__,
+        "mujoco": mujoco.__version__,
+    }
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("results/benchmark.json"))
+    parser.add_argument("--samples", type=int, default=1_000_000)
+    parser.add_argument("--memory", type=int, default=10_000_000, help="samples; 0 for none")
+    arguments = parser.parse_args()
+    results: dict[str, object] = {"machine": machine(), "samples": arguments.samples}
+    print(", ".join(f"{key} {value}" for key, value in machine().items()))
+    results["leg_dynamics_ns"] = leg_dynamics(arguments.samples)
+    results["whole_robot_ns"] = whole_robot(arguments.samples // 10)
+    results["leg_kinematics_ns"] = leg_kinematics(arguments.samples)
+    results["first_calls_s"] = first_calls()
+    if arguments.memory and Path("/proc/self/status").exists():
+        results["memory_of_inputs"] = memory(arguments.memory)
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    arguments.out.write_text(json.dumps(results, indent=2) + "\n")
+    print(f"written to {arguments.out}")

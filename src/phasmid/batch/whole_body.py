@@ -1,0 +1,97 @@
+"""Inverse dynamics of the whole robot over any number of samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid import dynamics
+from phasmid.batch.arguments import numbers
+from phasmid.batch.evaluation import evaluate
+from phasmid.dynamics import BodyMotion, JointTorqueAndWrench
+from phasmid.dynamics.whole_body import leading_axes
+from phasmid.robot import Robot
+from phasmid.units import STANDARD_GRAVITY
+
+
+def inverse_dynamics(
+    robot: Robot,
+    body: BodyMotion,
+    q: Float[np.ndarray, "*#batch legs 3"],
+    qd: Float[np.ndarray, "*#batch legs 3"],
+    qdd: Float[np.ndarray, "*#batch legs 3"],
+    *,
+    foot_force: Float[np.ndarray, "*#batch legs 3"] | None = None,
+    gravity: float = STANDARD_GRAVITY,
+    threads: int | None = 1,
+) -> JointTorqueAndWrench:
+    """Joint torques, and what must hold the trunk, as ``dynamics.inverse_dynamics``.
+
+    Args:
+        robot: The robot, L legs.
+        body: Pose and motion of the trunk; its leading axes broadcast against those of q.
+        q: Joint angles [rad], shape (..., L, 3).
+        qd: Joint speeds [rad/s], shape (..., L, 3).
+        qdd: Joint accelerations [rad/s²], shape (..., L, 3).
+        foot_force: Force of the ground on each foot in world axes [N], shape (..., L, 3);
+            none by default.
+        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+        threads: Threads to use; None for one per core.
+
+    Returns:
+        Joint torques, shape (..., L, 3), and the wrench on the trunk, shape (..., 6).
+
+    Raises:
+        InvalidInput: A shape or ``threads`` does not fit.
+    """
+    count = len(robot.legs)
+    force = np.zeros((count, 3)) if foot_force is None else foot_force
+    joints = numbers(q=q, qd=qd, qdd=qdd, foot_force=force)
+    lead = leading_axes(robot, body, **joints)
+    gravities = np.full(count, float(gravity))
+    arrays, trunk = robot.arrays, robot.body
+
+    def readable(
+        rotation: np.ndarray,
+        angular_velocity: np.ndarray,
+        angular_acceleration: np.ndarray,
+        acceleration: np.ndarray,
+        **parts: np.ndarray,
+    ) -> tuple[np.ndarray, ...]:
+        still = np.zeros(3)
+        turning = angular_velocity, acceleration, angular_acceleration
+        part = BodyMotion(still, rotation, still, *turning)
+        torque, wrench = dynamics.inverse_dynamics(robot, part, **parts, gravity=gravity)
+        return torque, wrench.reshape(-1, 2, 3)
+
+    torque, wrench = np.empty((*lead, count, 3)), np.empty((*lead, 6))
+    evaluate(
+        "inverse_dynamics",
+        {
+            "gravity": gravities,
+            "lengths": arrays.lengths,
+            "mass": arrays.mass,
+            "com": arrays.com,
+            "inertia": arrays.inertia,
+            "R_body_hip": arrays.R_body_hip,
+            "p_body_hip": arrays.p_body_hip,
+        },
+        {
+            "rotation": body.rotation,
+            "angular_velocity": body.angular_velocity,
+            "angular_acceleration": body.angular_acceleration,
+            "acceleration": body.acceleration,
+            **joints,
+        },
+        [torque, wrench.reshape(*lead, 2, 3)],
+        lead,
+        readable,
+        trunk={
+            "gravity": gravities[:1],
+            "mass": np.array([trunk.mass]),
+            "com": trunk.com[None],
+            "inertia": trunk.inertia[None],
+        },
+        threads=threads,
+    )
+    return JointTorqueAndWrench(torque, wrench)
