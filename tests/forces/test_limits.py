@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from forces.loads import random_load, reference, wrench_of
 from phasmid.forces import (
@@ -241,3 +242,47 @@ def test_no_load_that_can_be_given_is_refused(model, count, standing, seed):
     contacts, wrench, joints, _ = random_load(count, 6, standing, tilt=0.3, seed=seed, full=True)
     force = share_load(contacts, wrench, model, joints=joints)
     assert np.isfinite(force).all()
+
+
+def _optimality_residual(contacts, force, sample):
+    """What no multipliers explain of the cost's gradient F / share [N].
+
+    At the optimum F / share = Aᵀ λ + Σ ν (μ n - t) over the feet at their cone, ν >= 0, where A
+    is the equilibrium and t the direction of the tangential force. The cost is convex with a
+    curvature of at least 1, so that an admissible point is as near to the optimum as this.
+    """
+    feet = np.flatnonzero(contacts.share[sample] > 0)
+    gradient = (force[sample] / contacts.share[sample, :, None])[feet].ravel()
+    columns = np.zeros((3 * len(feet), 6 + len(feet)))
+    for j, i in enumerate(feet):
+        at = slice(3 * j, 3 * j + 3)
+        x, y, z = contacts.feet[sample, i]
+        columns[at, :3] = np.eye(3)
+        columns[at, 3:6] = np.transpose([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        n, mu = contacts.normals[sample, i], contacts.friction[sample, i]
+        normal = force[sample, i] @ n
+        tangential = force[sample, i] - normal * n
+        size = np.linalg.norm(tangential)
+        if mu * normal - size < 1e-8:
+            columns[at, 6 + j] = mu * n - tangential / size
+    lower = np.concatenate([np.full(6, -np.inf), np.zeros(len(feet))])
+    used = np.abs(columns).max(axis=0) > 0
+    columns, lower = columns[:, used], lower[used]
+    fit = lsq_linear(columns, gradient, bounds=(lower, np.inf), method="bvls", tol=1e-15)
+    return np.abs(columns @ fit.x - gradient).max()
+
+
+@pytest.mark.parametrize("seed", [1000, 1002])
+def test_no_multipliers_are_wanting_at_the_optimum_within_the_cones(seed):
+    # Row 22 of the physics charter: 1e-9 N. Sample 179 of seed 1002 reaches its cone in the last
+    # programme only.
+    contacts, wrench, _, _ = random_load(300, 6, 6, seed=seed, full=True)
+    force = share_load(contacts, wrench, "friction-cone")
+    normal = np.sum(force * contacts.normals, axis=-1)
+    # A foot without load is at the tip of its cone, which has no one direction.
+    plain = np.flatnonzero(normal.min(axis=1) > 1e-6)
+    assert len(plain) > 250
+    assert max(_optimality_residual(contacts, force, i) for i in plain) < 1e-9
+    # And the minimum norm alone is no optimum within the cones: it leaves them.
+    least = share_load(contacts, wrench, "minimum-norm")
+    assert np.abs(force - least).max() > 0.1

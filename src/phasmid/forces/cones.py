@@ -173,7 +173,9 @@ def cheapest_points(
         pressure[todo] += planes.reshape(len(todo), -1, feet).sum(axis=1)
         outside = np.hypot(reached[..., 1], reached[..., 2]) - mu * reached[..., 0]
         outside = outside.max(axis=-1)
-        slack = np.abs(bend * np.sum(sideways * reached[..., 1:], axis=-1)).max(axis=-1)
+        # A limit that was not active before has lent the cost no curvature yet.
+        pressed = np.where(loaded, pressure[todo] / length, 0.0)
+        slack = np.abs(pressed * np.sum(sideways * reached[..., 1:], axis=-1)).max(axis=-1)
         if slope is not None:
             change = new - x[todo]
             slack = np.maximum(slack, PROXIMAL * np.abs(change).max(axis=-1))
