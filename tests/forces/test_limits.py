@@ -272,16 +272,16 @@ def _optimality_residual(contacts, force, sample):
     return np.abs(columns @ fit.x - gradient).max()
 
 
-@pytest.mark.parametrize("seed", [1000, 1002])
+@pytest.mark.parametrize("seed", [1000, 1002, 1007])
 def test_no_multipliers_are_wanting_at_the_optimum_within_the_cones(seed):
     # Row 22 of the physics charter: 1e-9 N. Sample 179 of seed 1002 reaches its cone in the last
     # programme only.
-    contacts, wrench, _, _ = random_load(300, 6, 6, seed=seed, full=True)
+    contacts, wrench, _, _ = random_load(500, 6, 6, seed=seed, full=True)
     force = share_load(contacts, wrench, "friction-cone")
     normal = np.sum(force * contacts.normals, axis=-1)
     # A foot without load is at the tip of its cone, which has no one direction.
     plain = np.flatnonzero(normal.min(axis=1) > 1e-6)
-    assert len(plain) > 250
+    assert len(plain) > 400
     assert max(_optimality_residual(contacts, force, i) for i in plain) < 1e-9
     # And the minimum norm alone is no optimum within the cones: it leaves them.
     least = share_load(contacts, wrench, "minimum-norm")
