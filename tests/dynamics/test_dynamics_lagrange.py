@@ -55,11 +55,11 @@ def mid_length() -> Derived:
 
 
 def _compare(leg: Leg, derived: Derived, rng: np.random.Generator) -> None:
-    q = rng.uniform(-np.pi, np.pi, size=(500, 3))
+    q = rng.uniform(-np.pi, np.pi, size=(10_000, 3))
     matrices, numbers = dynamics.leg_matrices(leg, q), _numbers(leg)
     for name, (part, i, j), function in zip(NAMES, ENTRIES, derived, strict=True):
         entry = matrices.G[:, i] if part == 3 else matrices[part][:, i, j]
-        expected = np.broadcast_to(function(*q.T, *numbers), 500)
+        expected = np.broadcast_to(function(*q.T, *numbers), len(q))
         np.testing.assert_allclose(entry, expected, rtol=0, atol=TORQUE, err_msg=name)
 
 

@@ -32,6 +32,8 @@ class Results(NamedTuple):
         shares: The force models beside the drives.
         grips: The friction that models and simulations need.
         squeezes: Internal forces under each drive.
+        more_feet: Rms difference of the normal forces from those of minimum norm in other gaits,
+            prescribed joints [N].
         model_torque: Rms difference of the model's torques from the simulated ones amid stance,
             each leg and joint [N·m], shape (L, 3).
     """
@@ -41,6 +43,7 @@ class Results(NamedTuple):
     shares: list[Share]
     grips: list[Grip]
     squeezes: list[Squeeze]
+    more_feet: dict[str, float]
     model_torque: np.ndarray
 
     @property
@@ -134,6 +137,9 @@ foot [N]:
 from a body that moves a little beside its plan. The engine's friction creeps, so that a squeeze
 fades: the time is that of a foot's friction damping against its joints' give.
 
+That is so for three feet. Where more stand, statics leaves normal forces open, too: by the minimum
+norm they miss the simulated ones, prescribed joints, by {more_feet}.
+
 Joints that no load moves keep the feet where the plan has them, and what they squeeze fades at
 once: the minimum norm is near. Position servos give way like springs. Of all ways to carry a load
 on feet that stick, equal springs settle on the one that stores least energy (Castigliano), the sum
@@ -155,6 +161,7 @@ def document(results: Results, evidence: Evidence) -> str:
         soft=SOFT_STIFFNESS,
         friction=evidence.scenario.terrain.friction,
         shares=_shares(results.shares),
+        more_feet=", ".join(f"{gap:.2f} N ({gait})" for gait, gap in results.more_feet.items()),
         grips=_grips(results.grips),
         squeezes=_squeezes(results.squeezes),
     )

@@ -21,6 +21,9 @@ from phasmid.simulation import simulate
 SOFT_STIFFNESS = 40.0
 """Of the soft position servo, between joints that do not give and the AX-12A [N·m/rad]."""
 
+GAITS = ("wave", "ripple", "amble")
+"""Gaits besides the paper's; four and more feet stand in them."""
+
 Announce = Callable[[str], None]
 """Is told what is being done now."""
 
@@ -95,6 +98,10 @@ class Evidence:
         )
         robot = replace(self.robot, servo=servo)
         return self.trial("soft servos", drive="servo", robot=robot)
+
+    def gait(self, name: str) -> Trial:
+        """The walk in another gait."""
+        return self.trial(f"{name} gait", gait=name)
 
     def trial(self, name: str, **changes: Any) -> Trial:
         """The paper's scenario with some changes, simulated.

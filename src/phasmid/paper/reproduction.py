@@ -12,14 +12,14 @@ from phasmid.errors import InvalidInput, OutputError
 from phasmid.forces import FORCE_MODELS
 from phasmid.paper.document import Graded, Results, document
 from phasmid.paper.equations import EQUATIONS
-from phasmid.paper.evidence import Announce, Evidence
+from phasmid.paper.evidence import GAITS, Announce, Evidence
 from phasmid.paper.figures import as_printed_figure, sharing_figure
 from phasmid.paper.sharing import compare_grips, compare_models, compare_squeezes
 from phasmid.paper.statement import Statement
 from phasmid.paper.structure import STRUCTURE
 from phasmid.paper.trajectory import TRAJECTORY
 from phasmid.paper.variants import compare_variants
-from phasmid.paper.walking import WALKING
+from phasmid.paper.walking import WALKING, force_differences
 from phasmid.reporting import figures
 from phasmid.reporting.style import Figure, save_figure
 
@@ -51,6 +51,7 @@ def measure(evidence: Evidence) -> Results:
         compare_models(evidence, FORCE_MODELS),
         compare_grips(evidence, FORCE_MODELS),
         compare_squeezes(evidence),
+        {gait: force_differences(evidence.gait(gait))[0] for gait in GAITS},
         np.array(against),
     )
 

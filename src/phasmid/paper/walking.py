@@ -6,7 +6,7 @@ import numpy as np
 
 from phasmid import dynamics, kinematics
 from phasmid.forces.analysis import planned_body
-from phasmid.paper.evidence import Evidence, Trial
+from phasmid.paper.evidence import GAITS, Evidence, Trial
 from phasmid.paper.statement import Finding, Grade, Statement, judged
 from phasmid.paper.trajectory import FIRST, SECOND
 from phasmid.reporting.steps import away_from_switches, rms
@@ -206,8 +206,8 @@ def torques(evidence: Evidence) -> Finding:
 def gaits(evidence: Evidence) -> Finding:
     """Ways of the other gaits."""
     found = []
-    for gait in ("wave", "ripple", "amble"):
-        way = evidence.trial(f"{gait} gait", gait=gait).summary["travel"]
+    for gait in GAITS:
+        way = evidence.gait(gait).summary["travel"]
         found.append((gait, way["forward"] / way["commanded_forward"]))
     listed = ", ".join(f"{gait} {100 * share:.1f} %" for gait, share in found)
     good = all(abs(share - 1) < 0.05 for _, share in found)
