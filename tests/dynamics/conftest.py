@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 
 import mujoco
@@ -73,6 +74,13 @@ def derivative() -> Callable[..., np.ndarray]:
 
     return differentiate
 
+
+# Pinocchio has no wheels for Windows.
+collect_ignore = (
+    ["test_dynamics_agreement.py", "test_dynamics_floating_base.py"]
+    if sys.platform == "win32"
+    else []
+)
 
 Inverse = Callable[..., np.ndarray]
 

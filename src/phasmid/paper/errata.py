@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from phasmid import derivation
 from phasmid.dynamics import leg_matrices
 from phasmid.errors import OutputError, PhasmidError
 from phasmid.paper.misprints import MISPRINTS, SLIPS, Extent, Misprint, torque_error
@@ -55,10 +56,18 @@ that the print gives no angle at all for that part of the states.
 Largest error of a joint's torque [mN·m]. θ3 of the printed sines and cosines is minus that of
 Table 1, while speeds and accelerations keep Table 1's sign: so read, m23, m33, b23, c32 and G are
 right as printed. Where a plus is missing, the factors that then stand side by side are multiplied.
-`python -m phasmid.derivation` derives the equation twice, by Newton-Euler and by Lagrange, and
-prints it, corrected, in the paper's form.
 
 {dynamics}
+
+### Equation 10, right
+
+Derived twice, by Newton-Euler and by Lagrange, with the same result (`python -m
+phasmid.derivation`), and written in the paper's form, θ3 as above. Entries that are not listed are
+zero; torque = M θ̈ + B [θ̇1θ̇2, θ̇1θ̇3, θ̇2θ̇3] + C [θ̇1², θ̇2², θ̇3²] + G − JᵀF.
+
+```
+{equation}
+```
 
 Slips that change no number, but want reading with care:
 
@@ -88,7 +97,11 @@ readings are computed exactly.
 
 
 def errata() -> str:
-    """The page of misprints, in Markdown; its numbers have two digits on any machine."""
+    """The page of misprints, in Markdown; its numbers have two digits on any machine.
+
+    Raises:
+        PhasmidError: sympy is not installed; Eq. 10 is derived for the page.
+    """
     kinematic = [row for row in MISPRINTS if row.error is not torque_error]
     dynamic = [row for row in MISPRINTS if row.error is torque_error]
     around = np.radians(np.arange(-180.0, 180.0))
@@ -103,6 +116,7 @@ def errata() -> str:
         roll=f"{math.degrees(FARTHEST_ROLL):g}",
         kinematics=_table(kinematic),
         dynamics=_table(dynamic),
+        equation=derivation.paper_text(derivation.mid_length(derivation.newton_euler())),
         slips=_lines(("where", "printed", "meant"), SLIPS),
         m11=m11,
         m12=m12,
