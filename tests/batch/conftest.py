@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dynamics.conftest import _general_robot
+from general_robot import general_robot
 from phasmid.batch import compiled
 from phasmid.robot import Robot, load_robot, preset_names
 
@@ -13,7 +13,7 @@ from phasmid.robot import Robot, load_robot, preset_names
 @pytest.fixture(params=[*preset_names(), "general"])
 def robot(request: pytest.FixtureRequest) -> Robot:
     """Every preset, and a robot without any symmetry."""
-    return _general_robot() if request.param == "general" else load_robot(request.param)
+    return general_robot() if request.param == "general" else load_robot(request.param)
 
 
 @pytest.fixture(params=["numba", "NumPy"])

@@ -10,48 +10,14 @@ import numpy as np
 import pytest
 
 from dynamics.mujoco_model import mujoco_model
-from phasmid.robot import Body, Leg, Link, Robot, load_robot, preset_names
-
-
-def _random_inertia(rng: np.random.Generator, mass: float, size: float) -> np.ndarray:
-    # Second moments of a cloud of points, so that some rigid body has this inertia.
-    points = rng.normal(size=(8, 3)) * size / 4
-    spread = mass * points.T @ points / 8
-    return np.trace(spread) * np.eye(3) - spread
-
-
-def _random_link(rng: np.random.Generator, name: str) -> Link:
-    length, mass = rng.uniform(0.05, 0.2), rng.uniform(0.02, 0.3)
-    com = rng.uniform(-0.4, 0.4, size=3) * length + [length / 2, 0.0, 0.0]
-    return Link(name, length, mass, com, _random_inertia(rng, mass, length))
-
-
-def _general_robot() -> Robot:
-    """Five unlike legs, every centre of mass off its link, every inertia full."""
-    rng = np.random.default_rng(20180816)
-    legs = []
-    for i in range(5):
-        coxa, femur, tibia = (_random_link(rng, name) for name in ("coxa", "femur", "tibia"))
-        legs.append(
-            Leg(
-                f"leg_{i}",
-                coxa,
-                femur,
-                tibia,
-                mount_position=rng.uniform(-0.2, 0.2, size=3),
-                mount_yaw=rng.uniform(-np.pi, np.pi),
-                neutral_foot=np.array([coxa.length + femur.length, 0.0, -tibia.length]),
-                joint_limits=np.array([[-3.0, 3.0]] * 3),
-            )
-        )
-    body = Body(1.3, np.array([0.02, -0.03, 0.01]), _random_inertia(rng, 1.3, 0.3), np.full(3, 0.3))
-    return Robot("general", body, tuple(legs), load_robot("phantomx-paper").servo)
+from general_robot import general_robot
+from phasmid.robot import Robot, load_robot, preset_names
 
 
 @pytest.fixture(params=[*preset_names(), "general"])
 def robot(request: pytest.FixtureRequest) -> Robot:
     """Every preset, and a robot without any symmetry."""
-    return _general_robot() if request.param == "general" else load_robot(request.param)
+    return general_robot() if request.param == "general" else load_robot(request.param)
 
 
 @pytest.fixture
