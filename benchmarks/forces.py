@@ -6,15 +6,17 @@ second solver, clarabel, gets the same second-order cone programmes; agreement i
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable
-from importlib.metadata import version
+from pathlib import Path
 
 import clarabel
 import numpy as np
+from report import machine, write
 from scipy import sparse
 
 from phasmid.forces import (
@@ -90,8 +92,8 @@ def by_clarabel(
     return np.asarray(solver.solve().x).reshape(LEGS, 3)
 
 
-def members(tilt: float, ground: str) -> None:
-    """Each member, on one kind of ground."""
+def members(tilt: float, ground: str) -> dict[str, float]:
+    """Each member, on one kind of ground; seconds for all samples."""
     contacts, wrench, joints = loads(SAMPLES, tilt)
     free = JointLoad(joints.jacobian, joints.torque)
     rows = {name: (name, free) for name in FORCE_MODELS}
@@ -101,12 +103,15 @@ def members(tilt: float, ground: str) -> None:
     count = 100 * (plain.margin < 0).any(axis=1).mean()
     print(f"{SAMPLES} loads of {LEGS} feet, {ground}, one core")
     print(f"  the minimum norm would slip or pull in {count:.0f} % of them")
+    found = {}
     for name, (model, load) in rows.items():
         took = seconds(lambda m=model, j=load: share_load(contacts, wrench, m, joints=j))
         print(f"  {name:<32} {1e6 * took / SAMPLES:8.1f} us a sample  {took:6.2f} s")
+        found[name] = took
+    return found
 
 
-def side_by_side() -> None:
+def side_by_side() -> dict[str, float]:
     """The friction cone by both solvers, from the same arrays to the same forces."""
     contacts, wrench, _ = loads(COMPARED, 0.2)
     axes = contacts.axes
@@ -115,32 +120,51 @@ def side_by_side() -> None:
     start = time.perf_counter()
     theirs = np.array([by_clarabel(contacts, axes, wrench, i) for i in range(COMPARED)])
     other = time.perf_counter() - start
+    apart = np.abs(ours - theirs).max(axis=(1, 2))
+    costs = [0.5 * np.sum(force**2, axis=(1, 2)) for force in (ours, theirs)]
+    dearer = costs[1] - costs[0]
+    agree = 100 * (apart < 1e-6).mean()
     print(f"friction cone, {COMPARED} loads on slopes")
     print(f"  daqp, as used here               {1e6 * took / COMPARED:8.1f} us a sample")
     print(f"  clarabel, to 1e-13               {1e6 * other / COMPARED:8.1f} us a sample")
     print(f"  ratio                            {other / took:8.1f}")
-    apart = np.abs(ours - theirs).max(axis=(1, 2))
-    costs = [0.5 * np.sum(force**2, axis=(1, 2)) for force in (ours, theirs)]
-    print(f"  forces agree within 1e-6 N in    {100 * (apart < 1e-6).mean():8.1f} % of the loads")
+    print(f"  forces agree within 1e-6 N in    {agree:8.1f} % of the loads")
     print(f"  largest difference               {apart.max():8.1e} N")
     # Of two admissible forces the cheaper are nearer to the optimum.
-    print(f"  its cost less ours, least, most  {np.min(costs[1] - costs[0]):8.1e}, ", end="")
-    print(f"{np.max(costs[1] - costs[0]):.1e} N^2")
+    print(f"  its cost less ours, least, most  {dearer.min():8.1e}, {dearer.max():.1e} N^2")
+    return {
+        "daqp_us": 1e6 * took / COMPARED,
+        "clarabel_us": 1e6 * other / COMPARED,
+        "clarabel_over_daqp": other / took,
+        "agree_within_1e-6_N_percent": float(agree),
+        "largest_difference_N": float(apart.max()),
+        "least_excess_cost_N2": float(dearer.min()),
+        "most_excess_cost_N2": float(dearer.max()),
+    }
 
 
-def main() -> None:
+def main(out: Path) -> None:
     """Both tables."""
-    solvers = ", ".join(f"{name} {version(name)}" for name in ("daqp", "clarabel", "numpy"))
-    print(f"{solvers}, Python {sys.version.split()[0]}")
-    members(0.0, "level ground")
-    members(0.2, "slopes")
-    side_by_side()
+    measured_on = machine(("daqp", "clarabel", "numpy", "scipy"))
+    print(", ".join(f"{key} {value}" for key, value in measured_on.items()))
+    results = {
+        "machine": measured_on | {"threads": 1},
+        "samples": SAMPLES,
+        "legs": LEGS,
+        "level_ground_s": members(0.0, "level ground"),
+        "slopes_s": members(0.2, "slopes"),
+        "friction_cone": side_by_side(),
+    }
+    write(results, out)
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("results/benchmark-forces.json"))
+    arguments = parser.parse_args()
     one_core = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     if one_core.items() <= os.environ.items():
-        main()
+        main(arguments.out)
     else:
         # The algebra libraries read these when they are loaded, so that a new process is needed.
-        sys.exit(subprocess.call([sys.executable, __file__], env={**os.environ, **one_core}))
+        sys.exit(subprocess.call([sys.executable, *sys.argv], env={**os.environ, **one_core}))

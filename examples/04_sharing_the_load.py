@@ -10,7 +10,9 @@ walk = phasmid.plan(scenario)
 print("largest torque and friction demand on the paper's walk")
 for model in forces.FORCE_MODELS:
     run = phasmid.analyse(scenario.replace(force_model=model), walk)
-    contacts = forces.Contacts(walk.foot_position, walk.stance)
+    # Moments are about the body's origin, from which the feet are measured; axes are the world's.
+    feet = walk.foot_position - walk.trunk.position[:, None]
+    contacts = forces.Contacts(feet, walk.stance)
     friction = forces.friction_statistics(contacts, run.foot_force_model.values).summary()
     torque = float(abs(run.joint_torque_model).max())
     print(f"  {model:<22} {torque:.3f} N·m, {friction['demand']['max']:.3f}")
@@ -23,10 +25,11 @@ up_hill = np.array([np.cos(tilt), 0.0, np.sin(tilt)])
 feet = feet[:, :1] * up_hill + feet[:, 1:2] * np.array([0.0, 1.0, 0.0]) + feet[:, 2:] * normal
 weight = np.array([0.0, 0.0, 26.0, 0.0, 0.0, 0.0])
 slope = forces.Contacts(feet, np.ones(3), normals=normal, friction=0.7)
-force = forces.share_load(slope, weight, "friction-cone")
-demand = forces.friction_statistics(slope, force).demand
-print(f"on a slope of 20° the feet need a friction of {demand.max():.2f}")
+for model in ("minimum-norm", "friction-cone"):
+    demand = forces.friction_statistics(slope, forces.share_load(slope, weight, model)).demand
+    print(f"on a slope of 20°, friction 0.7: {model} asks for {demand.max():.2f}")
 
+# What the feet could do with is less, tan(20°) = 0.364: least norm spares forces, not friction.
 ice = forces.Contacts(feet, np.ones(3), normals=normal, friction=0.2)
 try:
     forces.share_load(ice, weight, "friction-cone")

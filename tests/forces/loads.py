@@ -4,7 +4,10 @@ import clarabel
 import numpy as np
 from scipy import sparse
 
-from phasmid.forces import Contacts, JointLoad
+from phasmid.forces import Contacts, JointLoad, MinimumTorque, WeightedMinimumNorm
+
+GAP = 1e-9
+"""Part of its cost to which the second solver's result is right."""
 
 
 def wrench_of(feet, force):
@@ -39,11 +42,25 @@ def random_load(count, legs, standing, *, friction=0.6, tilt=0.2, seed=0, full=F
     return contacts, wrench_of(feet, force), joints, force
 
 
-def reference(contacts, wrench, sample, *, H=None, c=None, joints=None, largest=None):
+def cost_matrices(model, contacts, joints):
+    """H and c of ½ Fᵀ H F - cᵀ F, foot by foot, from the definitions of docs/forces.md."""
+    n, c = contacts.normals, np.zeros(contacts.feet.shape)
+    along = n[..., :, None] * n[..., None, :]
+    H = np.broadcast_to(np.eye(3), along.shape)
+    if isinstance(model, WeightedMinimumNorm):
+        H = along + model.tangential_weight * (np.eye(3) - along)
+    if isinstance(model, MinimumTorque):
+        J = joints.jacobian
+        H = J @ J.swapaxes(-1, -2) + model.lever**2 * np.eye(3)
+        c = (J @ joints.torque[..., None])[..., 0]
+    return H, c
+
+
+def reference(contacts, wrench, sample, *, H=None, c=None, joints=None, largest=None, gap=GAP):
     """The same forces by clarabel, which knows second-order cones; written from the definition.
 
     The unknowns are the standing feet's forces; ``largest`` adds the least largest load as one
-    more (``"find"``) or bounds it.
+    more (``"find"``) or bounds it. The cost is right to ``gap`` of itself.
     """
     share = contacts.share[sample]
     feet = np.flatnonzero(share > 0)
@@ -87,6 +104,9 @@ def reference(contacts, wrench, sample, *, H=None, c=None, joints=None, largest=
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = 1e-13
     settings.tol_feas = 1e-12
+    # Where it gets no further it must at least have come as far as this.
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = gap
+    settings.reduced_tol_feas = gap
     solver = clarabel.DefaultSolver(
         sparse.csc_matrix(np.triu(P)),
         q,
@@ -96,6 +116,8 @@ def reference(contacts, wrench, sample, *, H=None, c=None, joints=None, largest=
         settings,
     )
     solution = solver.solve()
+    solved = {clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved}
+    assert solution.status in solved, solution.status
     if find:
         return solution.x[-1]
     force = np.zeros(contacts.feet.shape[1:])

@@ -198,6 +198,18 @@ def test_a_load_transfer_longer_than_half_a_swing_is_refused():
         analysed(load_transfer=0.6)
 
 
+@pytest.mark.parametrize("name", ["minimum-norm", "weighted-minimum-norm", "minimum-torque"])
+def test_torque_limits_are_refused_with_a_model_that_knows_none(name):
+    with pytest.raises(InvalidInput) as caught:
+        analysed(force_model=name, torque_limits="counted")
+    error = caught.value
+    assert error.what == (
+        f'torque_limits is "counted" and {name} knows no limits; it must be "ignored", '
+        "or the force model one that knows them."
+    )
+    assert (error.where, error.hint) == ("model.torque_limits", 'force_model = "friction-cone"')
+
+
 def test_ice_is_too_smooth_for_a_walk_that_accelerates():
     with pytest.raises(InfeasibleLoad) as caught:
         analysed(force_model="friction-cone", friction=0.001)

@@ -40,7 +40,7 @@ def refused(share, wrench, model="friction-cone", *, limit=np.inf, friction=0.7,
             {"share": [1.0, 1, 1, 1], "wrench": [20, 0, 26, 0, 0, 0]},
             "with right_front, right_rear, left_rear and left_front standing, feet right_front "
             "and left_front would slip; friction of 0.7 falls short by 0.9 and 0.9 N.",
-            "friction of 0.777 or more, a flatter ground, or a slower motion",
+            "friction of 0.777 or more at this sample, a flatter ground, or a slower motion",
             id="friction",
         ),
         # 26 / 4 = 6.5 N on each foot: 0.65 N·m.
@@ -52,14 +52,28 @@ def refused(share, wrench, model="friction-cone", *, limit=np.inf, friction=0.7,
             "stronger servos, a lighter robot, or more standing feet",
             id="torque",
         ),
-        # Feet at (0.2, -0.2) and (-0.2, 0.2) give no moment about the line between them, along
-        # which (1, -1, 0) N·m lies: of sqrt(2) N·m the least squares leave all but a little.
+        # Feet at (0.2, -0.2) and (-0.2, 0.2) give the weight and no moment about the line between
+        # them, along which (1, -1, 0) N·m lies: all of its sqrt(2) N·m is missing.
         pytest.param(
             {"share": [1.0, 0, 1, 0], "wrench": [0, 0, 26, 1, -1, 0], "time": np.array(0.25)},
             "at 0.25 s: feet right_front and left_rear alone cannot give the load; "
-            "0.14 N and 1.4 N·m of it would be missing.",
+            "1.41 N·m of it would be missing.",
             "three standing feet or more, not on one line",
             id="two-feet",
+        ),
+        # A load of 1e-8 N: what is missing is told relative to it.
+        pytest.param(
+            {"share": [0.0, 0, 0, 0], "wrench": [0, 0, 1e-8, 0, 0, 1e-9]},
+            "no foot stands to give the load; 1e-08 N and 1e-09 N·m of it would be missing.",
+            "three standing feet or more, not on one line",
+            id="hardly-any-load",
+        ),
+        # Through foot 3 at (-0.2, 0.2) the weight gives the moments (5.2, 5.2, 0) N·m.
+        pytest.param(
+            {"share": [0.0, 0, 1, 0], "wrench": [0, 0, 26, 5.2, 8.2, 0]},
+            "foot left_rear alone cannot give the load; 3 N·m of it would be missing.",
+            "three standing feet or more, not on one line",
+            id="one-foot",
         ),
         pytest.param(
             {"share": [0.0, 0, 0, 0], "wrench": WEIGHT},
@@ -144,3 +158,19 @@ def test_the_fast_function_tells_of_feet_on_a_line():
     feet = np.array([[-0.2, 0, -0.1], [0, 0, -0.1], [0.2, 0, -0.1]])
     with pytest.raises(InfeasibleLoad, match="three standing feet"):
         minimum_norm(feet, np.ones(3, dtype=bool), np.array([0, 0, 26.0, 1.0, 0, 0]))
+
+
+@pytest.mark.parametrize("model", ["weighted-minimum-norm", "minimum-torque"])
+def test_feet_that_are_not_on_one_line_are_never_told_so(model):
+    # Feet 1 nm off a line give 1 N·m about it with 1e9 N, whose round-off is 1e-7 N.
+    feet = np.array([[-0.21, 0, -0.1], [0.013, 1.37e-9, -0.1], [0.2, 0, -0.1]])
+    joints = JointLoad(FEMUR[:3], np.zeros((3, 3)))
+    with pytest.raises(InfeasibleLoad) as caught:
+        share_load(
+            Contacts(feet, np.ones(3)), np.array([0, 0, 26.0, 1.0, 0, 0]), model, joints=joints
+        )
+    error = caught.value
+    assert error.what.startswith("the equations of feet 1, 2 and 3 are ill-conditioned; their")
+    assert error.hint.endswith("feet further from one line, or shares nearer to 1")
+    assert ("lever" in error.hint) == (model == "minimum-torque")
+    assert ("tangential_weight" in error.hint) == (model == "weighted-minimum-norm")

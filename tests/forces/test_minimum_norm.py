@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from phasmid.errors import InfeasibleLoad
 from phasmid.forces import minimum_norm
 
 
@@ -26,6 +27,15 @@ def test_the_forces_give_the_wrench():
     force = minimum_norm(feet, stance, wrench)
     assert np.abs(wrench_of(feet, force) - wrench).max() < 1e-9
     assert np.abs(force[~stance]).max() == 0
+
+
+def test_a_heavy_sample_hides_no_light_one_that_fails():
+    # Feet on a line give no moment about it, however light their load beside another sample's.
+    feet = np.array([[[1.0, -1, -0.5], [-1, -1, -0.5], [0, 1, -0.5]]] * 2)
+    feet[1] = np.array([[0.1], [0.2], [0.4]]) * np.array([0.3, 0.1, 0.7])
+    wrench = np.array([[0, 0, 1e12, 0, 0, 0], [0, 0, 0, 0.3, 0.1, 0.7]])
+    with pytest.raises(InfeasibleLoad, match="on one line"):
+        minimum_norm(feet, np.ones((2, 3), dtype=bool), wrench)
 
 
 def test_no_other_solution_is_smaller():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forces.loads import random_load, wrench_of
+from forces.loads import cost_matrices, random_load, wrench_of
 from phasmid.errors import InvalidInput
 from phasmid.forces import (
     FORCE_MODELS,
@@ -19,20 +19,6 @@ from phasmid.forces import (
 )
 
 UNLIMITED = ("minimum-norm", "weighted-minimum-norm", "minimum-torque")
-
-
-def cost_matrices(name, contacts, joints):
-    """H and c of ½ Fᵀ H F - cᵀ F, foot by foot, from the definitions of docs/forces.md."""
-    n, c = contacts.normals, np.zeros(contacts.feet.shape)
-    along = n[..., :, None] * n[..., None, :]
-    H = np.broadcast_to(np.eye(3), along.shape)
-    if name == "weighted-minimum-norm":
-        H = along + 10.0 * (np.eye(3) - along)
-    if name == "minimum-torque":
-        J = joints.jacobian
-        H = J @ J.swapaxes(-1, -2) + 1e-6 * np.eye(3)
-        c = (J @ joints.torque[..., None])[..., 0]
-    return H, c
 
 
 @pytest.mark.parametrize(
@@ -54,7 +40,7 @@ def test_the_cost_rises_only_out_of_the_equations(name):
     # it lies in their null space is 0. Gradients are some newtons; 1e-9 as for the equations.
     contacts, wrench, joints, _ = random_load(60, 6, 5, seed=3)
     force = share_load(contacts, wrench, name, joints=joints)
-    H, c = cost_matrices(name, contacts, joints)
+    H, c = cost_matrices(force_model(name), contacts, joints)
     for i in range(60):
         on = contacts.share[i] > 0
         slope = (H[i] @ force[i][..., None])[..., 0][on] / contacts.share[i][on, None] - c[i][on]
@@ -71,7 +57,7 @@ def test_no_other_forces_that_give_the_wrench_cost_less(name):
     # Any change in the null space of the equations, of any size, raises the cost; strictly convex.
     contacts, wrench, joints, _ = random_load(20, 6, 6, seed=4, full=True)
     force = share_load(contacts, wrench, name, joints=joints)
-    H, c = cost_matrices(name, contacts, joints)
+    H, c = cost_matrices(force_model(name), contacts, joints)
 
     def cost(F):
         return 0.5 * np.einsum("nli,nlij,nlj->n", F, H, F) - np.sum(c * F, axis=(1, 2))
@@ -127,9 +113,9 @@ def test_the_least_torques_are_least():
 
     assert (squares(ours) < squares(norm)).all()
     relieved = JointLoad(joints.jacobian, np.einsum("nlij,nli->nlj", joints.jacobian, truth))
-    left = relieved.with_ground(share_load(contacts, wrench, MinimumTorque(1e-6), joints=relieved))
-    # The lever's cost of 1e-12 |F|^2 with F of 10 N: torques of about 1e-6 * 10 N * sqrt(18).
-    assert np.abs(left * contacts.stance[..., None]).max() < 1e-4
+    left = relieved.with_ground(share_load(contacts, wrench, MinimumTorque(1e-5), joints=relieved))
+    # The lever's cost of 1e-10 |F|^2 with F of 10 N: torques of about 1e-5 * 10 N * sqrt(18).
+    assert np.abs(left * contacts.stance[..., None]).max() < 1e-3
 
 
 def test_a_stretched_leg_gets_a_finite_force():
@@ -214,14 +200,18 @@ FEET = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [-0.2, 0.2, -0.1], [0.2,
         ),
         (lambda: JointLoad(np.zeros((4, 3, 2)), np.zeros((4, 3))), "jacobian has shape (4, 3, 2)"),
         (lambda: JointLoad(np.zeros((4, 3, 3)), np.zeros((4, 3)), -1.0), "limit is -1 N·m; it"),
-        (lambda: WeightedMinimumNorm(0.0), "tangential_weight is 0; it must be a finite number"),
-        (lambda: FrictionCone(least_normal=-1.0), "least_normal is -1 N; it must be a finite"),
-        (lambda: SmallestLargestLoad(slack=0.0), "slack is 0; it must be 1e-6 or more"),
+        (
+            lambda: WeightedMinimumNorm(0.0),
+            "tangential_weight is 0; it must be between 1e-06 and 1e+06.",
+        ),
+        (lambda: FrictionCone(least_normal=-1.0), "least_normal is -1 N; it must be between 0 and"),
+        (lambda: MinimumTorque(1e-6), "lever is 1e-06 m; it must be between 1e-05 and 1000 m."),
+        (lambda: SmallestLargestLoad(slack=0.0), "slack is 0; it must be between 1e-05 and 1."),
         (lambda: force_model("friction-come"), 'no force model is called "friction-come".'),
         (lambda: share_load(Contacts(FEET, np.ones(4)), np.zeros(5)), "wrench has shape (5,)"),
         (
             lambda: share_load(Contacts(FEET, np.ones(4)), np.full(6, np.inf)),
-            "wrench holds a number that is not finite.",
+            "wrench[0] is inf; it must be a finite number.",
         ),
         (
             lambda: share_load(Contacts(FEET, np.ones(4)), np.ones(6), "minimum-torque"),
@@ -247,12 +237,88 @@ def test_what_cannot_be_is_refused_in_a_sentence(make, what):
     assert caught.value.what.startswith(what)
 
 
-def test_singular_legs_still_give_the_wrench_to_round_off():
-    # Every leg stretched: J has rank 2, and a lever of 0.1 mm makes the cost's condition 1e6 and
-    # the system's more; one step of refinement leaves 1e-13 of 1e2 N.
-    contacts, wrench, joints, _ = random_load(300, 6, 4, seed=7)
+def stretched(joints):
+    """The same joints' load with every leg stretched: one force of each needs no torque."""
     U, sizes, Vh = np.linalg.svd(joints.jacobian)
-    sizes[..., 2] = 0
-    flat = JointLoad(U * sizes[..., None, :] @ Vh, joints.torque)
-    force = share_load(contacts, wrench, MinimumTorque(1e-4), joints=flat)
+    flat = sizes * [1.0, 1.0, 0.0]
+    return JointLoad(U * flat[..., None, :] @ Vh, joints.torque)
+
+
+@pytest.mark.parametrize("lever", [1e-3, 1e-4, 1e-5])
+def test_singular_legs_still_give_the_wrench_to_round_off(lever):
+    # J has rank 2; a lever of 10 um makes the cost's condition 1e8, and the root of it, 1e4, that
+    # of the equations in which they are then solved: 1e-12 of 1e2 N after one refinement.
+    contacts, wrench, joints, _ = random_load(300, 6, 4, seed=7)
+    force = share_load(contacts, wrench, MinimumTorque(lever), joints=stretched(joints))
     assert np.abs(wrench_of(contacts.feet, force) - wrench).max() < 1e-9
+
+
+@pytest.mark.parametrize("weight", [1e-6, 1e6])
+def test_the_most_unlike_weights_still_give_the_wrench_to_round_off(weight):
+    # The condition of the cost is 1e6, its root 1e3, and forces of some 1e3 N: 1e-16 of both.
+    contacts, wrench, _, _ = random_load(300, 6, 4, seed=7)
+    force = share_load(contacts, wrench, WeightedMinimumNorm(weight))
+    assert np.abs(wrench_of(contacts.feet, force) - wrench).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("model", "tolerance"),
+    [
+        (WeightedMinimumNorm(), 1e-12),
+        (MinimumTorque(), 1e-12),
+        (MinimumTorque(1e-4), 1e-12),
+        (MinimumTorque(1e-5), 1e-12),
+        (FrictionCone(MinimumTorque()), 1e-12),
+        (SmallestLargestLoad(), 1e-10),
+    ],
+    ids=str,
+)
+def test_a_sample_s_forces_do_not_depend_on_its_neighbours(model, tolerance):
+    # Each sample is solved alone, by the same operations: nothing but the order of sums may
+    # differ, 1e-16 of some 10 N times the equations' condition, and with little slack a hundred
+    # times that. The last sample has no feet and no load.
+    contacts, wrench, joints, _ = random_load(40, 6, 4, seed=7)
+    joints = stretched(joints)
+    alone = share_load(contacts, wrench, model, joints=joints)
+    assert np.abs(wrench_of(contacts.feet, alone) - wrench).max() < 1e-9
+    share = np.array(contacts.share)
+    share[-1], wrench[-1] = 0.0, 0.0
+    beside = Contacts(contacts.feet, share, contacts.normals, contacts.friction)
+    together = share_load(beside, wrench, model, joints=joints)
+    assert np.abs(together[-1]).max() == 0
+    assert np.abs(together[:-1] - alone[:-1]).max() < tolerance
+
+
+def test_a_batch_without_samples_gets_forces_of_its_shape():
+    contacts = Contacts(np.zeros((0, 6, 3)), np.ones((0, 6)))
+    joints = JointLoad(np.zeros((0, 6, 3, 3)), np.zeros((0, 6, 3)))
+    for name in FORCE_MODELS:
+        assert share_load(contacts, np.zeros((0, 6)), name, joints=joints).shape == (0, 6, 3)
+        assert share_load(contacts, np.zeros((2, 0, 6)), name, joints=joints).shape == (2, 0, 6, 3)
+
+
+def test_contacts_and_joint_loads_keep_what_they_were_given():
+    # Their own copies, which nobody changes.
+    feet, share, jacobian, torque = FEET.copy(), np.ones(4), np.ones((4, 3, 3)), np.ones((4, 3))
+    contacts, joints = Contacts(feet, share), JointLoad(jacobian, torque)
+    for array in (feet, share, jacobian, torque):
+        array[:] = 7.0
+    assert np.array_equal(contacts.feet, FEET)
+    assert np.array_equal(contacts.share, np.ones(4))
+    assert np.array_equal(joints.jacobian, np.ones((4, 3, 3)))
+    assert np.array_equal(joints.torque, np.ones((4, 3)))
+    for part in ("feet", "share", "normals", "friction"):
+        assert not getattr(contacts, part).flags.writeable
+    for part in ("jacobian", "torque", "limit"):
+        assert not getattr(joints, part).flags.writeable
+
+
+def test_a_cost_within_limits_may_be_given_by_its_name():
+    assert FrictionCone("minimum-torque") == FrictionCone(MinimumTorque())
+    contacts, wrench, joints, _ = random_load(10, 6, 5, seed=1)
+    forces = [
+        share_load(contacts, wrench, FrictionCone(cost), joints=joints)
+        for cost in ("minimum-torque", MinimumTorque(), "minimum-norm")
+    ]
+    assert np.array_equal(forces[0], forces[1])
+    assert np.abs(forces[0] - forces[2]).max() > 0.1

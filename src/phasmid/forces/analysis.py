@@ -7,11 +7,11 @@ from importlib.metadata import version
 import numpy as np
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
+from phasmid.errors import InvalidInput
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.family import (
     ForceModel,
-    FrictionCone,
-    SmallestLargestLoad,
+    Limited,
     WeightedMinimumNorm,
     force_model,
 )
@@ -37,7 +37,8 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
 
     Raises:
         InvalidInput: The walk was planned for another robot, gait or stride, or the load transfer
-            takes longer than the gait allows.
+            takes longer than the gait allows, or torque limits shall count for a force model that
+            knows none.
         InfeasibleLoad: The standing feet cannot give what the motion needs within the limits of
             the force model.
 
@@ -116,11 +117,23 @@ def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.nd
 
 
 def _chosen(scenario: Scenario) -> ForceModel:
-    """The scenario's member of the family, with its options."""
+    """The scenario's member of the family, with its options.
+
+    Raises:
+        InvalidInput: Torque limits shall count, and it knows none.
+    """
     model = scenario.model
-    if model.force_model == WeightedMinimumNorm.name:
+    chosen = force_model(model.force_model)
+    if model.torque_limits == "counted" and not isinstance(chosen, Limited):
+        raise InvalidInput(
+            f'torque_limits is "counted" and {chosen.name} knows no limits; it must be "ignored", '
+            "or the force model one that knows them.",
+            where="model.torque_limits",
+            hint='force_model = "friction-cone"',
+        )
+    if isinstance(chosen, WeightedMinimumNorm):
         return WeightedMinimumNorm(model.tangential_weight)
-    return force_model(model.force_model)
+    return chosen
 
 
 def force_model_words(scenario: Scenario) -> str:
@@ -130,7 +143,7 @@ def force_model_words(scenario: Scenario) -> str:
     model, options = scenario.model, []
     if model.force_model == WeightedMinimumNorm.name:
         options.append(f"tangential weight {model.tangential_weight:g}")
-    if model.force_model in (FrictionCone.name, SmallestLargestLoad.name):
+    if isinstance(force_model(model.force_model), Limited):
         options.append(f"friction {scenario.terrain.friction:g}")
         if model.torque_limits == "counted":
             options.append("torque limits")

@@ -67,11 +67,14 @@ class Rows(NamedTuple):
         return cls(A, np.full(upper.shape, -UNBOUNDED), upper)
 
 
+ROUND_OFF = 1e-15
+"""Of a force, in units of the sample's load."""
+
 SETTLED = 0.1
 """A linear cost has settled when it changes by less than this part of the tolerance."""
 
-OPTIMAL, INFEASIBLE = 1, -1
-"""What the solver says of a programme."""
+OPTIMAL = 1
+"""What the solver says of a programme that it has solved."""
 
 UNBOUNDED = 1e30
 """What the solver takes for infinity."""
@@ -152,7 +155,7 @@ def cheapest_points(
             H += PROXIMAL * np.eye(free)
             g += slope - PROXIMAL * x[todo]
         rows = limits.of(todo)
-        # A face beside the touching plane would share its multiplier; the plane stands for it.
+        # A face beside the touching plane says nearly the same, and the solver would cycle.
         beside = loaded[..., None] & ~_apart(d[..., None, :], ROUND, ASIDE)
         rows.upper[:, fixed:][beside.reshape(len(todo), -1)] = UNBOUNDED
         rows = Rows.join(rows, _touching(d, f, V, mu))
@@ -176,6 +179,8 @@ def cheapest_points(
         # A limit that was not active before has lent the cost no curvature yet.
         pressed = np.where(loaded, pressure[todo] / length, 0.0)
         slack = np.abs(pressed * np.sum(sideways * reached[..., 1:], axis=-1)).max(axis=-1)
+        # Where limits leave little room their multipliers are huge, and so is their round-off.
+        slack = np.maximum(slack - ROUND_OFF * pressed.max(axis=-1), 0.0)
         if slope is not None:
             change = new - x[todo]
             slack = np.maximum(slack, PROXIMAL * np.abs(change).max(axis=-1))
@@ -226,11 +231,9 @@ def _programmes(
     A, lower, upper = (np.ascontiguousarray(part) for part in limits)
     solve = daqp.solve
     for i in range(samples):
-        one = (H[i], g[i], A[i], upper[i], lower[i], kinds)
-        point, _, flag, info = solve(*one, primal_tol=TOLERANCE / 10)
-        if flag not in (OPTIMAL, INFEASIBLE):
-            # Among nearly equal limits the solver may cycle; it then wants more room.
-            point, _, flag, info = solve(*one, primal_tol=100 * TOLERANCE)
+        point, _, flag, info = solve(
+            H[i], g[i], A[i], upper[i], lower[i], kinds, primal_tol=TOLERANCE / 10
+        )
         if flag == OPTIMAL:
             x[i], multipliers[i], exists[i] = point, info["lam"], True
     return x, multipliers, exists

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.errors import InvalidInput
+from phasmid.forces.arguments import broadcast, finite, numbers
 
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """The feet as points that touch the ground.
+
+    The arrays are copied and read-only.
 
     Attributes:
         feet: Feet from the point about which moments are taken [m], shape (..., L, 3).
@@ -36,11 +38,13 @@ class Contacts:
     leg_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        feet = _finite(self.feet, "feet")
+        feet = finite(self.feet, "feet")
         if feet.ndim < 2 or feet.shape[-1] != 3:
             raise InvalidInput(f"feet have shape {feet.shape}; it must end in L, 3: legs, axes.")
+        if feet.shape[-2] == 0:
+            raise InvalidInput(f"feet have shape {feet.shape}; there must be one leg or more.")
         share, normals, friction = (
-            _finite(getattr(self, name), name) for name in ("share", "normals", "friction")
+            finite(getattr(self, name), name) for name in ("share", "normals", "friction")
         )
         if share.min(initial=0.0) < 0 or share.max(initial=0.0) > 1:
             worst = share.min() if share.min() < 0 else share.max()
@@ -53,9 +57,8 @@ class Contacts:
                 "a normal is (0, 0, 0); it must point out of the ground.", hint="(0, 0, 1) is up"
             )
         legs = feet.shape[:-1]
-        shapes = {"share": (share, legs), "normals": (normals / length, feet.shape)}
-        shapes |= {"friction": (friction, legs)}
-        object.__setattr__(self, "feet", feet)
+        shapes = {"feet": (feet, feet.shape), "share": (share, legs), "friction": (friction, legs)}
+        shapes |= {"normals": (normals / length, feet.shape)}
         for name, (value, shape) in shapes.items():
             object.__setattr__(self, name, broadcast(value, shape, name))
         if self.leg_names and len(self.leg_names) != legs[-1]:
@@ -86,11 +89,14 @@ class Contacts:
 class JointLoad:
     """What the joints carry: torque = torque without ground - Jᵀ force.
 
+    The arrays are copied and read-only.
+
     Attributes:
         jacobian: d foot / d q in the axes of the forces [m/rad], shape (..., L, 3, 3).
         torque: Joint torques that the motion needs without the ground [N·m], shape (..., L, 3).
         limit: Largest torque of each joint, either way [N·m], shape (..., L, 3) or one number;
-            none by default.
+            none by default. It counts only for the members that know limits: `FrictionCone` and
+            `SmallestLargestLoad`.
 
     Raises:
         InvalidInput: A number is not finite, a limit is negative, or a shape does not fit.
@@ -101,13 +107,14 @@ class JointLoad:
     limit: float | Float[np.ndarray, "..."] = np.inf
 
     def __post_init__(self) -> None:
-        jacobian, torque = _finite(self.jacobian, "jacobian"), _finite(self.torque, "torque")
+        jacobian, torque = finite(self.jacobian, "jacobian"), finite(self.torque, "torque")
         if jacobian.ndim < 3 or jacobian.shape[-2:] != (3, 3):
             raise InvalidInput(f"jacobian has shape {jacobian.shape}; it must end in L, 3, 3.")
-        limit = np.asarray(self.limit, dtype=float)
-        if not np.all(limit >= 0):
-            raise InvalidInput(f"limit is {np.nanmin(limit):g} N·m; it must be 0 or more.")
-        object.__setattr__(self, "jacobian", jacobian)
+        limit = numbers(self.limit, "limit")
+        bad = ~(limit >= 0)
+        if bad.any():
+            raise InvalidInput(f"limit is {limit[bad][0]:g} N·m; it must be 0 or more.")
+        object.__setattr__(self, "jacobian", broadcast(jacobian, jacobian.shape, "jacobian"))
         object.__setattr__(self, "torque", broadcast(torque, jacobian.shape[:-1], "torque"))
         object.__setattr__(self, "limit", broadcast(limit, jacobian.shape[:-1], "limit"))
 
@@ -120,29 +127,3 @@ class JointLoad:
             force: Forces of the ground on the feet [N], shape (..., L, 3).
         """
         return self.torque - np.einsum("...ij,...i->...j", self.jacobian, force)
-
-
-def broadcast(
-    value: Float[np.ndarray, "*small"], shape: Sequence[int], name: str
-) -> Float[np.ndarray, "*large"]:
-    """A value for each of a shape's entries.
-
-    Raises:
-        InvalidInput: The shapes do not fit.
-    """
-    try:
-        return np.broadcast_to(value, tuple(shape))
-    except ValueError:
-        raise InvalidInput(f"{name} has shape {value.shape}; it must fit {tuple(shape)}.") from None
-
-
-def _finite(value: object, name: str) -> np.ndarray:
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidInput(f"{name} must be an array of numbers.") from None
-    if not np.isfinite(array).all():
-        index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
-        place = f"{name}[{', '.join(map(str, index))}]" if index else name
-        raise InvalidInput(f"{place} is {array[index]:g}; it must be a finite number.")
-    return array

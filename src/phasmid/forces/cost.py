@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import assert_never
+
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.forces.contacts import Contacts, JointLoad
-from phasmid.forces.family import MinimumTorque, Unlimited, WeightedMinimumNorm
+from phasmid.forces.family import MinimumNorm, MinimumTorque, Unlimited, WeightedMinimumNorm
 
 
 def cost_of(
@@ -35,10 +37,15 @@ def cost_of(
         # Half the square of tau - Jᵀ F, and of the lever times F.
         J = joints.jacobian
         H = J @ np.swapaxes(J, -1, -2) + model.lever**2 * np.eye(3)
-        return np.linalg.inv(H), np.einsum("...ij,...j->...i", J, joints.torque)
+        # By eigenvalues: the inverse stays positive for the shortest of levers.
+        sizes, axes = np.linalg.eigh(H)
+        inverse = (axes / sizes[..., None, :]) @ np.swapaxes(axes, -1, -2)
+        return inverse, np.einsum("...ij,...j->...i", J, joints.torque)
     zero = np.zeros(contacts.feet.shape)
     if isinstance(model, WeightedMinimumNorm):
         across = 1.0 / model.tangential_weight
         n = contacts.normals
         return across * np.eye(3) + (1.0 - across) * n[..., :, None] * n[..., None, :], zero
-    return np.broadcast_to(np.eye(3), (*zero.shape, 3)), zero
+    if isinstance(model, MinimumNorm):
+        return np.broadcast_to(np.eye(3), (*zero.shape, 3)), zero
+    assert_never(model)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-SINGULAR = 1e-13
-"""Below this part of the largest, an eigenvalue of the 6 x 6 system is round-off of zero: the feet
-are fewer than three or stand on a line."""
+DEPENDENT = 1e-11
+"""Below this part of the largest, a singular value of the six equations is round-off of zero."""
 
 MISSING = 1e-9
 """A wrench that is missed by more than this part of its size cannot be given."""
@@ -64,21 +63,25 @@ def cheapest_forces(
         return wrench[rows] - (A[rows] @ force[rows].reshape(-1, 3 * legs, 1))[..., 0]
 
     rest = wrench - (AD @ c.reshape(samples, -1, 1))[..., 0]
-    try:
-        force = forces(c, np.linalg.solve(system, rest[..., None])[..., 0])
-        # One step of refinement: where legs are nearly stretched the system is ill-conditioned.
-        again = np.linalg.solve(system, missing(force)[..., None])[..., 0]
-        force = force + forces(np.zeros_like(c), again)
-    except np.linalg.LinAlgError:
-        force = np.full(c.shape, np.inf)
+    # Feet that are fewer than three leave a pivot of 0, and no sample may spoil the others.
+    system[np.linalg.slogdet(system)[0] == 0] = np.eye(6)
+    force = forces(c, np.linalg.solve(system, rest[..., None])[..., 0])
+    # One step of refinement: where legs are nearly stretched the system is ill-conditioned.
+    again = np.linalg.solve(system, missing(force)[..., None])[..., 0]
+    force = force + forces(np.zeros_like(c), again)
     size = 1.0 + np.abs(wrench).max(axis=-1)
-    with np.errstate(invalid="ignore"):
-        off = ~(np.abs(missing(force)).max(axis=-1) <= MISSING * size)
-    if off.any():
-        inverse = np.linalg.pinv(system[off], rcond=SINGULAR, hermitian=True)
-        multipliers = np.zeros((samples, 6))
-        multipliers[off] = (inverse @ rest[off, :, None])[..., 0]
-        force[off] = forces(c, multipliers)[off]
+    off = np.flatnonzero(~(np.abs(missing(force)).max(axis=-1) <= MISSING * size))
+    if len(off):
+        # With D = W Wᵀ and F = D c + W y the least y is sought; the equations A W y = rest have
+        # the root of the system's condition.
+        sizes, axes = np.linalg.eigh(D[off])
+        W = axes * np.sqrt(np.maximum(sizes, 0.0))[..., None, :]
+        B = np.swapaxes(A_foot[off] @ W, 1, 2).reshape(len(off), 6, 3 * legs)
+        inverse = np.linalg.pinv(B, rcond=DEPENDENT)
+        force[off] = (D[off] @ c[off, ..., None])[..., 0]
+        for _ in range(2):
+            y = (inverse @ missing(force, off)[..., None]).reshape(len(off), legs, 3, 1)
+            force[off] += (W @ y)[..., 0]
     left = missing(force)
     return force, np.where((np.abs(left).max(axis=-1) > MISSING * size)[:, None], left, 0.0)
 
@@ -97,9 +100,9 @@ def null_space(B: Float[np.ndarray, "samples 6 axes"]) -> Float[np.ndarray, "sam
     if axes > 6:
         Q, R = np.linalg.qr(np.swapaxes(B, -1, -2), mode="complete")
         pivots = np.abs(np.diagonal(R, axis1=-2, axis2=-1))
-        if np.all(pivots.min(axis=-1) > np.sqrt(SINGULAR) * pivots.max(axis=-1)):
+        if np.all(pivots.min(axis=-1) > DEPENDENT * pivots.max(axis=-1)):
             return np.ascontiguousarray(Q[..., 6:])
     _, sizes, Vh = np.linalg.svd(B, full_matrices=True)
     fixed = np.zeros(Vh.shape[:-1])
-    fixed[..., : sizes.shape[-1]] = sizes > np.sqrt(SINGULAR) * sizes.max(axis=-1, keepdims=True)
+    fixed[..., : sizes.shape[-1]] = sizes > DEPENDENT * sizes.max(axis=-1, keepdims=True)
     return np.ascontiguousarray(np.swapaxes(Vh, -1, -2) * (1.0 - fixed[..., None, :]))

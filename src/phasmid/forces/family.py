@@ -5,9 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from phasmid.errors import InvalidInput, nearest
+from phasmid.forces.arguments import between, described
+
+HEAVIEST = 1e6
+"""Bounds of a tangential weight, and its inverse; beyond them round-off passes 1e-9 of the load."""
+
+SHORTEST = 1e-5
+"""Bound of a lever [m]; below it the same."""
+
+MOST_NORMAL = 1e6
+"""Bound of a least normal force [N]."""
 
 
 @dataclass(frozen=True)
@@ -26,14 +34,14 @@ class WeightedMinimumNorm:
             it is the minimum norm.
 
     Raises:
-        InvalidInput: The weight is not a finite number above 0.
+        InvalidInput: The weight is not between 1e-6 and 1e6.
     """
 
     name: ClassVar[str] = "weighted-minimum-norm"
     tangential_weight: float = 10.0
 
     def __post_init__(self) -> None:
-        _above_zero(self.tangential_weight, "tangential_weight")
+        between(self.tangential_weight, "tangential_weight", 1 / HEAVIEST, HEAVIEST)
 
 
 @dataclass(frozen=True)
@@ -46,14 +54,14 @@ class MinimumTorque:
             torques by about the square of its ratio to the links' lengths.
 
     Raises:
-        InvalidInput: The lever is not a finite number above 0.
+        InvalidInput: The lever is not between 1e-5 m and 1000 m.
     """
 
     name: ClassVar[str] = "minimum-torque"
     lever: float = 1e-3
 
     def __post_init__(self) -> None:
-        _above_zero(self.lever, "lever")
+        between(self.lever, "lever", SHORTEST, 1e3, " m")
 
 
 @dataclass(frozen=True)
@@ -64,19 +72,21 @@ class FrictionCone:
     given each joint of a standing leg stays within its own.
 
     Attributes:
-        cost: What is made least.
+        cost: What is made least: a member that knows no limits, or its name; kept as the member.
         least_normal: Least normal force of a standing foot, times its share [N].
 
     Raises:
-        InvalidInput: The least normal force is negative or not finite.
+        InvalidInput: The cost is no such member, or the least normal force is not between 0 and
+            1e6 N.
     """
 
     name: ClassVar[str] = "friction-cone"
-    cost: MinimumNorm | WeightedMinimumNorm | MinimumTorque = MinimumNorm()
+    cost: MinimumNorm | WeightedMinimumNorm | MinimumTorque | str = MinimumNorm()
     least_normal: float = 0.0
 
     def __post_init__(self) -> None:
-        _zero_or_more(self.least_normal, "least_normal")
+        object.__setattr__(self, "cost", without_limits(self.cost))
+        between(self.least_normal, "least_normal", 0.0, MOST_NORMAL, " N")
 
 
 @dataclass(frozen=True)
@@ -92,8 +102,8 @@ class SmallestLargestLoad:
             With none the least norm would be ill-conditioned wherever friction bounds the load.
 
     Raises:
-        InvalidInput: The least normal force is negative or not finite, or the slack is not
-            between 1e-6 and 1.
+        InvalidInput: The least normal force is not between 0 and 1e6 N, or the slack is not
+            between 1e-5 and 1.
     """
 
     name: ClassVar[str] = "smallest-largest-load"
@@ -101,9 +111,8 @@ class SmallestLargestLoad:
     slack: float = 1e-5
 
     def __post_init__(self) -> None:
-        _zero_or_more(self.least_normal, "least_normal")
-        if not 1e-6 <= self.slack <= 1:
-            raise InvalidInput(f"slack is {self.slack:g}; it must be 1e-6 or more and 1 or less.")
+        between(self.least_normal, "least_normal", 0.0, MOST_NORMAL, " N")
+        between(self.slack, "slack", 1e-5, 1.0)
 
 
 Unlimited = MinimumNorm | WeightedMinimumNorm | MinimumTorque
@@ -135,9 +144,14 @@ def force_model(name: str) -> ForceModel:
     Raises:
         InvalidInput: There is none.
     """
+    known = ", ".join(FORCE_MODELS)
+    if not isinstance(name, str):
+        raise InvalidInput(
+            f"the force model is {described(name)}; it must be a member of the family or its name.",
+            hint=_brackets(name) or f"one of {known}",
+        )
     if name not in _BY_NAME:
         guess = nearest(name, FORCE_MODELS)
-        known = ", ".join(FORCE_MODELS)
         raise InvalidInput(
             f'no force model is called "{name}".',
             hint=f'"{guess}" (known: {known})' if guess else f"one of {known}",
@@ -145,11 +159,23 @@ def force_model(name: str) -> ForceModel:
     return _BY_NAME[name]()
 
 
-def _above_zero(value: float, name: str) -> None:
-    if not 0 < value < np.inf:
-        raise InvalidInput(f"{name} is {value:g}; it must be a finite number greater than 0.")
+def without_limits(cost: Unlimited | str) -> Unlimited:
+    """A member that knows no limits, given as itself or by its name.
+
+    Raises:
+        InvalidInput: It is none.
+    """
+    member = _BY_NAME[cost]() if isinstance(cost, str) and cost in _BY_NAME else cost
+    if isinstance(member, Unlimited):
+        return member
+    names = [kind.name for kind in _BY_NAME.values() if issubclass(kind, Unlimited)]
+    raise InvalidInput(
+        f"the cost is {described(cost)}; it must be a force model without limits of its own.",
+        hint=_brackets(cost) or f"one of {', '.join(names)}",
+    )
 
 
-def _zero_or_more(value: float, name: str) -> None:
-    if not 0 <= value < np.inf:
-        raise InvalidInput(f"{name} is {value:g} N; it must be a finite number, 0 or more.")
+def _brackets(value: object) -> str:
+    """What to write in place of a member's class."""
+    members = isinstance(value, type) and value in _BY_NAME.values()
+    return f"{value.__name__}()" if members and isinstance(value, type) else ""

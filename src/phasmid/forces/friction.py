@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.forces.arguments import between, check_kind, finite, numbers
 from phasmid.forces.contacts import Contacts
 
 
@@ -45,8 +46,7 @@ class FrictionStatistics:
         Raises:
             InvalidInput: The percentile is not between 0 and 100.
         """
-        if not 0 <= percentile <= 100:
-            raise InvalidInput(f"percentile is {percentile:g}; it must be between 0 and 100.")
+        between(percentile, "percentile", 0, 100)
         stands = np.isfinite(self.normal_force)
         if not stands.any():
             return {}
@@ -72,18 +72,22 @@ def friction_statistics(contacts: Contacts, force: Float[np.ndarray, "..."]) -> 
 
     Args:
         contacts: The feet, which of them stand, and the ground under them.
-        force: Forces of the ground on the feet, in the axes of the contacts [N], (..., L, 3).
+        force: Forces of the ground on the feet, in the axes of the contacts [N], (..., L, 3);
+            those of feet that do not stand do not matter.
 
     Raises:
-        InvalidInput: The forces are not of these feet.
+        InvalidInput: The forces are not of these feet, or that of a standing one is not finite.
     """
-    force = np.asarray(force, dtype=float)
+    check_kind(contacts, Contacts, "contacts", "Contacts(feet, stance)")
+    force = numbers(force, "force")
     if force.shape != contacts.feet.shape:
         raise InvalidInput(f"force has shape {force.shape}; it must be {contacts.feet.shape}.")
+    stands = contacts.stance
+    force[~stands] = 0.0
+    finite(force, "force")
     n = contacts.normals
     normal = np.sum(force * n, axis=-1)
     tangential = np.linalg.norm(force - normal[..., None] * n, axis=-1)
-    stands = contacts.stance
     pushes = normal > 0
     demand = np.where(pushes, tangential / np.where(pushes, normal, 1.0), np.inf)
     demand = np.where((normal == 0) & (tangential == 0), 0.0, demand)

@@ -6,12 +6,17 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad
+from phasmid.forces.equilibrium import grasp_matrix
+from phasmid.forces.family import MinimumTorque, Unlimited, WeightedMinimumNorm
 from phasmid.forces.problem import Problem
 from phasmid.forces.relaxation import StandingFeet
 from phasmid.robot import JOINTS
 
 NOTHING = 1e-6
 """Below this part of the load nothing passes a limit."""
+
+LINE = 1e-12
+"""Feet are on one line where they stand off it by less than this part of their distances."""
 
 MOST_FRICTION = 1e3
 """Friction beyond this many times what there is, is not worth a hint."""
@@ -22,8 +27,9 @@ def explain(
     sample: int,
     missing: Float[np.ndarray, "6"],
     least: float,
+    cost: Unlimited,
     batch: tuple[int, ...],
-    time: Float[np.ndarray, "*times"] | None,
+    time: Float[np.ndarray, "*batch"] | None,
 ) -> InfeasibleLoad:
     """The refusal of a sample.
 
@@ -35,14 +41,18 @@ def explain(
         sample: Number of the sample.
         missing: What the feet cannot give of its wrench.
         least: Least normal force of a foot with full share [N].
+        cost: What is made least.
         batch: The leading axes of the caller's arrays, for the sample's index.
         time: Times of the samples [s].
     """
-    error = _too_few(problem, sample, missing) if missing.any() else _passed(problem, sample, least)
+    if missing.any():
+        error = _too_few(problem, sample) or _ill_conditioned(problem, sample, missing, cost)
+    else:
+        error = _passed(problem, sample, least)
     index = tuple(int(i) for i in np.unravel_index(sample, batch)) if batch else ()
     words = [f"sample {', '.join(map(str, index))}"] if index else []
     if time is not None:
-        words.append(f"at {float(np.broadcast_to(time, batch)[index]):.4g} s")
+        words.append(f"at {float(time[index]):.4g} s")
     return InfeasibleLoad(
         f"{' '.join(words)}: {error.what}" if words else error.what,
         limit=error.limit,
@@ -53,25 +63,73 @@ def explain(
     )
 
 
-def _too_few(problem: Problem, sample: int, missing: np.ndarray) -> InfeasibleLoad:
-    """Feet that cannot give the wrench whatever their forces."""
+def _too_few(problem: Problem, sample: int) -> InfeasibleLoad | None:
+    """Feet that cannot give the wrench whatever their forces; none where their places allow it.
+
+    Any foot can give the force; what is missing of the moment is told with the force given.
+    """
     carrying = problem.carrying()[sample]
     names = tuple(name for name, stands in zip(problem.names, carrying, strict=True) if stands)
-    force, moment = (float(np.linalg.norm(part)) for part in (missing[:3], missing[3:]))
-    lacks = [f"{force:.3g} N"] if force > NOTHING else []
-    lacks += [f"{moment:.3g} N·m"] if moment > NOTHING else []
+    feet, force, moment = (
+        problem.feet[sample][carrying],
+        problem.wrench[sample, :3],
+        problem.wrench[sample, 3:],
+    )
+    if len(names):
+        # Forces that sum to zero give the moments Σ (p - centre) × F.
+        centre = feet.mean(axis=0)
+        spread = np.linalg.svd(feet - centre)[1]
+        if len(names) > 2 and spread[1] > LINE * spread[0]:
+            return None
+        arms = grasp_matrix(feet - centre)[3:]
+        moment = moment - np.cross(centre, force)
+        moment = moment - arms @ (np.linalg.pinv(arms, rcond=LINE) @ moment)
+        force = np.zeros(3)
     if not names:
         who = "no foot stands to give the load"
     elif len(names) < 3:
         who = f"{_subject('foot', 'feet', names)} alone cannot give the load"
     else:
         who = f"the feet {_listed(names)} stand on one line and cannot give the load"
+    lacks, excess = _lacks(force, moment)
     return InfeasibleLoad(
-        f"{who}; {' and '.join(lacks)} of it would be missing.",
+        f"{who}; {lacks} of it would be missing.",
         limit="feet",
         culprits=names,
-        excess=(force, moment),
+        excess=excess,
         hint="three standing feet or more, not on one line",
+    )
+
+
+def _ill_conditioned(
+    problem: Problem, sample: int, missing: np.ndarray, cost: Unlimited
+) -> InfeasibleLoad:
+    """Feet whose forces round-off spoils, though their places allow the load."""
+    carrying = problem.carrying()[sample]
+    names = tuple(name for name, stands in zip(problem.names, carrying, strict=True) if stands)
+    hint = "feet further from one line, or shares nearer to 1"
+    if isinstance(cost, MinimumTorque):
+        hint = f"a lever longer than {cost.lever:g} m, {hint}"
+    if isinstance(cost, WeightedMinimumNorm):
+        hint = f"a tangential_weight nearer to 1 than {cost.tangential_weight:g}, {hint}"
+    lacks, excess = _lacks(missing[:3], missing[3:])
+    return InfeasibleLoad(
+        f"the equations of {_subject('foot', 'feet', names)} are ill-conditioned; their forces "
+        f"would miss the load by {lacks}.",
+        limit="feet",
+        culprits=names,
+        excess=excess,
+        hint=hint,
+    )
+
+
+def _lacks(force: np.ndarray, moment: np.ndarray) -> tuple[str, tuple[float, float]]:
+    """What is missing of a force and a moment, in words and as numbers [N, N·m]."""
+    sizes = float(np.linalg.norm(force)), float(np.linalg.norm(moment))
+    units = zip(sizes, ("N", "N·m"), strict=True)
+    return (
+        " and ".join(f"{size:.3g} {unit}" for size, unit in units if size > NOTHING * max(sizes)),
+        sizes,
     )
 
 
@@ -120,9 +178,9 @@ def _slip(feet: StandingFeet, excess: np.ndarray, least: float, enough: float) -
     factor = _needed_friction(feet, least, enough)
     hint = "a flatter ground, or a slower motion"
     if factor is not None and np.ptp(feet.friction) == 0:
-        hint = f"friction of {factor * feet.friction[0]:.3g} or more, {hint}"
+        hint = f"friction of {factor * feet.friction[0]:.3g} or more at this sample, {hint}"
     elif factor is not None:
-        hint = f"friction of {factor:.3g} times as much or more, {hint}"
+        hint = f"friction of {factor:.3g} times as much or more at this sample, {hint}"
     return InfeasibleLoad(
         f"with {_listed(feet.names)} standing, {_subject('foot', 'feet', names)} would slip; "
         f"friction of {_listed(frictions)} falls short by {_numbers(excess[bad])} N.",

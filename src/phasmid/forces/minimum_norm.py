@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.errors import InfeasibleLoad
+from phasmid.errors import InfeasibleLoad, InvalidInput
+from phasmid.forces.arguments import finite
 
 MISSED = 1e-9
 """Part of the load by which the equations may be missed; it is round-off, below 1e-12."""
@@ -32,10 +33,19 @@ def minimum_norm(
 
     Raises:
         InfeasibleLoad: In some sample the standing feet are fewer than three or lie on a line.
+        InvalidInput: A number is not finite, or the shapes do not fit each other.
 
     Source: minimisation of the norm of the feet forces, as the paper's abstract names it.
     """
-    weight = stance.astype(float)
+    feet, weight, wrench = finite(feet, "feet"), finite(stance, "stance"), finite(wrench, "wrench")
+    batch = wrench.shape[:-1]
+    if (feet.shape, wrench.shape) != ((*batch, *weight.shape[-1:], 3), (*batch, 6)) or (
+        weight.shape != feet.shape[:-1]
+    ):
+        raise InvalidInput(
+            f"feet, stance and wrench have shapes {feet.shape}, {weight.shape} and {wrench.shape}; "
+            "they must be (..., L, 3), (..., L) and (..., 6) with the same leading axes."
+        )
     # The Lagrange multipliers of the six equations are a force and a moment, and each foot's
     # force is F_i = force + moment x p_i; so the whole problem is one 6 x 6 solution.
     p = feet * weight[..., None]
@@ -53,11 +63,11 @@ def minimum_norm(
     normal[..., 3:, 3:] = trace[..., None, None] * np.eye(3) - second
     try:
         multipliers = np.linalg.solve(normal, wrench[..., None])
-        missed = np.abs(normal @ multipliers - wrench[..., None]).max(initial=0.0)
+        missed = np.abs(normal @ multipliers - wrench[..., None]).max(axis=(-2, -1))
     except np.linalg.LinAlgError:
-        missed = np.inf
+        missed = np.array(np.inf)
     # Feet on a line make the system singular, which round-off may hide; its solution is then huge.
-    if not missed <= MISSED * (1.0 + np.abs(wrench).max(initial=0.0)):
+    if not np.all(missed <= MISSED * (1.0 + np.abs(wrench).max(axis=-1))):
         raise InfeasibleLoad(
             "somewhere fewer than three feet stand, or on one line; they cannot give any load.",
             limit="feet",

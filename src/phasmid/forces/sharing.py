@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad, InvalidInput
+from phasmid.forces.arguments import broadcast, check_kind, finite
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.cost import cost_of
 from phasmid.forces.equilibrium import cheapest_forces
@@ -16,6 +17,7 @@ from phasmid.forces.family import (
     SmallestLargestLoad,
     Unlimited,
     force_model,
+    without_limits,
 )
 from phasmid.forces.infeasibility import explain
 from phasmid.forces.limits import admissible_forces
@@ -42,7 +44,7 @@ def share_load(
             the feet are measured, shape (..., 6). Leading axes broadcast.
         model: A member of the family, or its name for one with default options.
         joints: What the joints carry; needed for the least torques and for torque limits.
-        time: Times of the samples [s], for messages.
+        time: Times of the samples [s], for messages; its shape must fit the leading axes.
 
     Returns:
         Forces in the axes of the inputs [N], shape (..., L, 3); 0 where a foot's share is 0.
@@ -50,18 +52,22 @@ def share_load(
     Raises:
         InfeasibleLoad: The standing feet cannot give the wrench within the model's limits; it
             tells the first such sample, the feet or joints, the limit, and by how much.
-        InvalidInput: A shape or number does not fit, or the model needs the joints' load.
+        InvalidInput: A kind, shape or number does not fit, or the model needs the joints' load.
 
     Source: docs/forces.md.
     """
-    model = force_model(model) if isinstance(model, str) else model
-    wrench = np.asarray(wrench, dtype=float)
+    check_kind(contacts, Contacts, "contacts", "Contacts(feet, stance)")
+    if joints is not None:
+        check_kind(joints, JointLoad, "joints", "JointLoad(jacobian, torque)")
+    if not isinstance(model, ForceModel):
+        model = force_model(model)
+    wrench = finite(wrench, "wrench")
     if wrench.shape[-1:] != (6,):
         raise InvalidInput(f"wrench has shape {wrench.shape}; its last axis must have 6 entries.")
-    if not np.isfinite(wrench).all():
-        raise InvalidInput("wrench holds a number that is not finite.")
     batch = shared_axes(contacts, wrench, joints)
     shape = (*batch, *contacts.feet.shape[-2:])
+    if time is not None:
+        time = broadcast(finite(time, "time"), batch, "time")
 
     share = np.asarray(contacts.share)
     plain = np.all((share == 0) | (share == 1)) and np.all(share.sum(axis=-1) >= 3)
@@ -74,7 +80,10 @@ def share_load(
             pass  # Feet on one line; the general way tells whether they can give this load.
 
     limited = model if isinstance(model, FrictionCone | SmallestLargestLoad) else None
-    inverse, gain = cost_of(_unlimited(model), contacts, joints)
+    cost = _unlimited(model)
+    inverse, gain = cost_of(cost, contacts, joints)
+    if 0 in batch:
+        return np.zeros(shape)
     problem = in_a_row(contacts, wrench, joints, batch, inverse, gain)
     force, missing = cheapest_forces(problem.grasp, problem.inverse, problem.gain, problem.wrench)
     given = ~missing.any(axis=-1)
@@ -84,12 +93,12 @@ def share_load(
     if not given.all():
         lost = int(np.argmin(given))
         least = limited.least_normal if limited is not None else 0.0
-        raise explain(problem, lost, missing[lost], least, batch, time)
+        raise explain(problem, lost, missing[lost], least, cost, batch, time)
     return force.reshape(shape)
 
 
 def _unlimited(model: ForceModel) -> Unlimited:
     """What a model would make least without limits."""
     if isinstance(model, FrictionCone):
-        return model.cost
+        return without_limits(model.cost)
     return MinimumNorm() if isinstance(model, SmallestLargestLoad) else model

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.forces.arguments import finite, number
 from phasmid.gait import Gait
 from phasmid.gait.gait import PHASE_TOLERANCE
 
@@ -30,8 +31,12 @@ def load_share(
         Shares from 0 to 1, shape (..., L).
 
     Raises:
-        InvalidInput: The window is longer than half the stance or half the swing.
+        InvalidInput: The period is not above 0, the window is longer than half the stance or half
+            the swing, or a time is not finite.
     """
+    period, window = number(period, "period"), number(window, "window")
+    if not 0 < period < np.inf:
+        raise InvalidInput(f"period is {period:g} s; it must be a finite number greater than 0.")
     stance, swing = gait.duty_factor * period, gait.swing_fraction * period
     longest = min(stance, swing) / 2
     if not 0 <= window <= longest * (1 + PHASE_TOLERANCE):
@@ -40,7 +45,7 @@ def load_share(
             f"half of the shorter of stance ({stance:.4g} s) and swing ({swing:.4g} s).",
             hint=f"load_transfer = {longest / 2:.4g}",
         )
-    phase = np.asarray(np.asarray(time, dtype=float) / period)
+    phase = np.asarray(finite(time, "time") / period)
     if window == 0:
         return gait.stance(phase).astype(float)
     own = gait.leg_phase(phase)
