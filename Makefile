@@ -45,9 +45,9 @@ lint: $(READY) ## check style, types and layers
 	@echo "== layers"
 	@"$(BIN)/lint-imports" --no-logo
 
-bench: $(READY) ## measure how fast it is
+bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --memory 0)
 	@"$(BIN)/python" benchmarks/run.py
-	@"$(BIN)/python" benchmarks/kernels.py
+	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
 	@"$(BIN)/python" benchmarks/forces.py
 
 UV_LOCK = uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --only-binary :all: \

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from phasmid import batch, dynamics, kinematics
-from phasmid.batch import generated
+from phasmid.batch import generated, series
 from phasmid.errors import Unreachable
 from phasmid.robot import Robot, load_robot
 
@@ -249,3 +249,19 @@ def test_memory_stays_within_three_times_the_inputs(rng: np.random.Generator) ->
         assert inputs + peak < 3 * inputs
         # In fact no more than the results and a few megabytes.
         assert peak < q.nbytes + 6e6
+
+
+def test_all_cores_are_those_that_this_process_may_use(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # One core out of many: parts are then worked on in turn, whatever the machine has.
+    monkeypatch.setattr(series.os, "cpu_count", lambda: 64)
+    monkeypatch.setattr(series.os, "sched_getaffinity", lambda _: {3}, raising=False)
+    parts: list[tuple[int, int]] = []
+    series.in_parts(lambda *part: parts.append(part), 4 * series.PART, None, largest=None)
+    assert parts == [(0, 4 * series.PART)]
+    monkeypatch.delattr(series.os, "sched_getaffinity")
+    monkeypatch.setattr(series.os, "cpu_count", lambda: 2)
+    parts.clear()
+    series.in_parts(lambda *part: parts.append(part), 4 * series.PART, None, largest=None)
+    assert sorted(parts) == [(0, 2 * series.PART), (2 * series.PART, 4 * series.PART)]

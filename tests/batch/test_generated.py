@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -57,11 +59,20 @@ def test_arrays_of_recorded_numbers_compute_entry_by_entry() -> None:
     assert isinstance(np.maximum(x, 0.0), Number)
 
 
-@pytest.mark.parametrize("absent", [False, True])
-def test_numba_is_loaded_when_first_needed_and_may_be_absent(absent: bool) -> None:
+def test_the_file_that_numba_watches_changes_with_how_it_is_compiled() -> None:
+    # numba's cache knows a kernel by the size and the time of the file of its code. Options and
+    # prefetch stand in another file, whose fingerprint that one carries.
+    how = Path(compiled.__file__).read_text(encoding="utf-8")
+    assert hashlib.sha256(how.encode()).hexdigest() in Path(generated.__file__).read_text()
+    code = compiled.machine_code("foot_position").py_func.__code__
+    assert Path(code.co_filename) == Path(generated.__file__)
+
+
+@pytest.mark.parametrize("why_not", ["", "absent", "disabled"])
+def test_numba_is_loaded_when_first_needed_and_may_be_absent(why_not: str) -> None:
     code = (
         "import sys\n"
-        + ("sys.modules['numba'] = None\n" if absent else "")
+        + ("sys.modules['numba'] = None\n" if why_not == "absent" else "")
         + "import phasmid, numpy as np\n"
         "from phasmid import batch, dynamics\n"
         "assert not sys.modules.get('numba')\n"
@@ -71,8 +82,12 @@ def test_numba_is_loaded_when_first_needed_and_may_be_absent(absent: bool) -> No
         "assert abs(ours - theirs).max() < 1e-12\n"
         "print(batch.backend())\n"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.startswith("NumPy" if absent else "numba ")
+    # With NUMBA_DISABLE_JIT numba leaves Python's loops as they are.
+    env = os.environ | ({"NUMBA_DISABLE_JIT": "1"} if why_not == "disabled" else {})
+    run = subprocess.run(
+        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
+    )
+    assert run.stdout.startswith("NumPy" if why_not else "numba ")
     assert not run.stderr
 
 

@@ -37,7 +37,36 @@ REFUSALS = {
         "out shares memory with p_hip_foot; it must be an array of its own."
     ),
     "batch.inverse_dynamics(robot, dynamics.BodyMotion.at_rest(), q, q, q)": (
-        "q has shape (4, 3); it must end in 6, 3: legs, joints or axes."
+        "q has shape (4, 3); it must end in 6, 3."
+    ),
+    "batch.leg_torque(robot, q, q, q)": (
+        "leg is of type Robot; it must be a Leg or the arrays of a robot's legs.\n"
+        "  try  robot.arrays, or robot.legs[0]"
+    ),
+    "batch.foot_position(robot, q)": (
+        "leg is of type Robot; it must be a Leg or the arrays of a robot's legs.\n"
+        "  try  robot.arrays, or robot.legs[0]"
+    ),
+    "batch.jacobian(None, q)": (
+        "leg is None; it must be a Leg or the arrays of a robot's legs.\n"
+        "  try  robot.arrays, or robot.legs[0]"
+    ),
+    "batch.joint_angles(None, q)": (
+        "leg is None; it must be a Leg or the arrays of a robot's legs.\n"
+        "  try  robot.arrays, or robot.legs[0]"
+    ),
+    "batch.leg_torque(leg, q, q, q, gravity='x')": "gravity is x; it must be one finite number.",
+    "batch.leg_torque(leg, q, q, q, gravity=q)": (
+        "gravity is an array of shape (4, 3); it must be one finite number."
+    ),
+    "batch.inverse_dynamics(robot, dynamics.BodyMotion.at_rest(), Q, Q, Q, gravity=np.nan)": (
+        "gravity is nan; it must be one finite number."
+    ),
+    "batch.inverse_dynamics(leg, dynamics.BodyMotion.at_rest(), Q, Q, Q)": (
+        'robot is of type Leg; it must be a Robot.\n  try  phasmid.load_robot("phantomx-paper")'
+    ),
+    "batch.inverse_dynamics(robot, None, Q, Q, Q)": (
+        "body is None; it must be a BodyMotion.\n  try  dynamics.BodyMotion.at_rest()"
     ),
 }
 
@@ -47,7 +76,7 @@ import numpy as np
 import phasmid
 from phasmid import batch, dynamics
 robot = phasmid.load_robot("phantomx-paper")
-leg, q = robot.legs[0], np.zeros((4, 3))
+leg, q, Q = robot.legs[0], np.zeros((4, 3)), np.zeros((6, 3))
 frozen = np.zeros((4, 3))
 frozen.flags.writeable = False
 said = {}

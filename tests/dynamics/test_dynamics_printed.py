@@ -167,8 +167,8 @@ def test_states_of_another_number_of_joints_are_refused(which: int) -> None:
         "except PhasmidError as error: print(error)"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    what = ("joint angles", "joint speeds", "joint accelerations", "foot forces")[which]
-    assert run.stdout == f"{what} have shape (2,); the last axis must have 3 entries.\n"
+    what = ("q", "qd", "qdd", "foot_force")[which]
+    assert run.stdout == f"{what} has shape (2,); it must end in 3.\n"
 
 
 def test_leg_matrices_gives_the_print_where_it_is_asked_for(
@@ -182,7 +182,25 @@ def test_leg_matrices_gives_the_print_where_it_is_asked_for(
     assert np.abs(asked.M - right).max() > 1e-4
 
 
+def test_leg_torque_gives_the_print_where_it_is_asked_for(
+    robot: Robot, rng: np.random.Generator
+) -> None:
+    q = _angles(robot, rng)
+    qd, qdd, force = rng.uniform(-10, 10, size=(3, *q.shape))
+    motion = (robot.arrays, q, qd, qdd)
+    asked = dynamics.leg_torque(*motion, foot_force=force, form="as-printed", gravity=3.7)
+    print_ = printed_leg_torque(*motion, foot_force=force, gravity=3.7)
+    np.testing.assert_array_equal(asked, print_)
+    right = dynamics.leg_torque(*motion, foot_force=force, form="corrected", gravity=3.7)
+    # The sign of Eq. 11 alone doubles what the ground does to the coxa: 10 N at some 0.1 m.
+    assert np.abs(asked - right).max() > 0.1
+
+
 def test_another_form_is_refused() -> None:
-    leg = load_robot("phantomx-paper").legs[0]
-    with pytest.raises(InvalidInput, match='form is "printed"; it must be "corrected" or "as-pri'):
-        dynamics.leg_matrices(leg, np.zeros(3), form="printed")
+    leg, q = load_robot("phantomx-paper").legs[0], np.zeros(3)
+    for call in (
+        lambda: dynamics.leg_matrices(leg, q, form="printed"),
+        lambda: dynamics.leg_torque(leg, q, q, q, form="printed"),
+    ):
+        with pytest.raises(InvalidInput, match='form is "printed"; it must be "corrected" or "as-'):
+            call()

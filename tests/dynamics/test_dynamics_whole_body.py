@@ -158,5 +158,5 @@ def test_trunk_and_joints_of_unlike_lengths_are_refused(
 ) -> None:
     _, body = _random_motion(rng, 4)
     q = np.zeros((3, len(robot.legs), 3))
-    with pytest.raises(InvalidInput, match=r"body, q, qd are \(4,\), \(3,\), \(3,\)"):
+    with pytest.raises(InvalidInput, match=r"are body \(4,\), q \(3,\), qd \(3,\)"):
         dynamics.kinetic_energy(robot, body, q, q)

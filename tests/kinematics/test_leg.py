@@ -169,4 +169,4 @@ def test_an_array_of_another_width_is_refused_in_a_sentence(function):
         "    print(error)\n"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.endswith("have shape (4, 2); the last axis must have 3 entries.\n")
+    assert run.stdout.endswith("has shape (4, 2); it must end in 3.\n")

@@ -1,4 +1,8 @@
-"""The kernels as machine code, made when first asked for; numba is optional."""
+"""The kernels as machine code, made when first asked for; numba is optional.
+
+``generated.py`` carries a fingerprint of this file, so that numba's cache, which looks at that file
+alone, notices other options too: run ``python -m phasmid.batch.generate`` after changing this one.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +23,14 @@ up, since the reduction of angles counts on it."""
 
 @cache
 def numba() -> ModuleType | None:
-    """The package numba, or none where it is missing or does not fit."""
+    """The package numba, or none where it is missing, does not fit or may not compile."""
     try:
-        return import_module("numba")
+        module = import_module("numba")
     except ImportError:
         return None
+    # NUMBA_DISABLE_JIT leaves Python's own loops, which cannot call the prefetch and would be far
+    # slower than NumPy.
+    return None if module.config.DISABLE_JIT else module
 
 
 def backend() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import math
 from collections.abc import Callable, Iterator
@@ -17,6 +18,8 @@ from phasmid.batch.source import Rows, at, block_source, coefficients_source
 HEADER = '''"""What numba compiles. Made by ``python -m phasmid.batch.generate``; do not edit.
 
 All of it is in one file, since numba's cache looks at the file of the outermost function alone.
+How it is compiled counts as well: SHA-256 of compiled.py is
+{fingerprint}.
 """
 
 # ruff: noqa: ARG001, D103, E501
@@ -27,13 +30,16 @@ All of it is in one file, since numba's cache looks at the file of the outermost
 
 def generated_source() -> str:
     """The text of ``generated.py``."""
+    # Read, not imported: as text its options and its prefetch have a fingerprint.
+    how = Path(__file__).with_name("compiled.py").read_text(encoding="utf-8")
+    header = HEADER.format(fingerprint=hashlib.sha256(how.encode()).hexdigest())
     docstring = inspect.getsource(rows_module).index("import math")
     common = inspect.getsource(rows_module)[docstring:]
     parts = [_kernel_source(kernel) for kernel in KERNELS]
     count = max(total for _, total in parts)
     places = ", ".join(at(i) for i in range(count))
     rows = f"({places}) = (\n    np.uint64(i) * BLOCK for i in range({count})\n)\n"
-    return "\n\n".join([f"{HEADER}\n{common}\n{rows}", *(text for text, _ in parts)])
+    return "\n\n".join([f"{header}\n{common}\n{rows}", *(text for text, _ in parts)])
 
 
 def _kernel_source(kernel: Kernel) -> tuple[str, int]:
@@ -143,4 +149,4 @@ def _driver(kernel: Kernel, places: dict[str, int], total: int) -> Iterator[str]
 
 
 if __name__ == "__main__":
-    Path(__file__).with_name("generated.py").write_text(generated_source())
+    Path(__file__).with_name("generated.py").write_text(generated_source(), encoding="utf-8")

@@ -1,6 +1,8 @@
 """What numba compiles. Made by ``python -m phasmid.batch.generate``; do not edit.
 
 All of it is in one file, since numba's cache looks at the file of the outermost function alone.
+How it is compiled counts as well: SHA-256 of compiled.py is
+1e88e322c70d0c0ff189ef04c842352fe2f4546642e63ef7e1a88e1ab50a955a.
 """
 
 # ruff: noqa: ARG001, D103, E501

@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import dynamics, kinematics
-from phasmid.batch.arguments import leading_axes, numbers, room
 from phasmid.batch.evaluation import evaluate
-from phasmid.dynamics.leg import link_arrays
+from phasmid.batch.result import room
+from phasmid.dynamics.matrices import link_arrays
 from phasmid.errors import InvalidInput
+from phasmid.kinematics.arguments import check_leg, leading_axes, number, numbers
 from phasmid.kinematics.leg import angles_of, unreachable
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
@@ -46,7 +47,8 @@ def leg_torque(
         Torques of coxa, femur and tibia [N·m], shape (..., 3).
 
     Raises:
-        InvalidInput: A shape, ``threads`` or ``out`` does not fit.
+        InvalidInput: It is no leg, an array, ``threads`` or ``out`` does not fit, or gravity is no
+            finite number.
 
     Source: Eq. 11, corrected.
     """
@@ -55,7 +57,8 @@ def leg_torque(
         given |= numbers(foot_force=foot_force)
     names = ("lengths", "mass", "com", "inertia")
     legs = dict(zip(names, link_arrays(leg), strict=True))
-    legs = {"gravity": np.full(legs["lengths"].shape[:-1], float(gravity)), **legs}
+    gravity = number("gravity", gravity)
+    legs = {"gravity": np.full(legs["lengths"].shape[:-1], gravity), **legs}
 
     kernel = "leg_torque" if foot_force is None else "loaded_leg_torque"
     readable = partial(dynamics.leg_torque, leg, gravity=gravity)
@@ -81,8 +84,9 @@ def foot_position(
         Foot in the leg's hip frame [m], shape (..., 3).
 
     Raises:
-        InvalidInput: A shape, ``threads`` or ``out`` does not fit.
+        InvalidInput: It is no leg, or an array, ``threads`` or ``out`` does not fit.
     """
+    check_leg(leg, Leg, LegArrays)
     readable = partial(kinematics.foot_position, leg)
     legs = {"lengths": leg.lengths}
     return _filled("foot_position", leg, legs, numbers(q=q), (3,), readable, threads, out)
@@ -107,8 +111,9 @@ def jacobian(
         d foot / d q [m/rad], shape (..., 3, 3): rows x, y, z; columns coxa, femur, tibia.
 
     Raises:
-        InvalidInput: A shape, ``threads`` or ``out`` does not fit.
+        InvalidInput: It is no leg, or an array, ``threads`` or ``out`` does not fit.
     """
+    check_leg(leg, Leg, LegArrays)
     readable = partial(kinematics.jacobian, leg)
     legs = {"lengths": leg.lengths}
     return _filled("jacobian", leg, legs, numbers(q=q), (3, 3), readable, threads, out)
@@ -135,7 +140,7 @@ def joint_angles(
     Raises:
         Unreachable: A point is nearer or farther than the leg can go; carries the first such
             point. ``out`` is then filled in part.
-        InvalidInput: A shape, ``threads`` or ``out`` does not fit.
+        InvalidInput: It is no leg, or an array, ``threads`` or ``out`` does not fit.
     """
 
     def readable(p_hip_foot: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -143,6 +148,7 @@ def joint_angles(
         q, margin = angles_of(lengths, p)
         return np.stack(q, axis=-1), np.asarray(margin)
 
+    check_leg(leg, Leg, LegArrays)
     given = numbers(p_hip_foot=p_hip_foot)
     call = _Call(leg, given, (3,), out)
     # The error tells of the point, which must still be there.

@@ -69,8 +69,8 @@ def in_parts(
     Args:
         work: Takes where a part starts and stops; returns the first sample that has no solution.
         count: Number of samples.
-        threads: How many parts may be worked on at the same time; as many as the machine has
-            cores if None.
+        threads: How many parts may be worked on at the same time; as many as this
+            process may use cores if None.
         largest: Samples in a part at most; as many as give each thread one part if None.
 
     Returns:
@@ -80,7 +80,7 @@ def in_parts(
         InvalidInput: The number of threads is none.
     """
     if threads is None:
-        threads = os.cpu_count() or 1
+        threads = _cores()
     if not _is_count(threads):
         raise InvalidInput(
             f"threads is {threads!r}; it must be a whole number of at least 1, "
@@ -95,6 +95,13 @@ def in_parts(
     with ThreadPoolExecutor(min(int(threads), len(parts))) as pool:
         found = pool.map(lambda part: work(*part), parts)
         return min((sample for sample in found if sample is not None), default=None)
+
+
+def _cores() -> int:
+    """How many cores this process may use, where the system tells, or how many there are."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _is_count(value: object) -> bool:

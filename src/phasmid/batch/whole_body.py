@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import dynamics
-from phasmid.batch.arguments import numbers
 from phasmid.batch.evaluation import evaluate
 from phasmid.dynamics import BodyMotion, JointTorqueAndWrench
-from phasmid.dynamics.whole_body import leading_axes
+from phasmid.dynamics.whole_body import joint_arrays
+from phasmid.kinematics.arguments import number
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -42,13 +42,15 @@ def inverse_dynamics(
         Joint torques, shape (..., L, 3), and the wrench on the trunk, shape (..., 6).
 
     Raises:
-        InvalidInput: A shape or ``threads`` does not fit.
+        InvalidInput: It is no robot or no motion of a trunk, an array or ``threads`` does not fit,
+            or gravity is no finite number.
     """
-    count = len(robot.legs)
-    force = np.zeros((count, 3)) if foot_force is None else foot_force
-    joints = numbers(q=q, qd=qd, qdd=qdd, foot_force=force)
-    lead = leading_axes(robot, body, **joints)
-    gravities = np.full(count, float(gravity))
+    loads = {} if foot_force is None else {"foot_force": foot_force}
+    lead, given = joint_arrays(robot, body, q=q, qd=qd, qdd=qdd, **loads)
+    count, gravity = len(robot.legs), number("gravity", gravity)
+    gravities = np.full(count, gravity)
+    force = [] if loads else [np.zeros((count, 3))]
+    joints = dict(zip(("q", "qd", "qdd", "foot_force"), [*given, *force], strict=True))
     arrays, trunk = robot.arrays, robot.body
 
     def readable(

@@ -1,7 +1,8 @@
 """The leg's equations of motion derived in symbols, by Newton-Euler and by Lagrange.
 
-It needs sympy, which comes with the extra ``derivation``. ``python -m phasmid.derivation`` derives
-Eq. 10 both ways and prints it, corrected, in the paper's form.
+It needs sympy (``pip install sympy``, or this package with its extra ``derivation``).
+``python -m phasmid.derivation`` derives Eq. 10 both ways and prints it, corrected, in the paper's
+form.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ def __getattr__(name: str) -> Any:
             "the derivation needs sympy, which is not installed; "
             "it must be there to derive equations in symbols.",
             where="phasmid.derivation",
-            hint='pip install "phasmid[derivation]"',
+            hint="pip install sympy",
         )
     return getattr(import_module(f"phasmid.derivation.{_MODULE_OF[name]}"), name)
 

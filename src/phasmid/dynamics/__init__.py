@@ -11,7 +11,8 @@ from phasmid.dynamics.floating_base import (
     mass_matrix,
     momentum,
 )
-from phasmid.dynamics.leg import LegMatrices, leg_matrices, leg_torque
+from phasmid.dynamics.leg import leg_matrices, leg_torque
+from phasmid.dynamics.matrices import LegMatrices
 from phasmid.dynamics.whole_body import (
     JointTorqueAndWrench,
     inverse_dynamics,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, located
+from phasmid.kinematics.arguments import lead, numbers, shared_axes
 
 ROTATION_TOLERANCE = 1e-6
 """By this much a rotation's columns may miss being orthogonal unit vectors."""
@@ -40,43 +42,29 @@ class BodyMotion:
     angular_acceleration: Float[np.ndarray, "*#batch 3"]
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            array = np.array(getattr(self, field.name), dtype=float)
-            tail = (3, 3) if field.name == "rotation" else (3,)
-            if array.shape[-len(tail) :] != tail:
-                raise InvalidInput(
-                    f"body motion: {field.name} has shape {array.shape}; "
-                    f"it must end in {', '.join(map(str, tail))}."
-                )
-            if not np.all(np.isfinite(array)):
-                index = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
-                raise InvalidInput(
-                    f"body motion: {field.name}{list(index)} is {array[index]}; it must be finite."
-                )
-            object.__setattr__(self, field.name, array)
-        self._broadcast()
+        with located("body motion"):
+            self._take(numbers(**{each.name: getattr(self, each.name) for each in fields(self)}))
         R = self.rotation
         miss = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0.0)
         if miss > ROTATION_TOLERANCE or np.any(np.linalg.det(R) < 0):
             raise InvalidInput(
-                "body motion: rotation is no rotation; its columns must be orthogonal unit "
-                "vectors of a right-handed frame.",
+                "rotation is no rotation; its columns must be orthogonal unit vectors of a "
+                "right-handed frame.",
+                where="body motion",
                 hint="phasmid.kinematics.rotation_rpy or quaternion_rotation",
             )
 
-    def _broadcast(self) -> None:
-        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
-        leads = {k: v.shape[: -2 if k == "rotation" else -1] for k, v in arrays.items()}
-        try:
-            lead = np.broadcast_shapes(*leads.values())
-        except ValueError:
-            listed = ", ".join(f"{name} {shape}" for name, shape in leads.items())
-            raise InvalidInput(
-                f"body motion: leading axes are {listed}; they must broadcast together."
-            ) from None
+    def _take(self, arrays: Mapping[str, np.ndarray]) -> None:
+        tails = {name: (3, 3) if name == "rotation" else (3,) for name in arrays}
+        leads = {name: lead(name, array, tails[name]) for name, array in arrays.items()}
         for name, array in arrays.items():
-            tail = array.shape[len(leads[name]) :]
-            object.__setattr__(self, name, np.broadcast_to(array, (*lead, *tail)))
+            if not np.all(np.isfinite(array)):
+                index = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
+                raise InvalidInput(f"{name}{list(index)} is {array[index]}; it must be finite.")
+        axes = shared_axes(leads)
+        for name, array in arrays.items():
+            own = np.broadcast_to(array.copy(), (*axes, *tails[name]))
+            object.__setattr__(self, name, own)
 
     @classmethod
     def at_rest(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.kinematics.leg import Samples
+from phasmid.kinematics.matrices import Samples
 
 
 def components(array: np.ndarray, axes: int = 1, lead: tuple[int, ...] | None = None) -> np.ndarray:

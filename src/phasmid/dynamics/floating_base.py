@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.dynamics.whole_body import inverse_dynamics, leading_axes
+from phasmid.dynamics.whole_body import inverse_dynamics, joint_arrays
 from phasmid.kinematics import body_from_hip, foot_position, jacobian, link_frames
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
@@ -62,11 +62,11 @@ def mass_matrix(
         kg·m²], shape (..., 6 + 3 L, 6 + 3 L).
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
 
     Source: composite rigid bodies (Walker and Orin 1982), in body axes about the body's origin.
     """
-    batch = leading_axes(robot, body, q=q)
+    batch, (q,) = joint_arrays(robot, body, q=q)
     count = len(robot.legs)
     frames = link_frames(robot, q)
     axis, at = frames.rotation[..., :, 2], frames.position
@@ -122,8 +122,9 @@ def bias_force(
         Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
+    _, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
     return _generalised(robot, _coasting(body), q, qd, gravity)
 
 
@@ -147,8 +148,9 @@ def gravity_force(
         It is the gradient of `potential_energy`.
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
+    _, (q,) = joint_arrays(robot, body, q=q)
     still = BodyMotion.at_rest(body.position, body.rotation)
     return _generalised(robot, still, q, np.zeros((len(robot.legs), 3)), gravity)
 
@@ -168,9 +170,9 @@ def momentum(
         qd: Joint speeds [rad/s], shape (..., L, 3).
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    batch = leading_axes(robot, body, q=q, qd=qd)
+    batch, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
     M = mass_matrix(robot, body, q)
     flat = np.broadcast_to(qd, (*batch, len(robot.legs), 3)).reshape(*batch, -1)
     twist = (np.broadcast_to(v, (*batch, 3)) for v in (body.velocity, body.angular_velocity))
@@ -197,9 +199,9 @@ def foot_jacobian(
         in world axes is that force's share of the generalised forces.
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    batch = leading_axes(robot, body, q=q)
+    batch, (q,) = joint_arrays(robot, body, q=q)
     count = len(robot.legs)
     R = body.rotation[..., None, :, :]
     arm = (R @ body_from_hip(robot, foot_position(robot.arrays, q))[..., None])[..., 0]
@@ -235,17 +237,18 @@ def forward_dynamics(
         gravity: Acceleration of free fall, downwards along the world's z [m/s²].
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    force = np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force
-    batch = leading_axes(robot, body, q=q, qd=qd, torque=torque, foot_force=force)
+    loads = {} if foot_force is None else {"foot_force": foot_force}
+    arrays = {"q": q, "qd": qd, "torque": torque, **loads}
+    batch, (q, qd, torque, *force) = joint_arrays(robot, body, **arrays)
     held = inverse_dynamics(
         robot,
         _coasting(body),
         q,
         qd,
         np.zeros((len(robot.legs), 3)),
-        foot_force=force,
+        foot_force=force[0] if force else None,
         gravity=gravity,
     )
     missing = np.concatenate(

@@ -8,28 +8,13 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.errors import InvalidInput
-from phasmid.kinematics.leg import Samples, jacobian_of
+from phasmid.dynamics.matrices import LegMatrices, link_arrays
+from phasmid.dynamics.printed import printed_leg_matrices, printed_leg_torque
+from phasmid.kinematics.arguments import as_printed, number, threes
+from phasmid.kinematics.leg import jacobian_of
+from phasmid.kinematics.matrices import Samples, matrix
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
-
-
-class LegMatrices(NamedTuple):
-    """The matrices of Eq. 10: torque = M q" + B [q' q'] + C [q'²] + G.
-
-    Attributes:
-        M: Mass matrix [kg·m²], shape (..., 3, 3).
-        B: Coriolis coefficients [kg·m²], shape (..., 3, 3); its columns multiply
-            q1' q2', q1' q3' and q2' q3'.
-        C: Centrifugal coefficients [kg·m²], shape (..., 3, 3); its columns multiply
-            q1'², q2'² and q3'².
-        G: Torques that hold the leg against gravity [N·m], shape (..., 3).
-    """
-
-    M: Float[np.ndarray, "*batch 3 3"]
-    B: Float[np.ndarray, "*batch 3 3"]
-    C: Float[np.ndarray, "*batch 3 3"]
-    G: Float[np.ndarray, "*batch 3"]
 
 
 class _Elevated(NamedTuple):
@@ -66,45 +51,44 @@ def leg_matrices(
     Args:
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
         q: Coxa, femur and tibia angles [rad], shape (..., 3).
-        form: ``corrected``, or ``as-printed``: Eq. 10 with all its misprints, for study.
+        form: ``corrected``, or ``as-printed``: Eq. 10 with all its misprints, for study. The print
+            knows masses at mid-length and principal inertias only, whatever the leg has: on a leg
+            with others the two forms differ by more than the misprints, which
+            ``phasmid.robot.with_mass_model(robot, "mid-length")`` shows alone.
         gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
 
     Returns:
         M, B, C and G, which depend on the angles alone.
 
     Raises:
-        InvalidInput: There is no such form.
+        InvalidInput: It is no leg, the angles do not fit it, gravity is no finite number, or there
+            is no such form.
 
     Source: Eq. 10, corrected (docs/errata.md) and derived anew by Lagrange's equations for links
     with any centre of mass and any inertia; with centres at mid-length and diagonal inertias it
     is the paper's own form.
     """
-    if form == "as-printed":
-        # The print builds on this module, so that it is imported only where it is asked for.
-        from phasmid.dynamics.printed import printed_leg_matrices
-
+    if as_printed(form):
         return printed_leg_matrices(leg, q, gravity=gravity)
-    if form != "corrected":
-        raise InvalidInput(
-            f'form is "{form}"; it must be "corrected" or "as-printed".', hint='"corrected"'
-        )
-    e = _elevated(*link_arrays(leg), _joints(q), gravity)
+    links = link_arrays(leg)
+    (angles,) = threes(leg, q=q)
+    e = _elevated(*links, angles, number("gravity", gravity))
     zero = np.zeros(e.h11.shape)
     m12, m23 = e.h12 + e.h13, e.h23 + e.h33
     bend = e.h23_by_3
     rise = e.h11_by_2 + e.h11_by_3
     return LegMatrices(
-        M=_matrix(
+        M=matrix(
             [e.h11, m12, e.h13],
             [m12, e.h22 + e.h23 + m23, m23],
             [e.h13, m23, e.h33],
         ),
-        B=_matrix(
+        B=matrix(
             [rise, e.h11_by_3, 2 * e.h13_by_3],
             [zero, zero, 2 * bend],
             [zero, zero, zero],
         ),
-        C=_matrix(
+        C=matrix(
             [zero, e.h12_by_2 + e.h13_by_3, e.h13_by_3],
             [-rise / 2, zero, bend],
             [-e.h11_by_3 / 2, -bend, zero],
@@ -120,6 +104,7 @@ def leg_torque(
     qdd: Float[np.ndarray, "*#batch 3"],
     *,
     foot_force: Float[np.ndarray, "*#batch 3"] | None = None,
+    form: str = "corrected",
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint torques that move a leg as given while the ground pushes its foot.
@@ -131,16 +116,27 @@ def leg_torque(
         qdd: Their accelerations [rad/s²], shape (..., 3).
         foot_force: Force of the ground on the foot in hip axes [N], shape (..., 3);
             none by default.
+        form: ``corrected``, or ``as-printed``: Eqs. 10 and 11 with all their misprints, for study.
+            The print knows masses at mid-length and principal inertias only, whatever the leg has:
+            on a leg with others the two forms differ by more than the misprints, which
+            ``phasmid.robot.with_mass_model(robot, "mid-length")`` shows alone.
         gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
 
     Returns:
         Torques of coxa, femur and tibia [N·m], shape (..., 3).
 
+    Raises:
+        InvalidInput: It is no leg, an array does not fit it or the others, gravity is no finite
+            number, or there is no such form.
+
     Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
     """
-    force = None if foot_force is None else _joints(foot_force)
-    joints = _joints(q), _joints(qd), _joints(qdd)
-    return _vector(*torque_of(*link_arrays(leg), *joints, force, gravity))
+    if as_printed(form):
+        return printed_leg_torque(leg, q, qd, qdd, foot_force=foot_force, gravity=gravity)
+    links, loads = link_arrays(leg), {} if foot_force is None else {"foot_force": foot_force}
+    angles, speeds, accelerations, *force = threes(leg, q=q, qd=qd, qdd=qdd, **loads)
+    motion = angles, speeds, accelerations, force[0] if force else None
+    return _vector(*torque_of(*links, *motion, number("gravity", gravity)))
 
 
 def torque_of(
@@ -247,19 +243,6 @@ def _vertical_inertia(
     return value, 2 * ((xx - yy) * s * c + xy * (c**2 - s**2))
 
 
-def link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths, masses, centres of mass and inertias of the links, as in ``LegArrays``."""
-    if isinstance(leg, LegArrays):
-        return leg.lengths, leg.mass, leg.com, leg.inertia
-    mass = np.array([link.mass for link in leg.links])
-    com = np.array([link.com for link in leg.links])
-    return leg.lengths, mass, com, np.array([link.inertia for link in leg.links])
-
-
-def _joints(values: np.ndarray) -> np.ndarray:
-    return np.moveaxis(np.asarray(values, dtype=float), -1, 0)
-
-
 def _elevation_rates(rate: np.ndarray) -> tuple[Samples, Samples, Samples]:
     r1, r2, r3 = rate
     return r1, r2, r2 + r3
@@ -267,12 +250,3 @@ def _elevation_rates(rate: np.ndarray) -> tuple[Samples, Samples, Samples]:
 
 def _vector(*entries: Samples) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*entries), axis=-1)
-
-
-def _matrix(*rows: list[Samples]) -> np.ndarray:
-    shape = rows[0][0].shape
-    matrix = np.empty((*shape, 3, 3))
-    for i, row in enumerate(rows):
-        for j, entry in enumerate(row):
-            matrix[..., i, j] = entry
-    return matrix

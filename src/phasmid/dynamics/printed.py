@@ -8,10 +8,11 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.dynamics.leg import LegMatrices
+from phasmid.dynamics.matrices import LegMatrices, link_arrays
 from phasmid.kinematics import jacobian
-from phasmid.kinematics.leg import Samples
-from phasmid.kinematics.printed import chosen, threes
+from phasmid.kinematics.arguments import check_leg, number, threes
+from phasmid.kinematics.matrices import Samples, matrix
+from phasmid.kinematics.printed import chosen
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
 
@@ -78,19 +79,23 @@ def printed_leg_matrices(
         M, B, C and G.
 
     Raises:
-        InvalidInput: There is no misprint of such a name, or an array has not three joints or axes.
+        InvalidInput: There is no misprint of such a name, it is no leg, an array does not fit, or
+            gravity is no finite number.
 
     Source: Eq. 10 as printed. A lower-case l is a length, I_{xx3-Iyy3} a difference; where a plus
     is missing, the factors that then stand side by side are multiplied, in SI.
     """
     left = chosen(LegMisprint, misprints)
-    (L1, L2, L3), (m1, m2, m3), inertia = _numbers(leg)
+    lengths, mass, _, inertia = link_arrays(leg)
+    (_, t2, theta3), g = *threes(leg, q=q), number("gravity", gravity)
+    L1, L2, L3 = np.moveaxis(lengths, -1, 0)
+    m1, m2, m3 = np.moveaxis(mass, -1, 0)
+    inertia = np.moveaxis(np.diagonal(inertia, axis1=-2, axis2=-1), (-2, -1), (0, 1))
     if LegMisprint.TABLE_2_UNIT in left:
         inertia = UNIT_AS_PRINTED * inertia
     (_, _, Izz1), (Ixx2, Iyy2, Izz2), (Ixx3, Iyy3, Izz3) = inertia
-    _, t2, theta3 = threes(q, "joint angles")
     t3 = theta3 if LegMisprint.THETA_3_AS_FED in left else -theta3
-    cos, sin, g = np.cos, np.sin, gravity
+    cos, sin = np.cos, np.sin
 
     def pick(misprint: LegMisprint, *, printed: Samples, right: Samples) -> Samples:
         return printed if misprint in left else right
@@ -165,9 +170,9 @@ def printed_leg_matrices(
 
     tibia = g * L3 * m3 * cos(t2 - t3) / 2
     return LegMatrices(
-        M=_matrix([m11, zero, zero], [zero, m22, m23], [zero, m23, m33]),
-        B=_matrix([b11, b12, zero], [zero, zero, b23], [zero, zero, zero]),
-        C=_matrix([zero, zero, zero], [c21, zero, c23], [c31, c32, zero]),
+        M=matrix([m11, zero, zero], [zero, m22, m23], [zero, m23, m33]),
+        B=matrix([b11, b12, zero], [zero, zero, b23], [zero, zero, zero]),
+        C=matrix([zero, zero, zero], [c21, zero, c23], [c31, c32, zero]),
         G=np.stack(
             [zero, g * L2 * m2 * cos(t2) / 2 + g * L2 * m3 * cos(t2) + tibia, tibia], axis=-1
         ),
@@ -200,33 +205,21 @@ def printed_leg_torque(
         Torques of coxa, femur and tibia [N·m], shape (..., 3).
 
     Raises:
-        InvalidInput: There is no misprint of such a name, or an array has not three joints or axes.
+        InvalidInput: There is no misprint of such a name, it is no leg, an array does not fit, or
+            gravity is no finite number.
 
     Source: Eqs. 10 and 11 as printed.
     """
     left = chosen(LegMisprint, misprints)
-    M, B, C, G = printed_leg_matrices(leg, q, gravity=gravity, misprints=left)
-    w1, w2, w3 = threes(qd, "joint speeds")
-    products = np.stack([w1 * w2, w1 * w3, w2 * w3], axis=-1)
-    torque = G
-    acceleration = np.moveaxis(threes(qdd, "joint accelerations"), 0, -1)
-    for matrix, vector in ((M, acceleration), (B, products), (C, np.asarray(qd) ** 2)):
-        torque = torque + np.einsum("...ij,...j->...i", matrix, vector)
-    if foot_force is None:
+    check_leg(leg, Leg, LegArrays)
+    loads = {} if foot_force is None else {"foot_force": foot_force}
+    _, speed, acceleration, *force = threes(leg, q=q, qd=qd, qdd=qdd, **loads)
+    w1, w2, w3 = speed
+    M, B, C, torque = printed_leg_matrices(leg, q, gravity=gravity, misprints=left)
+    products = np.stack([w1 * w2, w1 * w3, w2 * w3])
+    for each, by in ((M, acceleration), (B, products), (C, speed**2)):
+        torque = torque + np.einsum("...ij,j...->...i", each, by)
+    if not force:
         return np.asarray(torque)
-    force = np.moveaxis(threes(foot_force, "foot forces"), 0, -1)
     sign = 1 if LegMisprint.EQ_11_SIGN in left else -1
-    return np.asarray(torque + sign * np.einsum("...ij,...i->...j", jacobian(leg, q), force))
-
-
-def _numbers(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths (3, ...), masses (3, ...) and principal inertias (3, 3, ...), link by link."""
-    if isinstance(leg, LegArrays):
-        moments = np.moveaxis(np.diagonal(leg.inertia, axis1=-2, axis2=-1), (-2, -1), (0, 1))
-        return np.moveaxis(leg.lengths, -1, 0), np.moveaxis(leg.mass, -1, 0), moments
-    mass = np.array([link.mass for link in leg.links])
-    return leg.lengths, mass, np.array([np.diag(link.inertia) for link in leg.links])
-
-
-def _matrix(*rows: list[Samples]) -> np.ndarray:
-    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
+    return np.asarray(torque + sign * np.einsum("...ij,i...->...j", jacobian(leg, q), force[0]))

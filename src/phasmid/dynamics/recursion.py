@@ -12,7 +12,7 @@ import numpy as np
 
 from phasmid.dynamics.components import apply, carried, components, cross, vector
 from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.kinematics.leg import Samples
+from phasmid.kinematics.matrices import Samples
 from phasmid.robot import Robot
 
 

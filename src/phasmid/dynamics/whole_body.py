@@ -19,8 +19,8 @@ from phasmid.dynamics.recursion import (
     newton_euler,
     trunk_moments,
 )
-from phasmid.errors import InvalidInput
 from phasmid.kinematics import centre_of_mass
+from phasmid.kinematics.arguments import check_robot, check_type, lead, number, numbers, shared_axes
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -65,14 +65,17 @@ def inverse_dynamics(
         foot forces. Without foot forces it is what all feet together have to give.
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, an array does not fit, or gravity is
+            no finite number.
 
     Source: the recursive Newton-Euler algorithm (Luh, Walker, Paul 1980) on a moving base;
     gravity enters as an acceleration of the base upwards. For one leg on a base at rest it
     equals Eq. 11, corrected.
     """
-    foot_force = np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force
-    batch = leading_axes(robot, body, q=q, qd=qd, qdd=qdd, foot_force=foot_force)
+    loads = {} if foot_force is None else {"foot_force": foot_force}
+    batch, (q, qd, qdd, *force) = joint_arrays(robot, body, q=q, qd=qd, qdd=qdd, **loads)
+    gravity = number("gravity", gravity)
+    forces = force[0] if force else np.zeros((len(robot.legs), 3))
     legs = (*batch, len(robot.legs))
     R_world_body = components(body.rotation, 2, batch)
     # Gravity acts as if everything accelerated upwards.
@@ -90,7 +93,7 @@ def inverse_dynamics(
         link_moments(robot),
         R_world_body[..., None],
         *(v[..., None] for v in motion),
-        *(components(v, 1, legs) for v in (foot_force, q, qd, qdd)),
+        *(components(v, 1, legs) for v in (forces, q, qd, qdd)),
     )
     total = (ours + theirs.sum(axis=-1) for ours, theirs in zip(needs, from_legs, strict=True))
     wrench = [entry for v in total for entry in apply(R_world_body, v)]
@@ -161,9 +164,9 @@ def kinetic_energy(
         Energy [J], shape (...).
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the other shapes.
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    batch = leading_axes(robot, body, q=q, qd=qd)
+    batch, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
     legs = (*batch, len(robot.legs))
     R_body_world = np.swapaxes(components(body.rotation, 2, batch), 0, 1)
     R_hip_body = np.swapaxes(components(robot.arrays.R_body_hip, 2), 0, 1)
@@ -197,29 +200,26 @@ def potential_energy(
         Energy [J], shape (...).
 
     Raises:
-        InvalidInput: A shape does not fit the robot's legs or the trunk's.
+        InvalidInput: It is no robot or no motion of a trunk, the angles do not fit, or gravity is
+            no finite number.
     """
-    leading_axes(robot, body, q=q)
+    _, (q,) = joint_arrays(robot, body, q=q)
+    gravity = number("gravity", gravity)
     lift = np.sum(body.rotation[..., 2, :] * centre_of_mass(robot, q), axis=-1)
     return np.asarray(robot.mass * gravity * (body.position[..., 2] + lift))
 
 
-def leading_axes(robot: Robot, body: BodyMotion, **per_leg: np.ndarray) -> tuple[int, ...]:
-    """The leading axes that trunk and legs share."""
-    count = len(robot.legs)
-    shapes = [body.position.shape[:-1]]
-    for name, array in per_leg.items():
-        shape = np.shape(array)
-        if shape[-2:] != (count, 3):
-            raise InvalidInput(
-                f"{name} has shape {shape}; it must end in {count}, 3: legs, joints or axes."
-            )
-        shapes.append(shape[:-2])
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        listed = ", ".join(map(str, shapes))
-        names = ", ".join(per_leg)
-        raise InvalidInput(
-            f"the leading axes of body, {names} are {listed}; they must broadcast together."
-        ) from None
+def joint_arrays(
+    robot: Robot, body: BodyMotion, **arrays: object
+) -> tuple[tuple[int, ...], list[np.ndarray]]:
+    """The leading axes that trunk and legs share, and the legs' arrays as floats.
+
+    Raises:
+        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
+    """
+    check_robot(robot)
+    check_type("body", body, (BodyMotion,), "a BodyMotion", "dynamics.BodyMotion.at_rest()")
+    given = numbers(**arrays)
+    tail = (len(robot.legs), 3)
+    leads = {name: lead(name, array, tail) for name, array in given.items()}
+    return shared_axes({"body": body.position.shape[:-1], **leads}), list(given.values())

@@ -1,5 +1,6 @@
 """Where the feet are: closed-form leg kinematics, frames, and how far the legs go."""
 
+from phasmid.kinematics.arguments import HasLengths
 from phasmid.kinematics.frames import (
     LinkFrames,
     body_from_hip,
@@ -17,7 +18,6 @@ from phasmid.kinematics.frames import (
     yaw_quaternion,
 )
 from phasmid.kinematics.leg import (
-    HasLengths,
     foot_position,
     jacobian,
     joint_angles,

@@ -7,7 +7,23 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.errors import InvalidInput
+from phasmid.kinematics.arguments import (
+    alike,
+    as_printed,
+    check_robot,
+    check_type,
+    lead,
+    numbers,
+    per_leg,
+    threes,
+)
+from phasmid.kinematics.matrices import dh_matrix, matrix
+from phasmid.kinematics.printed import printed_body_rotation, printed_dh_transform
 from phasmid.robot import Leg, Robot
+
+X_AHEAD = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""From the paper's axes, y forward and x to the right, to ours, x forward and y to the left."""
 
 
 class LinkFrames(NamedTuple):
@@ -27,6 +43,8 @@ def dh_transform(
     a: Float[np.ndarray, "*batch"],
     d: Float[np.ndarray, "*batch"],
     theta: Float[np.ndarray, "*batch"],
+    *,
+    form: str = "corrected",
 ) -> Float[np.ndarray, "*batch 4 4"]:
     """Transform between neighbouring frames in modified Denavit-Hartenberg form (Craig).
 
@@ -35,22 +53,19 @@ def dh_transform(
         a: Distance between the joint axes, along the previous x [m].
         d: Offset along the joint axis [m].
         theta: Joint angle [rad].
+        form: ``corrected``, or ``as-printed``: Eq. 1 with its misprint, for study.
 
     Returns:
         ``X_previous_next``, shape (..., 4, 4).
 
+    Raises:
+        InvalidInput: The shapes do not broadcast, or there is no such form.
+
     Source: Eq. 1 with its entry (1,4) corrected to a.
     """
-    alpha, a, d, theta = np.broadcast_arrays(*map(np.asarray, (alpha, a, d, theta)))
-    ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
-    zero, one = np.zeros(ct.shape), np.ones(ct.shape)
-    rows = [
-        [ct, -st, zero, a],
-        [st * ca, ct * ca, -sa, -sa * d],
-        [st * sa, ct * sa, ca, ca * d],
-        [zero, zero, zero, one],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    if as_printed(form):
+        return printed_dh_transform(alpha, a, d, theta)
+    return dh_matrix(*alike(alpha=alpha, a=a, d=d, theta=theta))
 
 
 def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 4 4 4"]:
@@ -64,16 +79,19 @@ def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, 
         ``X_hip_coxa``, ``X_hip_femur``, ``X_hip_tibia`` and ``X_hip_foot``,
         shape (..., 4, 4, 4), the frames along the third axis from the end.
 
+    Raises:
+        InvalidInput: It is no single leg, or the angles do not fit it.
+
     Source: Table 1, Eq. 2 with its row 3 corrected.
     """
-    q = np.asarray(q, dtype=float)
-    coxa, femur, tibia, right = (np.full(q.shape[:-1], v) for v in (*leg.lengths, np.pi / 2))
-    zero = np.zeros(q.shape[:-1])
-    q1, q2, q3 = (np.asarray(q[..., k]) for k in range(3))
-    X_hip_coxa = dh_transform(zero, zero, zero, q1)
-    X_coxa_femur = dh_transform(right, coxa, zero, q2)
-    X_femur_tibia = dh_transform(zero, femur, zero, q3)
-    X_tibia_foot = dh_transform(zero, tibia, zero, zero)
+    check_type("leg", leg, (Leg,), "a Leg", "robot.legs[0]")
+    ((q1, q2, q3),) = threes(leg, q=q)
+    zero, right = np.float64(0.0), np.float64(np.pi / 2)
+    coxa, femur, tibia = leg.lengths
+    X_hip_coxa = dh_matrix(zero, zero, zero, q1)
+    X_coxa_femur = dh_matrix(right, coxa, zero, q2)
+    X_femur_tibia = dh_matrix(zero, femur, zero, q3)
+    X_tibia_foot = dh_matrix(zero, tibia, zero, zero)
     X_hip_femur = X_hip_coxa @ X_coxa_femur
     X_hip_tibia = X_hip_femur @ X_femur_tibia
     return np.stack([X_hip_coxa, X_hip_femur, X_hip_tibia, X_hip_tibia @ X_tibia_foot], axis=-3)
@@ -83,45 +101,61 @@ def rotation_rpy(
     roll: Float[np.ndarray, "*batch"],
     pitch: Float[np.ndarray, "*batch"],
     yaw: Float[np.ndarray, "*batch"],
+    *,
+    form: str = "corrected",
 ) -> Float[np.ndarray, "*batch 3 3"]:
     """Rotation of the body: roll about x, then pitch about y, then yaw about z, fixed axes.
 
+    Args:
+        roll: Angle about the forward axis x [rad].
+        pitch: Angle about the axis y, to the left [rad].
+        yaw: Angle about the vertical [rad].
+        form: ``corrected``, or ``as-printed``: T_B^G with its misprint, for study, brought from
+            the paper's axes, y forward and pitch about x to the right, to these
+            (`printed_body_rotation` leaves it in the paper's).
+
+    Returns:
+        ``R_world_body``, shape (..., 3, 3).
+
+    Raises:
+        InvalidInput: The shapes do not broadcast, or there is no such form.
+
     Source: T_B^G, corrected, with x forward (the paper's forward axis is y).
     """
-    roll, pitch, yaw = np.broadcast_arrays(*map(np.asarray, (roll, pitch, yaw)))
+    roll, pitch, yaw = alike(roll=roll, pitch=pitch, yaw=yaw)
+    if as_printed(form):
+        return X_AHEAD @ printed_body_rotation(roll, -pitch, yaw) @ X_AHEAD.T
     cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
     cy, sy = np.cos(yaw), np.sin(yaw)
-    rows = [
+    return matrix(
         [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    )
 
 
 def quaternion_rotation(
     quaternion: Float[np.ndarray, "*batch 4"],
 ) -> Float[np.ndarray, "*batch 3 3"]:
     """Rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
-    rows = [
+    w, x, y, z = _entries(quaternion)
+    return matrix(
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    )
 
 
 def yaw_quaternion(yaw: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch 4"]:
     """Quaternion (w, x, y, z) of a turn about the vertical [rad]."""
-    half = np.asarray(yaw, dtype=float) / 2
+    half = numbers(yaw=yaw)["yaw"] / 2
     zero = np.zeros(half.shape)
     return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
 
 
 def quaternion_yaw(quaternion: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*batch"]:
     """Heading of a body pose: the angle of its x axis about the vertical [rad]."""
-    w, x, y, z = np.moveaxis(np.asarray(quaternion, dtype=float), -1, 0)
+    w, x, y, z = _entries(quaternion)
     return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
@@ -129,20 +163,23 @@ def body_from_hip(
     robot: Robot, p_hip: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
     """One point per leg from the hip frames to the body frame [m], shape (..., L, 3)."""
+    (p,) = per_leg(robot, p_hip=p_hip)
     arrays = robot.arrays
-    return np.einsum("lij,...lj->...li", arrays.R_body_hip, p_hip) + arrays.p_body_hip
+    return np.einsum("lij,...lj->...li", arrays.R_body_hip, p) + arrays.p_body_hip
 
 
 def hip_from_body(
     robot: Robot, p_body: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
     """One point per leg from the body frame to the hip frames [m], shape (..., L, 3)."""
+    (p,) = per_leg(robot, p_body=p_body)
     arrays = robot.arrays
-    return np.einsum("lji,...lj->...li", arrays.R_body_hip, p_body - arrays.p_body_hip)
+    return np.einsum("lji,...lj->...li", arrays.R_body_hip, p - arrays.p_body_hip)
 
 
 def neutral_feet(robot: Robot) -> Float[np.ndarray, "legs 3"]:
     """Where the feet stand at rest, in the body frame [m], shape (L, 3)."""
+    check_robot(robot)
     return body_from_hip(robot, robot.arrays.neutral_foot)
 
 
@@ -152,8 +189,12 @@ def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFram
     Args:
         robot: The robot, L legs.
         q: Joint angles [rad], shape (..., L, 3).
+
+    Raises:
+        InvalidInput: It is no robot, or the angles do not fit it.
     """
-    arrays, q = robot.arrays, np.asarray(q, dtype=float)
+    (q,) = per_leg(robot, q=q)
+    arrays = robot.arrays
     q1, q2, q3 = np.moveaxis(q, -1, 0)
     coxa, femur, _ = arrays.lengths.T
     zero, one = np.zeros(q1.shape), np.ones(q1.shape)
@@ -181,8 +222,12 @@ def centre_of_mass(
     Args:
         robot: The robot, L legs.
         q: Joint angles [rad], shape (..., L, 3).
+
+    Raises:
+        InvalidInput: It is no robot, or the angles do not fit it.
     """
-    arrays, frames = robot.arrays, link_frames(robot, q)
+    frames = link_frames(robot, q)
+    arrays = robot.arrays
     links = frames.position + (frames.rotation @ arrays.com[..., None])[..., 0]
     moment = robot.body.mass * robot.body.com + np.einsum("lk,...lki->...i", arrays.mass, links)
     return np.asarray(moment / robot.mass)
@@ -199,12 +244,16 @@ def step_pose(
 
     Returns:
         x [m], y [m] and heading [rad] in the frame of the start, shape (..., 3).
+
+    Raises:
+        InvalidInput: The step is not made of three real numbers, or the steps of none.
     """
-    heading = step[2] * np.asarray(steps, dtype=float)
+    (counts,) = numbers(steps=steps).values()
     twist = step_twist(step)
+    heading = twist[2] * counts
     # sin(h)/w and (1 - cos h)/w, which tend to the number of steps and to zero.
-    along = np.asarray(steps) * np.sinc(heading / np.pi)
-    across = np.asarray(steps) * np.sinc(heading / (2 * np.pi)) * np.sin(heading / 2)
+    along = counts * np.sinc(heading / np.pi)
+    across = counts * np.sinc(heading / (2 * np.pi)) * np.sin(heading / 2)
     x = along * twist[0] - across * twist[1]
     y = across * twist[0] + along * twist[1]
     return np.stack([x, y, heading], axis=-1)
@@ -218,8 +267,22 @@ def step_twist(step: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
 
     Returns:
         Forward [m], left [m] and turn [rad] per step, shape (3,).
+
+    Raises:
+        InvalidInput: The step is not made of three real numbers.
     """
-    along = np.sinc(step[2] / np.pi)
-    across = np.sinc(step[2] / (2 * np.pi)) * np.sin(step[2] / 2)
-    forward, left = np.linalg.solve([[along, -across], [across, along]], step[:2])
-    return np.array([forward, left, step[2]])
+    (given,) = numbers(step=step).values()
+    if given.shape != (3,):
+        raise InvalidInput(f"step has shape {given.shape}; it must be forward, left and turn.")
+    x, y, turn = given
+    along = np.sinc(turn / np.pi)
+    across = np.sinc(turn / (2 * np.pi)) * np.sin(turn / 2)
+    forward, left = np.linalg.solve([[along, -across], [across, along]], [x, y])
+    return np.array([forward, left, turn])
+
+
+def _entries(quaternion: np.ndarray) -> np.ndarray:
+    """The four numbers of quaternions, in front."""
+    (array,) = numbers(quaternion=quaternion).values()
+    lead("quaternion", array, (4,))
+    return np.moveaxis(array, -1, 0)

@@ -3,36 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, Unreachable
-
-Samples = np.ndarray | np.float64
-"""One number per sample; NumPy makes a scalar of a single one."""
+from phasmid.errors import Unreachable
+from phasmid.kinematics.arguments import HasLengths, as_printed, check_leg, threes
+from phasmid.kinematics.matrices import Samples, matrix
+from phasmid.kinematics.printed import printed_joint_angles
 
 STRETCH_TOLERANCE = 1e-12
 """By this part of its length a leg may be over-stretched: the round-off of a target computed at
 full stretch."""
-
-
-@runtime_checkable
-class HasLengths(Protocol):
-    """A leg, or the arrays of several legs; lengths broadcast against the leading axes."""
-
-    @property
-    def lengths(self) -> Float[np.ndarray, "*legs 3"]:
-        """Lengths of coxa, femur and tibia [m]."""
-
-
-def _threes(values: Float[np.ndarray, "*batch"], what: str) -> np.ndarray:
-    """An array's last axis, which must have three entries, in front."""
-    array = np.asarray(values, dtype=float)
-    if array.shape[-1:] != (3,):
-        raise InvalidInput(f"{what} have shape {array.shape}; the last axis must have 3 entries.")
-    return np.moveaxis(array, -1, 0)
 
 
 def foot_position(
@@ -47,9 +29,14 @@ def foot_position(
     Returns:
         Foot in the leg's hip frame [m], shape (..., 3).
 
+    Raises:
+        InvalidInput: It is no leg, or the angles do not fit it.
+
     Source: Table 1 and Eqs. 1-2, corrected (docs/errata.md).
     """
-    return np.stack(foot_of(np.moveaxis(leg.lengths, -1, 0), _threes(q, "joint angles")), axis=-1)
+    check_leg(leg)
+    (angles,) = threes(leg, q=q)
+    return np.stack(foot_of(np.moveaxis(leg.lengths, -1, 0), angles), axis=-1)
 
 
 def foot_of(lengths: np.ndarray, q: np.ndarray) -> tuple[Samples, Samples, Samples]:
@@ -62,24 +49,30 @@ def foot_of(lengths: np.ndarray, q: np.ndarray) -> tuple[Samples, Samples, Sampl
 
 
 def joint_angles(
-    leg: HasLengths, p_hip_foot: Float[np.ndarray, "*batch 3"]
+    leg: HasLengths, p_hip_foot: Float[np.ndarray, "*batch 3"], *, form: str = "corrected"
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint angles that place the foot at a point, knee up and leg outwards.
 
     Args:
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
         p_hip_foot: Foot in the leg's hip frame [m], shape (..., 3).
+        form: ``corrected``, or ``as-printed``: Eqs. 3 to 9 with all their misprints, for study.
 
     Returns:
-        Coxa, femur and tibia angles [rad], each in (-pi, pi], shape (..., 3).
+        Coxa, femur and tibia angles [rad], each in (-pi, pi], shape (..., 3); as printed, NaN
+        where an equation gives no angle.
 
     Raises:
         Unreachable: A point is nearer or farther than the leg can go; carries the first such point.
+        InvalidInput: It is no leg, the points do not fit it, or there is no such form.
 
     Source: Eqs. 3-9, corrected (docs/errata.md). The law of cosines of Eqs. 6 and 8 is taken by
     half angles, which keep full precision at full stretch.
     """
-    p = _threes(p_hip_foot, "foot targets")
+    if as_printed(form):
+        return printed_joint_angles(leg, p_hip_foot)
+    check_leg(leg)
+    (p,) = threes(leg, p_hip_foot=p_hip_foot)
     q, margin = angles_of(np.moveaxis(leg.lengths, -1, 0), p)
     # Written so that NaN counts as unreachable.
     reachable = margin >= 0
@@ -138,10 +131,14 @@ def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndar
     Returns:
         d foot / d q [m/rad], shape (..., 3, 3): rows x, y, z; columns coxa, femur, tibia.
 
+    Raises:
+        InvalidInput: It is no leg, or the angles do not fit it.
+
     Source: the derivative of Table 1; J of Eq. 11.
     """
-    rows = jacobian_of(np.moveaxis(leg.lengths, -1, 0), _threes(q, "joint angles"))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    check_leg(leg)
+    (angles,) = threes(leg, q=q)
+    return matrix(*jacobian_of(np.moveaxis(leg.lengths, -1, 0), angles))
 
 
 def jacobian_of(lengths: np.ndarray, q: np.ndarray) -> list[list[Samples]]:
@@ -176,15 +173,19 @@ def joint_motion(
     Returns:
         Joint speeds [rad/s] and accelerations [rad/s²], each of shape (..., 3).
 
+    Raises:
+        InvalidInput: It is no leg, or an array does not fit it or the others.
+
     Source: Table 1, differentiated twice in cylindrical coordinates about the coxa axis.
     """
+    check_leg(leg)
     coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    q1, q2, q3 = _threes(q, "joint angles")
+    (q1, q2, q3), (vx, vy, vz), (ax, ay, az) = threes(
+        leg, q=q, v_hip_foot=v_hip_foot, a_hip_foot=a_hip_foot
+    )
     c1, s1 = np.cos(q1), np.sin(q1)
     c2, s2, c23, s23 = np.cos(q2), np.sin(q2), np.cos(q2 + q3), np.sin(q2 + q3)
     r = coxa + femur * c2 + tibia * c23
-    vx, vy, vz = np.moveaxis(v_hip_foot, -1, 0)
-    ax, ay, az = np.moveaxis(a_hip_foot, -1, 0)
     v_out, v_side = c1 * vx + s1 * vy, c1 * vy - s1 * vx
     a_out, a_side = c1 * ax + s1 * ay, c1 * ay - s1 * ax
 

@@ -14,7 +14,16 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.kinematics.leg import HasLengths, Samples
+from phasmid.kinematics.arguments import (
+    HasLengths,
+    alike,
+    check_leg,
+    lead,
+    numbers,
+    shared_axes,
+    threes,
+)
+from phasmid.kinematics.matrices import Samples, dh_matrix, matrix
 from phasmid.units import UNITS
 
 MM, DEG = UNITS["mm"], UNITS["deg"]
@@ -44,28 +53,24 @@ def chosen(kind: type[Kind], misprints: Iterable[str]) -> frozenset[Kind]:
     """The misprints of these names.
 
     Raises:
-        InvalidInput: There is no misprint of such a name.
+        InvalidInput: There is no misprint of such a name, or no collection of names.
     """
     known = [str(each) for each in kind]
+    if isinstance(misprints, str) or not isinstance(misprints, Iterable):
+        one = isinstance(misprints, str)
+        given = f'the one text "{misprints}"' if one else repr(misprints)
+        raise InvalidInput(
+            f"misprints is {given}; it must be a collection of names.",
+            hint=f'["{nearest(misprints, known) or misprints}"]' if one else f'["{known[0]}"]',
+        )
+    misprints = list(misprints)
     for name in misprints:
         if name not in known:
             raise InvalidInput(
                 f'no misprint called "{name}"; it must be one of {", ".join(known)}.',
-                hint=nearest(name, known),
+                hint=nearest(str(name), known),
             )
     return frozenset(map(kind, misprints))
-
-
-def threes(values: Float[np.ndarray, "*batch"], what: str) -> np.ndarray:
-    """An array's last axis, which must have three entries, in front.
-
-    Raises:
-        InvalidInput: It has another number of entries.
-    """
-    array = np.asarray(values, dtype=float)
-    if array.shape[-1:] != (3,):
-        raise InvalidInput(f"{what} have shape {array.shape}; the last axis must have 3 entries.")
-    return np.moveaxis(array, -1, 0)
 
 
 def printed_joint_angles(
@@ -86,14 +91,16 @@ def printed_joint_angles(
         gives no angle.
 
     Raises:
-        InvalidInput: There is no misprint of such a name, or a foot has not three coordinates.
+        InvalidInput: There is no misprint of such a name, it is no leg, or the points do not fit.
 
     Source: Eqs. 3-9 as printed. Z_offset is the body height, positive over a foot below the hip,
-    where Eq. 7 needs the height of the foot; L1 is read as the nomenclature and Eq. 10 read it,
+    where Eq. 7 needs the height of the foot; L1 is read as Eq. 10 and Table 2 (L_i) read it,
     as the coxa's length, where Fig. 5 needs the distance of the foot from the coxa axis.
     """
     left = chosen(KinematicMisprint, misprints)
-    x4, y4, z4 = MM.per_si * threes(p_hip_foot, "foot targets")
+    check_leg(leg)
+    (p,) = threes(leg, p_hip_foot=p_hip_foot)
+    x4, y4, z4 = MM.per_si * p
     Lc, LF, LT = MM.per_si * np.moveaxis(leg.lengths, -1, 0)
 
     def arctan(y: Samples, x: Samples, misprint: KinematicMisprint) -> Samples:
@@ -138,22 +145,13 @@ def printed_dh_transform(
         millimetre.
 
     Raises:
-        InvalidInput: There is no misprint of such a name.
+        InvalidInput: There is no misprint of such a name, or the shapes do not broadcast.
 
     Source: Eq. 1 as printed.
     """
-    left = chosen(KinematicMisprint, misprints)
-    alpha, a, d, theta = np.broadcast_arrays(*map(np.asarray, (alpha, a, d, theta)))
-    ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
-    zero, one = np.zeros(ct.shape), np.ones(ct.shape)
-    wrong = KinematicMisprint.EQ_1_OFFSET in left
-    along = alpha * (DEG.per_si / MM.per_si) if wrong else a
-    return _matrix(
-        [ct, -st, zero, along],
-        [st * ca, ct * ca, -sa, -sa * d],
-        [st * sa, ct * sa, ca, ca * d],
-        [zero, zero, zero, one],
-    )
+    wrong = KinematicMisprint.EQ_1_OFFSET in chosen(KinematicMisprint, misprints)
+    alpha, a, d, theta = alike(alpha=alpha, a=a, d=d, theta=theta)
+    return dh_matrix(alpha, alpha * (DEG.per_si / MM.per_si) if wrong else a, d, theta)
 
 
 def printed_leg_pose(
@@ -173,16 +171,18 @@ def printed_leg_pose(
         ``X_body_hip``, shape (..., 4, 4); as printed it is no rigid motion.
 
     Raises:
-        InvalidInput: There is no misprint of such a name, or a hip has not three coordinates.
+        InvalidInput: There is no misprint of such a name, or a shape does not fit.
 
     Source: Eq. 2 as printed.
     """
     wrong = KinematicMisprint.EQ_2_HEIGHT in chosen(KinematicMisprint, misprints)
-    x, y, z = threes(p_body_hip, "hips")
-    c, s = np.cos(yaw), np.sin(yaw)
-    zero, one = np.zeros(c.shape), np.ones(c.shape)
-    third = [zero, zero, zero, zero] if wrong else [zero, zero, one, z]
-    return _matrix([c, -s, zero, x], [s, c, zero, y], third, [zero, zero, zero, one])
+    given = numbers(p_body_hip=p_body_hip, yaw=yaw)
+    hip, angle = given.values()
+    shared_axes({"p_body_hip": lead("p_body_hip", hip, (3,)), "yaw": angle.shape})
+    x, y, z = np.moveaxis(hip, -1, 0)
+    c, s = np.cos(angle), np.sin(angle)
+    third = [0.0, 0.0, 0.0, 0.0] if wrong else [0.0, 0.0, 1.0, z]
+    return matrix([c, -s, 0.0, x], [s, c, 0.0, y], third, [0.0, 0.0, 0.0, 1.0])
 
 
 def printed_body_rotation(
@@ -204,20 +204,16 @@ def printed_body_rotation(
         ``R_world_body``, shape (..., 3, 3); as printed it is no rotation.
 
     Raises:
-        InvalidInput: There is no misprint of such a name.
+        InvalidInput: There is no misprint of such a name, or the shapes do not broadcast.
 
     Source: T_B^G as printed.
     """
     wrong = KinematicMisprint.BODY_ROTATION in chosen(KinematicMisprint, misprints)
-    roll, pitch, yaw = np.broadcast_arrays(*map(np.asarray, (roll, pitch, yaw)))
+    roll, pitch, yaw = alike(roll=roll, pitch=pitch, yaw=yaw)
     ca, sa, cb, sb = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
     cg, sg = np.cos(yaw), np.sin(yaw)
-    return _matrix(
+    return matrix(
         [ca * cg - sa * sb * sg, -cb * sg, cg * sa + ca * sb * sg],
         [ca * (cg if wrong else sg) + cg * sa * sb, cb * cg, sa * sg - ca * cg * sb],
         [-cb * sa, sb, ca * cb],
     )
-
-
-def _matrix(*rows: list[Samples]) -> np.ndarray:
-    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.kinematics.arguments import check_type, number, per_leg
 from phasmid.kinematics.frames import hip_from_body, neutral_feet
 from phasmid.kinematics.leg import joint_angles
 from phasmid.robot import Leg, Robot
@@ -24,7 +25,12 @@ def reach(leg: Leg, height: float) -> tuple[float, float]:
 
     Returns:
         Nearest and farthest distance [m]; both NaN where the leg cannot reach that height.
+
+    Raises:
+        InvalidInput: It is no single leg, or the height is no finite number.
     """
+    check_type("leg", leg, (Leg,), "a Leg", "robot.legs[0]")
+    height = number("height", height)
     coxa, femur, tibia = map(float, leg.lengths)
     if abs(height) > femur + tibia:
         return math.nan, math.nan
@@ -45,9 +51,12 @@ def within_reach(
 
     Returns:
         Ones where a target is reachable, else zeros, shape (..., L).
+
+    Raises:
+        InvalidInput: It is no robot, or the targets do not fit it.
     """
+    (p,) = per_leg(robot, p_hip_feet=p_hip_feet)
     arrays = robot.arrays
-    p = np.asarray(p_hip_feet, dtype=float)
     femur, tibia = arrays.lengths[:, 1], arrays.lengths[:, 2]
     distance = np.hypot(np.hypot(p[..., 0], p[..., 1]) - arrays.lengths[:, 0], p[..., 2])
     inside = (distance < femur + tibia) & (distance > np.abs(femur - tibia))
@@ -69,7 +78,11 @@ def longest_stride(robot: Robot, direction: float = 0.0) -> float:
 
     Returns:
         Length of the longest step on level ground, feet at neutral height [m].
+
+    Raises:
+        InvalidInput: It is no robot, or the direction is no finite number.
     """
+    direction = number("direction", direction)
     away = np.array([math.cos(direction), math.sin(direction), 0.0])
     centre = neutral_feet(robot)
 

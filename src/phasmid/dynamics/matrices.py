@@ -1,0 +1,43 @@
+"""The form of a leg's equation of motion, and the numbers of the leg that go into it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.kinematics.arguments import check_leg
+from phasmid.robot import Leg, LegArrays
+
+
+class LegMatrices(NamedTuple):
+    """The matrices of Eq. 10: torque = M q" + B [q' q'] + C [q'²] + G.
+
+    Attributes:
+        M: Mass matrix [kg·m²], shape (..., 3, 3).
+        B: Coriolis coefficients [kg·m²], shape (..., 3, 3); its columns multiply
+            q1' q2', q1' q3' and q2' q3'.
+        C: Centrifugal coefficients [kg·m²], shape (..., 3, 3); its columns multiply
+            q1'², q2'² and q3'².
+        G: Torques that hold the leg against gravity [N·m], shape (..., 3).
+    """
+
+    M: Float[np.ndarray, "*batch 3 3"]
+    B: Float[np.ndarray, "*batch 3 3"]
+    C: Float[np.ndarray, "*batch 3 3"]
+    G: Float[np.ndarray, "*batch 3"]
+
+
+def link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Lengths, masses, centres of mass and inertias of the links, as in ``LegArrays``.
+
+    Raises:
+        InvalidInput: It is no leg.
+    """
+    check_leg(leg, Leg, LegArrays)
+    if isinstance(leg, LegArrays):
+        return leg.lengths, leg.mass, leg.com, leg.inertia
+    mass = np.array([link.mass for link in leg.links])
+    com = np.array([link.com for link in leg.links])
+    return leg.lengths, mass, com, np.array([link.inertia for link in leg.links])

@@ -1,0 +1,32 @@
+"""Matrices out of entries that are themselves arrays over samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+Samples = np.ndarray | np.float64
+"""One number per sample; NumPy makes a scalar of a single one."""
+
+
+def matrix(*rows: Sequence[Samples | float]) -> np.ndarray:
+    """A matrix per sample from its rows of entries, which broadcast, shape (..., rows, columns)."""
+    shapes = {getattr(entry, "shape", ()) for row in rows for entry in row}
+    shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
+    filled = np.empty((*shape, len(rows), len(rows[0])))
+    for i, row in enumerate(rows):
+        for j, entry in enumerate(row):
+            filled[..., i, j] = entry
+    return filled
+
+
+def dh_matrix(alpha: Samples, a: Samples, d: Samples, theta: Samples) -> np.ndarray:
+    """Eq. 1, corrected, over samples that broadcast; arguments as in ``frames.dh_transform``."""
+    ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
+    return matrix(
+        [ct, -st, 0.0, a],
+        [st * ca, ct * ca, -sa, -sa * d],
+        [st * sa, ct * sa, ca, ca * d],
+        [0.0, 0.0, 0.0, 1.0],
+    )
