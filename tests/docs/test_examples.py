@@ -36,6 +36,20 @@ def test_the_readmes_python_code_runs(tmp_path):
     assert (tmp_path / "results/my-walk/figures/fig12.svg").exists()
 
 
+@pytest.mark.parametrize("page", ["docs/forces.md", "docs/performance.md"])
+def test_the_python_code_of_a_page_runs(page, tmp_path):
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text("utf-8"), re.DOTALL)
+    assert blocks
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", "\n".join(blocks)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+
+
 def test_the_quadruped_crawls():
     from phasmid.motion import plan
     from phasmid.scenario import load_scenario

@@ -28,12 +28,23 @@ def test_each_misprint_has_its_line(page: str) -> None:
 
 
 def test_the_command_writes_the_page(tmp_path: Path, page: str) -> None:
-    assert main(str(tmp_path / "errata.md")) == 0
+    assert main([str(tmp_path / "errata.md")]) == 0
     assert (tmp_path / "errata.md").read_text(encoding="utf-8") == page
 
 
 def test_a_page_that_cannot_be_written_is_refused_in_a_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(str(tmp_path / "nowhere" / "errata.md")) == 1
+    assert main([str(tmp_path / "nowhere" / "errata.md")]) == 1
     assert "cannot be written: No such file or directory." in capsys.readouterr().err
+
+
+def test_an_option_that_is_none_is_no_file_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        main(["--halp"])
+    assert stopped.value.code == 2
+    assert "usage:" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

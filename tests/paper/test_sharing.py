@@ -1,16 +1,113 @@
-"""Internal forces: what statics leaves open."""
+"""The comparison of force models with simulated contact, on forces that are known."""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
-from phasmid.paper.sharing import _internal_forces
+import numpy as np
+import pytest
+
+from phasmid.motion import plan
+from phasmid.paper import sharing
+from phasmid.paper.evidence import DRIVES, Evidence, Trial
+from phasmid.paper.walking import force_differences
+from phasmid.reporting import summarise
+from phasmid.scenario import load_scenario
+from phasmid.simulation import simulate
+
+SHORT = load_scenario("paper").replace(duration=4.0)
+
+
+@pytest.fixture(scope="module")
+def trial() -> Trial:
+    walk = plan(SHORT)
+    recording = simulate(SHORT, walk)
+    fine = walk.sample(np.asarray(recording["time"].values))
+    return Trial(SHORT, fine, recording, summarise(recording))
+
+
+def with_force(trial: Trial, force: np.ndarray, torque: np.ndarray | None = None) -> Trial:
+    recording = trial.recording.copy(deep=True)
+    recording["foot_force"].values[...] = force
+    if torque is not None:
+        recording["joint_torque"].values[...] = torque
+    return Trial(trial.scenario, trial.walk, recording, trial.summary)
+
+
+def test_differences_are_rms_of_normal_and_of_tangential_vectors(trial: Trial) -> None:
+    # 3-4-5: (0.3, 0.4) N along the ground are 0.5 N, at every sample.
+    model = trial.channel("foot_force_model")
+    seen = with_force(trial, model + np.array([0.3, 0.4, 1.2]))
+    normal, tangential, _ = force_differences(seen)
+    assert (normal, tangential) == pytest.approx((1.2, 0.5), rel=1e-12)
+
+
+def test_models_are_compared_with_forces_and_torques(trial: Trial) -> None:
+    force, torque = sharing.model_force_and_torque(trial, "minimum-torque")
+    evidence = Evidence(SHORT)
+    evidence._trials["the paper's walk"] = with_force(trial, force, torque + 0.1)
+    for name in ("AX-12A servos", DRIVES[1]):
+        evidence._trials[name] = with_force(trial, force, torque)
+    found = {
+        (share.model, share.drive): share
+        for share in sharing.compare_models(evidence, ("minimum-norm", "minimum-torque"))
+    }
+    exact = found["minimum-torque", DRIVES[0]]
+    assert (exact.normal, exact.tangential) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert exact.torque == pytest.approx(0.1, rel=1e-9)
+    assert found["minimum-torque", "AX-12A"].torque == pytest.approx(0.0, abs=1e-12)
+    assert found["minimum-norm", "AX-12A"].tangential > 1.0
+
+
+def test_a_squeeze_is_told_from_what_is_none(trial: Trial) -> None:
+    # The minimum torque's forces differ from those of minimum norm by a squeeze alone; an upward
+    # newton on each foot is none.
+    force, _ = sharing.model_force_and_torque(trial, "minimum-torque")
+    least = trial.channel("foot_force_model")
+    amid = trial.amid_stance
+    expected = np.sqrt(np.mean(np.sum((force - least)[amid] ** 2, axis=1)))
+    pure = sharing.squeeze(with_force(trial, force), "")
+    # Feet are simulated a little beside their plan, by 1e-4 of their distances.
+    assert pure.internal == pytest.approx(expected, rel=1e-3)
+    assert pure.remainder < 1e-3 * expected
+    lifted = sharing.squeeze(with_force(trial, least + np.array([0, 0, 1.0])), "")
+    assert lifted.remainder == pytest.approx(1.0, rel=1e-3)
+    assert lifted.internal < 1e-3
+
+
+def test_the_share_of_a_squeeze_and_its_fading_are_read_off(trial: Trial) -> None:
+    # A squeeze that fades as exp(-t / 0.5 s) from touchdown on.
+    force, _ = sharing.model_force_and_torque(trial, "minimum-torque")
+    since = (trial.walk.time % 1.0)[:, None, None]
+    found = sharing.relaxation(with_force(trial, force * np.exp(-since / 0.5)), "")
+    assert found.shares == pytest.approx(np.exp(-np.array(sharing.AFTER_TOUCHDOWN) / 0.5), rel=1e-9)
+    assert found.seen == pytest.approx(0.5, rel=1e-9)
+
+
+def test_a_squeeze_fades_with_damping_and_give(trial: Trial) -> None:
+    # Four points of 300 N·s/m against joints of stiffness k at lever arms of about a decimetre:
+    # twice the damping or half the stiffness is twice the time.
+    base = sharing.fading_time(trial)
+    robot = replace(trial.walk.robot, servo=replace(trial.walk.robot.servo, stiffness=2 * 9.2))
+    stiffer = Trial(trial.scenario, replace(trial.walk, robot=robot), trial.recording, {})
+    assert sharing.fading_time(stiffer) == pytest.approx(base / 2, rel=1e-12)
+    sticky = Trial(SHORT.replace(friction_damping=600.0), trial.walk, trial.recording, {})
+    assert sharing.fading_time(sticky) == pytest.approx(2 * base, rel=1e-12)
+    # An outward push p on the foot turns femur and tibia by Jᵀ p / k: with Lf = 82 mm and
+    # Lt = 140 mm both have lever arms of their heights, 100 mm and that of the knee.
+    leg = trial.walk.robot.legs[0]
+    from phasmid import kinematics
+
+    q = kinematics.joint_angles(leg, leg.neutral_foot)
+    knee = leg.femur.length * np.sin(q[1])
+    give = (0.1**2 + (0.1 + knee) ** 2) / trial.walk.robot.servo.stiffness
+    assert base == pytest.approx(4 * 300.0 * give, rel=1e-9)
 
 
 def test_internal_forces_add_up_to_nothing() -> None:
     # Force and moment of each basis vector vanish; unit vectors and feet below 1 m: 1e-14.
     feet = np.random.default_rng(0).normal(scale=0.2, size=(20, 4, 3))
-    basis = _internal_forces(feet)
+    basis = sharing.internal_forces(feet)
     assert basis.shape == (20, 12 - 6, 12)
     forces = basis.reshape(20, 6, 4, 3)
     assert np.abs(forces.sum(axis=2)).max() < 1e-14
@@ -23,6 +120,6 @@ def test_three_feet_on_level_ground_squeeze_level() -> None:
     # Two forces that cancel act along the line between their feet, which is level.
     feet = np.random.default_rng(1).normal(scale=0.2, size=(20, 3, 3))
     feet[..., 2] = -0.1
-    basis = _internal_forces(feet)
+    basis = sharing.internal_forces(feet)
     assert basis.shape == (20, 3, 9)
     assert np.abs(basis[..., 2::3]).max() < 1e-14

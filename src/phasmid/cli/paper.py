@@ -59,7 +59,7 @@ def _print_grades(results: Results) -> None:
         table.add_column("where", width=13)
         table.add_column("the paper says", ratio=3)
         table.add_column("measured", ratio=4)
-        table.add_column("grade", width=11)
+        table.add_column("grade", width=12)
         for statement, finding in lines:
             grade = finding.grade.value
             mark = Text(grade, style=COLOURS.get(grade, ""))

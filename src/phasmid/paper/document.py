@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from phasmid.paper.errata import two_digits
-from phasmid.paper.evidence import SOFT_STIFFNESS, Evidence
+from phasmid.paper.evidence import SERVO_STIFFNESS, Evidence
 from phasmid.paper.misprints import MISPRINTS
-from phasmid.paper.sharing import Grip, Share, Squeeze
+from phasmid.paper.sharing import AFTER_TOUCHDOWN, Grip, Relaxation, Share, Squeeze
 from phasmid.paper.statement import Finding, Grade, Statement
 from phasmid.paper.variants import Variant
 
@@ -32,6 +32,8 @@ class Results(NamedTuple):
         shares: The force models beside the drives.
         grips: The friction that models and simulations need.
         squeezes: Internal forces under each drive.
+        creeps: Internal forces of prescribed joints by how much the ground creeps.
+        relaxations: How the squeeze of servos fades.
         more_feet: Rms difference of the normal forces from those of minimum norm in other gaits,
             prescribed joints [N].
         model_torque: Rms difference of the model's torques from the simulated ones amid stance,
@@ -43,6 +45,8 @@ class Results(NamedTuple):
     shares: list[Share]
     grips: list[Grip]
     squeezes: list[Squeeze]
+    creeps: list[Squeeze]
+    relaxations: list[Relaxation]
     more_feet: dict[str, float]
     model_torque: np.ndarray
 
@@ -51,8 +55,8 @@ class Results(NamedTuple):
         """How many statements there are of each grade, a sentence."""
         grades = [line.finding.grade for lines in self.parts.values() for line in lines]
         counted = Counter(grades)
-        each = (f"{counted[grade]} {grade.value}" for grade in Grade if counted[grade])
-        return f"Of {len(grades)} statements: {'; '.join(each)}."
+        each = (f"{grade.value}: {counted[grade]}" for grade in Grade if counted[grade])
+        return f"{len(grades)} statements. {' · '.join(each)}"
 
 
 _PAGE = """\
@@ -99,8 +103,9 @@ states:
 
 ![Equation 10 as printed](paper/as-printed.png)
 
-On a walk the misprints hide: in support the load on the foot makes almost all of the torque, and
-the printed part of it is small. In swing nothing hides them.
+On a walk most of the misprints hide: the load on the foot in support, and gravity in swing, make
+almost all of the torque of femur and tibia. The coxa's, which turns about the vertical and feels
+inertia alone, shows them. What spoils all three is θ3 of Eq 9 in Eq 10's sines and cosines.
 
 ## The model against the simulation
 
@@ -111,42 +116,62 @@ minimum-norm forces.
 
 ## How the ground shares the load
 
-Each force model beside three kinds of joints: prescribed ones, position servos of {soft:g} N·m/rad,
-and the AX-12A. Rms differences from the simulated forces and torques amid stance; the nearest model
-of each column is **bold**.
+Each force model beside three kinds of joints: prescribed ones, position servos of {position:g}
+N·m/rad, and the AX-12A, which has {own:g} N·m/rad. Rms differences from the simulated forces and
+torques amid stance; the nearest models of each column are **bold**. On three feet of level ground,
+far from slipping, four of the five models are one and the same; only `minimum-torque` differs.
 
 {shares}
 
 ![Forces on foot 2](paper/sharing.png)
 
-The friction that these forces need, tangential over normal, amid the stances; the margin is the
-least distance of a foot's force from the cone of the ground's friction, {friction:g}:
+The friction that these forces need, tangential over normal, amid stance; the margin is the least
+distance of a foot's force from the cone of the ground's friction, {friction:g}:
 
 {grips}
 
-Why do normal forces agree while tangential ones do not? Three feet give nine numbers for six
-equations. The three that are left over are squeezes of feet against each other along the lines
-between them. On level ground these lines lie level, so that a squeeze has no normal part, and
-statics alone settles the normal forces, whatever the model. How hard the feet squeeze, no equation
-of equilibrium says: the servos' give, friction, and how the feet touched down decide it. Rms per
-foot [N]:
+### Why normal forces agree while tangential ones do not
+
+Three feet give nine numbers for six equations. The three that are left over are squeezes of feet
+against each other along the lines between them. On level ground these lines lie level, so that a
+squeeze has no normal part, and statics alone settles the normal forces, whatever the model. How
+hard the feet squeeze, no equation of equilibrium says: how the joints give, how the feet touched
+down and how the ground holds them decide it. Rms per foot amid stance [N]:
 
 {squeezes}
 
 "Internal" is the squeeze beyond that of the minimum norm; "remainder" is what no squeeze explains,
-from a body that moves a little beside its plan. The engine's friction creeps, so that a squeeze
-fades: the time is that of a foot's friction damping against its joints' give.
+from a body that moves a little beside its plan. Where more than three feet stand, statics leaves
+normal forces open, too: by the minimum norm they miss the simulated ones, prescribed joints, by
+{more_feet}.
 
-That is so for three feet. Where more stand, statics leaves normal forces open, too: by the minimum
-norm they miss the simulated ones, prescribed joints, by {more_feet}.
+### Joints that do not give
 
-Joints that no load moves keep the feet where the plan has them, and what they squeeze fades at
-once: the minimum norm is near. Position servos give way like springs. Of all ways to carry a load
-on feet that stick, equal springs settle on the one that stores least energy (Castigliano), the sum
-of τ²/2k: the least sum of squares of the torques, which is `minimum-torque`. The softer the servos,
-the longer that lasts against the creep, and the nearer it comes. So: for stiff or measured joints
-use `minimum-norm`, for hobby servos `minimum-torque`; `friction-cone` and `smallest-largest-load`
-bound what the ground can give, and change nothing on a walk that is far from slipping.
+Prescribed joints say where each foot goes, to some hundredths of a millimetre; whether it squeezes
+the others depends on how the ground takes that. The engine's friction creeps, with a damper for
+each point that sticks, and the squeeze goes with it:
+
+{creeps}
+
+So what is left of it is the drag of feet that slide by very little, on a damper that this project
+chose. The minimum norm is its limit for ground that creeps freely. On rigid feet, rigid ground and
+Coulomb friction alone the squeeze would be whatever the touchdowns made it.
+
+### Servos
+
+Position servos give way like springs. If all springs are equal and linear, the feet stick, and each
+touched down where its plan has it, then of all ways to carry the load the one comes about that
+stores least energy (Castigliano): the least sum of τ²/2k, which is `minimum-torque`. The engine's
+creep then lets go of it. The simulated tangential forces along those of the minimum torque, as a
+share of them, by the time since touchdown:
+
+{relaxations}
+
+The time in which it fades is about that of a foot's friction damping against its joints' give. For
+servos as soft as the AX-12A it is longer than a stance, and `minimum-torque` is by far the nearest
+model; for servos four times as stiff on this ground neither is near, and for prescribed joints the
+minimum norm is. `friction-cone` and `smallest-largest-load` bound what the ground can give, and
+change nothing on a walk that is far from slipping.
 """
 
 
@@ -158,12 +183,15 @@ def document(results: Results, evidence: Evidence) -> str:
         variants=_variants(results.variants),
         misprints=_misprints(),
         model=_model_torque(results.model_torque, evidence.robot.leg_names),
-        soft=SOFT_STIFFNESS,
+        position=SERVO_STIFFNESS,
+        own=evidence.robot.servo.stiffness,
         friction=evidence.scenario.terrain.friction,
         shares=_shares(results.shares),
         more_feet=", ".join(f"{gap:.2f} N ({gait})" for gait, gap in results.more_feet.items()),
         grips=_grips(results.grips),
-        squeezes=_squeezes(results.squeezes),
+        squeezes=_squeezes("joints", results.squeezes),
+        creeps=_squeezes("friction damping", results.creeps),
+        relaxations=_relaxations(results.relaxations),
     )
 
 
@@ -192,8 +220,8 @@ def _variants(variants: list[Variant]) -> str:
                 v.stance_law,
                 v.mounts,
                 f"{1000 * v.distance:.0f}",
-                f"{1000 * v.drift + 0.0:.1f}",
-                f"{turn + 0.0:.2f} ± {wobble:.2f}",
+                f"{round(1000 * v.drift, 1) + 0.0:.1f}",
+                f"{round(float(turn), 2) + 0.0:.2f} ± {wobble:.2f}",
                 f"{1000 * v.slip:.1f}",
                 *torques,
             )
@@ -218,26 +246,26 @@ def _model_torque(gap: np.ndarray, names: Sequence[str]) -> str:
 
 
 def _shares(shares: list[Share]) -> str:
-    drives = list(dict.fromkeys(share.drive for share in shares))
-    models = list(dict.fromkeys(share.model for share in shares))
-    of = {(share.model, share.drive): share for share in shares}
-    kinds = {"normal": "N", "tangential": "N", "torque": "N·m"}
-    columns = [(kind, drive) for kind in kinds for drive in drives]
-    least = {
-        (kind, drive): min(getattr(of[model, drive], kind) for model in models)
-        for kind, drive in columns
-    }
-    rows = []
-    for model in models:
-        cells = []
-        for kind, drive in columns:
-            value = getattr(of[model, drive], kind)
-            # Models that differ by less than a hundredth come equally near.
-            near = value <= 1.01 * least[kind, drive]
-            cells.append(f"**{value:.3f}**" if near else f"{value:.3f}")
-        rows.append((model, *cells))
-    head = [f"{kind} [{kinds[kind]}], {drive}" for kind, drive in columns]
-    return _table(("force model", *head), rows)
+    tables = []
+    for kind, what in (
+        ("normal", "normal forces [N]"),
+        ("tangential", "tangential forces [N]"),
+        ("torque", "joint torques [N·m]"),
+    ):
+        gap = {(share.model, share.drive): getattr(share, kind) for share in shares}
+        models, drives = (list(dict.fromkeys(names)) for names in zip(*gap, strict=True))
+        least = {drive: min(gap[model, drive] for model in models) for drive in drives}
+        rows = []
+        for model in models:
+            cells = []
+            for drive in drives:
+                value = gap[model, drive]
+                # Models that differ by less than a hundredth come equally near.
+                near = value <= 1.01 * least[drive]
+                cells.append(f"**{value:.3f}**" if near else f"{value:.3f}")
+            rows.append((model, *cells))
+        tables.append(_table((what, *drives), rows))
+    return "\n\n".join(tables)
 
 
 def _grips(grips: list[Grip]) -> str:
@@ -249,18 +277,30 @@ def _grips(grips: list[Grip]) -> str:
     return _table(head, rows)
 
 
-def _squeezes(squeezes: list[Squeeze]) -> str:
-    numbers = ("tangential", "internal", "remainder", "fades in [s]")
-    head = ("joints", *numbers, "normal part of a squeeze of 1 N")
+def _squeezes(what: str, squeezes: list[Squeeze]) -> str:
+    head = (what, "tangential", "internal", "remainder", "normal part of a squeeze of 1 N")
     rows = [
         (
-            squeeze.drive,
+            squeeze.source,
             f"{squeeze.tangential:.2f}",
             f"{squeeze.internal:.2f}",
             f"{squeeze.remainder:.2f}",
-            f"{squeeze.fading:.1f}",
             f"{squeeze.normal_part:.4f}",
         )
         for squeeze in squeezes
     ]
     return _table(head, rows)
+
+
+def _relaxations(relaxations: list[Relaxation]) -> str:
+    times = [f"{time:g} s" for time in AFTER_TOUCHDOWN]
+    rows = [
+        (
+            relaxation.drive,
+            *(f"{share:.2f}" for share in relaxation.shares),
+            f"{relaxation.seen:.1f} s",
+            f"{relaxation.expected:.1f} s",
+        )
+        for relaxation in relaxations
+    ]
+    return _table(("joints", *times, "fades in", "damping × give"), rows)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from phasmid import derivation
 from phasmid.dynamics import leg_matrices
 from phasmid.errors import OutputError, PhasmidError
+from phasmid.motion import plan
 from phasmid.paper.misprints import MISPRINTS, SLIPS, Extent, Misprint, torque_error
 from phasmid.paper.states import (
     FARTHEST_ROLL,
@@ -21,6 +23,7 @@ from phasmid.paper.states import (
     STRONGEST,
 )
 from phasmid.robot import load_robot
+from phasmid.scenario import load_scenario
 
 ROUND_OFF = 1e-9
 """Errors below this are round-off [mm or mN·m]."""
@@ -90,9 +93,10 @@ By tests that fail for the printed form and hold for the right one, in `tests/pa
 ## Centres of mass
 
 Table 2 itself puts the femur's and tibia's centres of mass 20 mm beside the leg's plane. With them,
-m12 and m13 are not zero: up to {m12} and {m13} kg·m², beside an m11 of up to {m11} kg·m². The
-closed form of `phasmid.dynamics.leg_matrices` holds for any centre of mass and any inertia, so both
-readings are computed exactly.
+m12 and m13 are not zero: up to {m12} and {m13} kg·m², beside an m11 of up to {m11} kg·m². On the
+paper's walk they make up to {coupled} mN·m on the coxa, beside {own} mN·m of m11, as much as the
+misprints do. The closed form of `phasmid.dynamics.leg_matrices` holds for any centre of mass and
+any inertia, so both readings are computed exactly.
 """
 
 
@@ -108,6 +112,9 @@ def errata() -> str:
     q = np.stack(np.meshgrid(0.0, around, around), axis=-1)
     M = np.abs(leg_matrices(load_robot("phantomx-paper").legs[0], q).M)
     m11, m12, m13 = (f"{value:.1e}".replace("e-0", "e-") for value in M[..., 0, :].max((0, 1, 2)))
+    walk = plan(load_scenario("paper")).sample(np.arange(2000) / 1000)
+    inertia = leg_matrices(walk.robot.arrays, walk.q).M[..., 0, :] * walk.qdd
+    own, coupled = np.abs(inertia[..., 0]).max(), np.abs(inertia[..., 1:].sum(axis=-1)).max()
     return _TEXT.format(
         states=RANDOM_STATES,
         speed=f"{FASTEST:g}",
@@ -118,6 +125,8 @@ def errata() -> str:
         dynamics=_table(dynamic),
         equation=derivation.paper_text(derivation.mid_length(derivation.newton_euler())),
         slips=_lines(("where", "printed", "meant"), SLIPS),
+        coupled=two_digits(1000 * coupled),
+        own=two_digits(1000 * own),
         m11=m11,
         m12=m12,
         m13=m13,
@@ -152,11 +161,20 @@ def two_digits(value: float) -> str:
     return "0" if abs(value) < ROUND_OFF else f"{float(f'{value:.2g}'):g}"
 
 
-def main(path: str = "docs/errata.md") -> int:
-    """Write the page; the exit status is 1 where it cannot be written."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the page; the exit status is 1 where it cannot be written.
+
+    Args:
+        arguments: Of the command line; those of the process where None.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python -m phasmid.paper.errata", description="Write the page of misprints."
+    )
+    parser.add_argument("path", nargs="?", default="docs/errata.md", help="default: %(default)s")
+    path = Path(parser.parse_args(arguments).path)
     try:
         try:
-            Path(path).write_text(errata(), encoding="utf-8")
+            path.write_text(errata(), encoding="utf-8")
         except OSError as error:
             raise OutputError(
                 f"{path} cannot be written: {error.strerror or error}.",
@@ -169,4 +187,4 @@ def main(path: str = "docs/errata.md") -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:2]))
+    sys.exit(main())

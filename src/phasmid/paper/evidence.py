@@ -18,8 +18,11 @@ from phasmid.robot import Robot
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.simulation import simulate
 
-SOFT_STIFFNESS = 40.0
-"""Of the soft position servo, between joints that do not give and the AX-12A [N·m/rad]."""
+SERVO_STIFFNESS = 40.0
+"""Of the position servo that stands between joints that do not give and the AX-12A [N·m/rad]."""
+
+DRIVES = ("prescribed", "servos of 40 N·m/rad", "AX-12A")
+"""From joints that no torque moves off their plan to the robot's own servos."""
 
 GAITS = ("wave", "ripple", "amble")
 """Gaits besides the paper's; four and more feet stand in them."""
@@ -74,6 +77,12 @@ class Evidence:
         """The paper's robot."""
         return self.scenario.load_robot()
 
+    @cached_property
+    def planned(self) -> Walk:
+        """The paper's walk as planned, every millisecond of it."""
+        walk = plan(self.scenario)
+        return walk.sample(np.arange(round(1000 * self.scenario.duration) + 1) / 1000)
+
     @property
     def walk(self) -> Trial:
         """The paper's walk as this project reads it."""
@@ -86,18 +95,22 @@ class Evidence:
         return self.trial(f"{stance_law}, mounts {mounts}", stance_law=stance_law, mounts=mounts)
 
     def driven(self, drive: str) -> Trial:
-        """The walk with ``prescribed`` joints, ``soft`` position servos, or the ``AX-12A``."""
-        if drive == "prescribed":
+        """The walk with one of `DRIVES`."""
+        prescribed, position, own = DRIVES
+        if drive == prescribed:
             return self.walk
-        if drive == "AX-12A":
+        if drive == own:
             return self.trial("AX-12A servos", drive="servo")
-        servo = replace(
-            self.robot.servo,
-            name=f"soft servo, {SOFT_STIFFNESS:g} N·m/rad",
-            stiffness=SOFT_STIFFNESS,
-        )
-        robot = replace(self.robot, servo=servo)
-        return self.trial("soft servos", drive="servo", robot=robot)
+        assert drive == position, drive
+        servo = replace(self.robot.servo, name=position, stiffness=SERVO_STIFFNESS)
+        return self.trial(position, drive="servo", robot=replace(self.robot, servo=servo))
+
+    def creeping(self, friction_damping: float) -> Trial:
+        """The walk, prescribed joints, on ground whose friction creeps more or less [N·s/m]."""
+        if friction_damping == self.scenario.contact.friction_damping:
+            return self.walk
+        name = f"friction damping {friction_damping:g} N·s/m"
+        return self.trial(name, friction_damping=friction_damping)
 
     def gait(self, name: str) -> Trial:
         """The walk in another gait."""

@@ -9,8 +9,8 @@ import numpy as np
 from phasmid.dynamics import leg_torque
 from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_torque
 from phasmid.motion import plan
-from phasmid.paper.evidence import Evidence, Trial
-from phasmid.paper.sharing import DRIVES, model_force_and_torque
+from phasmid.paper.evidence import DRIVES, Evidence, Trial
+from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
 from phasmid.reporting.style import FAINT, INK, JOINT_COLOURS, Figure, leg_colour, styled
 
@@ -85,7 +85,7 @@ def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
             2,
             len(DRIVES),
             "Forces on foot 2: simulated, and by each force model",
-            "phantomx-paper, tripod gait; outward: away from the hip, level with the ground",
+            "phantomx-paper, tripod gait; outward: away from the hip; negative: pushed inwards",
             row=2.1,
             sharey="row",
             room=0.12,
@@ -96,8 +96,7 @@ def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
             _draw_foot(axes[:, column], trial, trial.channel("foot_force"), SEEN)
             for line, alike in zip(LINES, lines, strict=False):
                 _draw_foot(axes[:, column], trial, model_force_and_torque(trial, alike[0])[0], line)
-            what = "joints" if drive == "prescribed" else "servos"
-            axes[0, column].set_title(f"{drive} {what}")
+            axes[0, column].set_title({"prescribed": "prescribed joints"}.get(drive, drive))
             axes[1, column].set_xlabel("time [s]")
         axes[0, 0].set_ylabel("normal [N]")
         axes[1, 0].set_ylabel("outward [N]")

@@ -238,6 +238,11 @@ SLIPS = (
     Slip("Eq 9", "180", "180°"),
     Slip("b11", "I with the subscript xx3 − Iyy3", "I_xx3 − I_yy3"),
     Slip("b11, c21, c31", "l2, l3", "L2, L3"),
+    Slip(
+        "Table 2, I_yz",
+        "−0.734 for femur and tibia alike",
+        "perhaps one copied from the other; on this walk it is below 10⁻⁵ N·m",
+    ),
     Slip("after Eq 10", "C is an n × matrix", "n × n"),
     Slip("[Θ̇Θ̇], [Θ̇²]", "rows", "columns: they are multiplied from the left"),
 )

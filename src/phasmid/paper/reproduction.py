@@ -14,7 +14,13 @@ from phasmid.paper.document import Graded, Results, document
 from phasmid.paper.equations import EQUATIONS
 from phasmid.paper.evidence import GAITS, Announce, Evidence
 from phasmid.paper.figures import as_printed_figure, sharing_figure
-from phasmid.paper.sharing import compare_grips, compare_models, compare_squeezes
+from phasmid.paper.sharing import (
+    compare_creeps,
+    compare_grips,
+    compare_models,
+    compare_relaxations,
+    compare_squeezes,
+)
 from phasmid.paper.statement import Statement
 from phasmid.paper.structure import STRUCTURE
 from phasmid.paper.trajectory import TRAJECTORY
@@ -51,6 +57,8 @@ def measure(evidence: Evidence) -> Results:
         compare_models(evidence, FORCE_MODELS),
         compare_grips(evidence, FORCE_MODELS),
         compare_squeezes(evidence),
+        compare_creeps(evidence),
+        compare_relaxations(evidence),
         {gait: force_differences(evidence.gait(gait))[0] for gait in GAITS},
         np.array(against),
     )
@@ -71,7 +79,7 @@ def reproduce(
 
     Raises:
         InvalidInput: There is such a page already, or something else in its place.
-        OutputError: The folder cannot be written; an earlier page is left as it was.
+        OutputError: The folder cannot be written; the figures of an earlier page are kept.
     """
     folder = Path(folder)
     check_place(folder, force=force)
@@ -130,10 +138,16 @@ def _write(folder: Path, text: str, drawn: dict[str, Figure], *, force: bool) ->
             for name, figure in drawn.items():
                 save_figure(figure, partial / FOLDER / f"{name}.png")
             check_place(folder, force=force)
+            # The page first: it replaces an older one in one step, the folder does in two.
+            (partial / PAGE).replace(folder / PAGE)
             if (folder / FOLDER).exists():
                 (folder / FOLDER).rename(partial / "old")
-            (partial / FOLDER).rename(folder / FOLDER)
-            (partial / PAGE).replace(folder / PAGE)
+            try:
+                (partial / FOLDER).rename(folder / FOLDER)
+            except OSError:
+                if (partial / "old").exists():
+                    (partial / "old").rename(folder / FOLDER)
+                raise
         finally:
             shutil.rmtree(partial, ignore_errors=True)
     except OSError as error:
@@ -141,4 +155,5 @@ def _write(folder: Path, text: str, drawn: dict[str, Figure], *, force: bool) ->
 
 
 def _unwritable(folder: Path, error: OSError) -> OutputError:
-    return OutputError(f"cannot write {folder}: {(error.strerror or str(error)).lower()}.")
+    reason = (error.strerror or str(error)).lower()
+    return OutputError(f"cannot write into {folder}: {reason}.", hint="another folder")

@@ -1,4 +1,4 @@
-"""The force models against simulated contact: who comes nearest to which servos, and why."""
+"""The force models against simulated contact: who comes nearest to which joints, and why."""
 
 from __future__ import annotations
 
@@ -7,12 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from phasmid.forces import Contacts, analyse, friction_statistics
+from phasmid.forces.equilibrium import grasp_matrix
 from phasmid.kinematics import jacobian, joint_angles
-from phasmid.paper.evidence import Evidence, Trial
+from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.walking import force_differences
+from phasmid.reporting.steps import intervals
 
-DRIVES = ("prescribed", "soft", "AX-12A")
-"""From joints that no torque moves off their plan to the robot's own servos."""
+CREEPS = (75.0, 150.0, 300.0, 600.0)
+"""Friction dampings on which prescribed joints are tried [N·s/m]."""
+
+AFTER_TOUCHDOWN = (0.1, 0.2, 0.3, 0.5, 0.7)
+"""Times at which the squeeze of servos is looked at [s]."""
+
+POINTS = 4
+"""Contact points of a foot."""
 
 
 @dataclass(frozen=True)
@@ -55,24 +63,40 @@ class Grip:
 
 @dataclass(frozen=True)
 class Squeeze:
-    """Internal forces: those that feet exert on each other through the robot.
+    """Internal forces amid the stances: those that feet exert on each other through the robot.
 
     Attributes:
-        drive: What moved the joints.
+        source: What moved the joints, or on which ground.
         tangential: Rms of a foot's simulated tangential force [N].
         internal: Rms of a foot's simulated internal force [N].
         remainder: Rms of what neither internal forces nor the minimum norm explain, such as
-            impacts and feet that stand beside their plan [N].
+            a body that moves beside its plan [N].
         normal_part: Largest normal part of an internal force of 1 N, over all samples.
-        fading: Time in which a squeeze fades to 1/e, as the engine's friction creeps [s].
     """
 
-    drive: str
+    source: str
     tangential: float
     internal: float
     remainder: float
     normal_part: float
-    fading: float
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """How much of the minimum torque's squeeze servos show, from touchdown on.
+
+    Attributes:
+        drive: What moved the joints.
+        shares: At `AFTER_TOUCHDOWN`, the simulated tangential forces' part along those of the
+            minimum torque, as a share of them.
+        seen: Time in which it fades to 1/e, from the second to the last of them [s].
+        expected: A foot's friction damping times its joints' give in the outward direction [s].
+    """
+
+    drive: str
+    shares: tuple[float, ...]
+    seen: float
+    expected: float
 
 
 def model_force_and_torque(trial: Trial, model: str) -> tuple[np.ndarray, np.ndarray]:
@@ -119,57 +143,80 @@ def _grip(source: str, trial: Trial, force: np.ndarray) -> Grip:
 
 def compare_squeezes(evidence: Evidence) -> list[Squeeze]:
     """How much of the simulated foot forces is internal, under each drive."""
-    found = []
-    for drive in DRIVES:
-        trial = evidence.driven(drive)
-        seen, least = trial.channel("foot_force"), trial.channel("foot_force_model")
-        inner, left, normal_part, count = 0.0, 0.0, 0.0, 0
-        for legs in np.unique(trial.amid_stance, axis=0):
-            if legs.sum() < 3:
-                continue
-            amid = (trial.amid_stance == legs).all(axis=1)
-            basis = _internal_forces(trial.channel("foot_position")[amid][:, legs])
-            gap = (seen - least)[amid][:, legs].reshape(len(basis), -1)
-            along = (basis @ gap[..., None])[..., 0]
-            inside = np.einsum("nij,ni->nj", basis, along)
-            inner += float(np.sum(inside**2))
-            left += float(np.sum((gap - inside) ** 2))
-            normal_part = max(normal_part, float(np.abs(basis[..., 2::3]).max()))
-            count += len(gap) * int(legs.sum())
-        _, _, tangential = force_differences(trial)
-        found.append(
-            Squeeze(
-                drive,
-                tangential,
-                (inner / count) ** 0.5,
-                (left / count) ** 0.5,
-                normal_part,
-                _fading_time(trial),
-            )
-        )
-    return found
+    return [squeeze(evidence.driven(drive), drive) for drive in DRIVES]
 
 
-def _fading_time(trial: Trial) -> float:
-    """A foot's friction damping times its give in the outward direction [s]."""
-    if trial.scenario.simulation.drive == "prescribed":
-        return 0.0
-    robot, points = trial.walk.robot, 4
+def compare_creeps(evidence: Evidence) -> list[Squeeze]:
+    """The same for prescribed joints, on ground whose friction creeps more or less."""
+    return [squeeze(evidence.creeping(c), f"{c:g} N·s/m a point") for c in CREEPS]
+
+
+def squeeze(trial: Trial, source: str) -> Squeeze:
+    """Split a trial's tangential foot forces.
+
+    Args:
+        trial: The walk; its recorded model is the minimum norm.
+        source: What is said of it.
+    """
+    seen, least = trial.channel("foot_force"), trial.channel("foot_force_model")
+    inner, left, normal_part, count = 0.0, 0.0, 0.0, 0
+    for legs in np.unique(trial.amid_stance, axis=0):
+        if legs.sum() < 3:
+            continue
+        amid = (trial.amid_stance == legs).all(axis=1)
+        basis = internal_forces(trial.channel("foot_position")[amid][:, legs])
+        gap = (seen - least)[amid][:, legs].reshape(len(basis), -1)
+        along = (basis @ gap[..., None])[..., 0]
+        inside = np.einsum("nij,ni->nj", basis, along)
+        inner += float(np.sum(inside**2))
+        left += float(np.sum((gap - inside) ** 2))
+        normal_part = max(normal_part, float(np.abs(basis[..., 2::3]).max()))
+        count += len(gap) * int(legs.sum())
+    _, _, tangential = force_differences(trial)
+    return Squeeze(source, tangential, (inner / count) ** 0.5, (left / count) ** 0.5, normal_part)
+
+
+def internal_forces(feet: np.ndarray) -> np.ndarray:
+    """An orthonormal basis of the forces on feet (N, n, 3) that add up to nothing, (N, k, 3 n)."""
+    grasp = grasp_matrix(feet - feet.mean(axis=1, keepdims=True))
+    _, _, rows = np.linalg.svd(grasp)
+    return np.asarray(rows[:, 6:])
+
+
+def compare_relaxations(evidence: Evidence) -> list[Relaxation]:
+    """How the squeeze of each kind of servo fades from touchdown on."""
+    return [relaxation(evidence.driven(drive), drive) for drive in DRIVES[1:]]
+
+
+def relaxation(trial: Trial, drive: str) -> Relaxation:
+    """The simulated tangential forces beside the minimum torque's, by the time since touchdown.
+
+    Args:
+        trial: A walk on servos.
+        drive: What is said of them.
+    """
+    seen = trial.channel("foot_force")[..., :2]
+    least = model_force_and_torque(trial, "minimum-torque")[0][..., :2]
+    shares = []
+    for after in AFTER_TOUCHDOWN:
+        along, size = 0.0, 0.0
+        for leg in range(seen.shape[1]):
+            for start, stop in intervals(trial.walk.stance[:, leg]):
+                at = int(np.searchsorted(trial.walk.time, trial.walk.time[start] + after - 1e-9))
+                # The first stance begins in the middle of things, the last may be cut short.
+                if start > 0 and at < stop:
+                    along += float(seen[at, leg] @ least[at, leg])
+                    size += float(least[at, leg] @ least[at, leg])
+        shares.append(along / size)
+    faded = np.log(shares[1] / shares[-1])
+    seconds = (AFTER_TOUCHDOWN[-1] - AFTER_TOUCHDOWN[1]) / faded
+    return Relaxation(drive, tuple(shares), float(seconds), fading_time(trial))
+
+
+def fading_time(trial: Trial) -> float:
+    """A foot's friction damping times its joints' give in the outward direction [s]."""
+    robot = trial.walk.robot
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     outward = jacobian(robot.arrays, q)[:, 0]
     give = np.sum(outward**2, axis=-1).mean() / robot.servo.stiffness
-    return float(points * trial.scenario.contact.friction_damping * give)
-
-
-def _internal_forces(feet: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of the forces on feet (N, n, 3) that add up to nothing, (N, k, 3 n)."""
-    count = feet.shape[1]
-    x, y, z = np.moveaxis(feet - feet.mean(axis=1, keepdims=True), -1, 0)
-    grasp = np.zeros((len(feet), 6, count, 3))
-    for axis in range(3):
-        grasp[:, axis, :, axis] = 1.0
-    grasp[:, 3, :, 1], grasp[:, 3, :, 2] = -z, y
-    grasp[:, 4, :, 0], grasp[:, 4, :, 2] = z, -x
-    grasp[:, 5, :, 0], grasp[:, 5, :, 1] = -y, x
-    _, _, rows = np.linalg.svd(grasp.reshape(len(feet), 6, 3 * count))
-    return rows[:, 6:]
+    return float(POINTS * trial.scenario.contact.friction_damping * give)

@@ -13,12 +13,18 @@ from phasmid.paper.evidence import Evidence
 
 
 class Grade(Enum):
-    """How a statement fares; the value is what the table prints."""
+    """How a statement fares; the value is what the table prints.
+
+    What was read into the robot or the scenario is so by construction, and no measurement of it
+    could come out otherwise.
+    """
 
     HOLDS = "holds"
-    WITH_A_LIMIT = "holds, with a limit"
-    FAILS = "does not hold"
+    CORRECTED = "holds once corrected"
+    WITH_A_LIMIT = "holds with a limit"
+    BY_CONSTRUCTION = "by construction"
     MISPRINTED = "misprinted"
+    FAILS = "does not hold"
     NOT_TESTED = "not tested"
 
 
@@ -51,6 +57,20 @@ class Statement:
     measure: Callable[[Evidence], Finding]
 
 
-def judged(good: bool | np.bool_, number: str, note: str = "") -> Finding:
-    """A finding of a statement that either holds or does not."""
-    return Finding(number, Grade.HOLDS if good else Grade.FAILS, note)
+def judged(
+    good: bool | np.bool_, number: str, note: str = "", *, best: Grade = Grade.HOLDS
+) -> Finding:
+    """A finding of a statement that either fares as well as it can or does not hold.
+
+    Args:
+        good: Whether the number bears it out.
+        number: The figure.
+        note: What a reader must know besides.
+        best: The grade that it then gets.
+    """
+    return Finding(number, best if good else Grade.FAILS, note)
+
+
+def length(metres: float) -> str:
+    """A difference of two ways to one length, in words: round-off of nothing is nothing."""
+    return "0 m" if metres == 0 else f"{metres:.0e} m"

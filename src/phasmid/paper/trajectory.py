@@ -6,7 +6,7 @@ import numpy as np
 
 from phasmid import kinematics
 from phasmid.paper.evidence import Evidence
-from phasmid.paper.statement import Finding, Statement, judged
+from phasmid.paper.statement import Finding, Grade, Statement, judged
 
 EXACT = 1e-9
 """Angles [rad], lengths [m] and times [s] that differ by less are equal."""
@@ -20,24 +20,24 @@ FIRST, SECOND = (0, 2, 4), (1, 3, 5)
 
 def inputs(evidence: Evidence) -> Finding:
     """The four inputs, as found in the planned feet."""
-    trial = evidence.walk
-    walk = trial.walk
+    walk, stride = evidence.planned, evidence.scenario.stride
     p = kinematics.body_from_hip(
         walk.robot, kinematics.foot_position(walk.robot.arrays, walk.q[:2001])
     )
     stroke, lift = np.ptp(p[..., 0], axis=0), np.ptp(p[..., 2], axis=0)
-    samples = evidence.scenario.stride.samples
+    good = np.abs(stroke - 0.040).max() < EXACT and np.abs(lift - 0.030).max() < 1e-6
     return judged(
-        bool(np.abs(stroke - 0.040).max() < EXACT and np.abs(lift - 0.030).max() < 1e-6),
+        good and stride.period == 2.0 and stride.samples == 41,
         f"feet travel {1000 * stroke.mean():.3f} mm and lift {1000 * lift.mean():.3f} mm, "
-        f"in a cycle of {evidence.scenario.stride.period:g} s and {samples} samples",
+        f"in a cycle of {stride.period:g} s and {stride.samples} samples",
         "The reading taken: 40 mm a half cycle in the body's frame, both ends of a cycle sampled.",
+        best=Grade.BY_CONSTRUCTION,
     )
 
 
 def smooth(evidence: Evidence) -> Finding:
     """Largest jump of speed and acceleration at the switches, the limit from both sides."""
-    walk = evidence.walk.walk
+    walk = evidence.planned
     switches, h = np.arange(1.0, 9.5, 1.0), 1e-9
     before, after = walk.sample(switches - h), walk.sample(switches + h)
     speed = np.abs(after.qd - before.qd).max()
@@ -52,8 +52,7 @@ def smooth(evidence: Evidence) -> Finding:
 
 def first_half(evidence: Evidence) -> Finding:
     """Which legs stand in the first second, and in the next."""
-    trial = evidence.walk
-    time, stance = trial.walk.time, trial.walk.stance
+    time, stance = evidence.planned.time, evidence.planned.stance
     first = (time % 2.0) < 1.0 - EXACT
     good = (
         not stance[first][:, FIRST].any()
@@ -84,29 +83,61 @@ def coxa_only(evidence: Evidence) -> Finding:
     )
 
 
+def transfer(evidence: Evidence) -> Finding:
+    """How far each joint turns in a transfer."""
+    walk = evidence.planned
+    swinging = ~walk.stance[:1000, 0]
+    turned = np.degrees(np.ptp(walk.q[:1000][swinging][:, FIRST], axis=0)).min(axis=0)
+    coxa, femur, tibia = turned
+    return judged(
+        bool(turned.min() > NOTABLE),
+        f"coxa by {coxa:.1f}°, femur by {femur:.1f}°, tibia by {tibia:.1f}°, or more",
+    )
+
+
+def mapping(evidence: Evidence) -> Finding:
+    """Where the feet stand at the start."""
+    walk = evidence.planned
+    robot, start = walk.robot, walk.q[0]
+    p = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, start))
+    ahead = 1000 * (p - kinematics.neutral_feet(robot))[:, 0]
+    first, second = ahead[list(FIRST)], ahead[list(SECOND)]
+    half = 500 * evidence.scenario.stride.step_length
+    good = np.abs(first + half).max() < 1e-6 and np.abs(second - half).max() < 1e-6
+    return judged(
+        good,
+        f"legs 1, 3, 5 stand {-first.mean():.0f} mm behind neutral, legs 2, 4, 6 "
+        f"{second.mean():.0f} mm ahead",
+        "The reading taken of the mapping.",
+        best=Grade.BY_CONSTRUCTION,
+    )
+
+
 def repeats(evidence: Evidence) -> Finding:
     """Difference of the angles one cycle later."""
-    q = evidence.walk.walk.q
+    q = evidence.planned.q
     miss = np.abs(q[2000:] - q[:-2000]).max()
     return judged(bool(miss < EXACT), f"angles one cycle later differ by {miss:.0e} rad")
 
 
 def reverses(evidence: Evidence) -> Finding:
     """Leg 2 half a cycle later against leg 5, mirrored."""
-    q = evidence.walk.walk.q
+    q = evidence.planned.q
     # Leg 2 is leg 5's mirror image: the coxa's sign turns round.
     miss = np.abs(q[1000:, 1] * [-1, 1, 1] - q[:-1000, 4]).max()
     return judged(bool(miss < EXACT), f"leg 2 half a cycle later is leg 5 within {miss:.0e} rad")
 
 
 TRAJECTORY = (
-    Statement("Fig 6", "inputs are 40 mm, 30 mm, 2 s and 41 samples", inputs),
+    Statement("Fig 6", "step length 40 mm, height 30 mm, time 2 s, 41 samples", inputs),
     Statement("results", "a polynomial of fifth degree makes the trajectory smooth", smooth),
     Statement(
         "Fig 12",
         "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 bear, then reversed",
         first_half,
     ),
+    Statement("results", "a mapping gives the joint angles from which the gait starts", mapping),
+    Statement("Fig 12", "in transfer all three joints move", transfer),
     Statement("Fig 12", "in support only the coxa moves", coxa_only),
     Statement("Fig 12", "the trajectory repeats every 2 s", repeats),
     Statement("Fig 12", "the tripods change roles each half cycle", reverses),

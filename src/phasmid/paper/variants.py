@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from phasmid.kinematics import quaternion_yaw
 from phasmid.paper.evidence import Evidence
 
 LAWS = ("straight", "coxa-only")
@@ -46,8 +47,7 @@ def compare_variants(evidence: Evidence) -> list[Variant]:
         for mounts in LAYOUTS:
             trial = evidence.variant(law, mounts)
             way, torque = trial.summary["travel"], trial.summary["torque"]
-            w, x, y, z = np.moveaxis(trial.channel("body_orientation"), -1, 0)
-            heading = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+            heading = np.unwrap(quaternion_yaw(trial.channel("body_orientation")))
             peak, model = (
                 np.array(torque[kind]["peak"]).max(axis=0) for kind in ("simulation", "model")
             )

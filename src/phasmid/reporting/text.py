@@ -237,7 +237,8 @@ def _note(summary: Summary) -> str:
     compared = summary.get("model_against_simulation", {})
     if "left_out_about_switches" in compared:
         left_out = 1000 * compared["left_out_about_switches"]
-        sentences.append(f"Rms differences leave out {left_out:g} ms around the switches.")
+        what = "Loads in swing and rms differences"
+        sentences.append(f"{what} leave out {left_out:g} ms around the switches.")
     if "slip" in summary:
         sentences.append("Slip is per step.")
     sentences.append(_torque_note(summary))
