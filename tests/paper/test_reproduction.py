@@ -60,7 +60,7 @@ def test_the_command_writes_the_page_that_stands_in_docs(
 
     shown = " ".join(capsys.readouterr().out.split())
     count = sum(map(len, STATEMENTS.values()))
-    assert f"Of {count} statements: " in shown
+    assert f"{count} statements. holds: " in shown
     for part in STATEMENTS:
         assert part in shown
         assert f"## {part}" in page

@@ -80,7 +80,7 @@ def print_summary(
         name = names[number - 1].replace("_", " ")
         table.add_row(*_leg_row(summary, number - 1, f"{number} {name}"))
     console.print(table, width=width)
-    for line in textwrap.wrap(_note(summary), width):
+    for line in textwrap.wrap(_note(summary), width, break_on_hyphens=False):
         console.print(Text(line, style="dim"))
     for warning in summary.get("warnings", ()):
         for line in textwrap.wrap(
