@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -40,12 +40,14 @@ class Trial:
         walk: The plan, sampled at the recording's times.
         recording: What physics made of it, beside the model's figures.
         summary: Its numbers, as `phasmid.summarise` gives them.
+        shared: What the force models make of its plan, by their names, once it was asked for.
     """
 
     scenario: Scenario
     walk: Walk
     recording: Recording
     summary: Summary
+    shared: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     @cached_property
     def amid_stance(self) -> Bool[np.ndarray, "time legs"]:

@@ -12,15 +12,13 @@ from phasmid.kinematics import jacobian, joint_angles
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.walking import force_differences
 from phasmid.reporting.steps import intervals
+from phasmid.simulation import CONTACT_POINTS
 
 CREEPS = (75.0, 150.0, 300.0, 600.0)
 """Friction dampings on which prescribed joints are tried [N·s/m]."""
 
 AFTER_TOUCHDOWN = (0.1, 0.2, 0.3, 0.5, 0.7)
 """Times at which the squeeze of servos is looked at [s]."""
-
-POINTS = 4
-"""Contact points of a foot."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +99,11 @@ class Relaxation:
 
 def model_force_and_torque(trial: Trial, model: str) -> tuple[np.ndarray, np.ndarray]:
     """Foot forces [N] and joint torques [N·m] of a force model on a trial's plan."""
-    recording = analyse(trial.scenario.replace(force_model=model), trial.walk)
-    force, torque = recording["foot_force_model"], recording["joint_torque_model"]
-    return np.asarray(force.values), np.asarray(torque.values)
+    if model not in trial.shared:
+        found = analyse(trial.scenario.replace(force_model=model), trial.walk)
+        force, torque = found["foot_force_model"], found["joint_torque_model"]
+        trial.shared[model] = np.asarray(force.values), np.asarray(torque.values)
+    return trial.shared[model]
 
 
 def compare_models(evidence: Evidence, models: tuple[str, ...]) -> list[Share]:
@@ -219,4 +219,4 @@ def fading_time(trial: Trial) -> float:
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     outward = jacobian(robot.arrays, q)[:, 0]
     give = np.sum(outward**2, axis=-1).mean() / robot.servo.stiffness
-    return float(POINTS * trial.scenario.contact.friction_damping * give)
+    return float(CONTACT_POINTS * trial.scenario.contact.friction_damping * give)

@@ -21,6 +21,9 @@ POINT_RADIUS = 0.0005
 JOINT_IMPEDANCE = 0.999
 """How hard the engine holds prescribed joints; the rest is numerical softness."""
 
+CONTACT_POINTS = 4
+"""Points of a foot that touch the ground, each a spring and a damper."""
+
 NET_FORCE = 3
 """The engine's code for a contact sensor that sums over all points, in world axes."""
 
@@ -201,7 +204,7 @@ def _set_contact(spec: mujoco.MjSpec, leg: Leg, scenario: Scenario, mobility: fl
     """
     d = scenario.contact.impedance
     scale = (1 - d) * mobility
-    for i in range(4):
+    for i in range(CONTACT_POINTS):
         point = spec.geom(point_name(leg, i))
         point.solimp = [d, d, 0.001, 0.5, 2.0]
         point.solref = [-scenario.contact.stiffness * scale, -scenario.contact.damping * scale]
