@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from phasmid.errors import InfeasibleLoad
 from phasmid.motion import plan
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
@@ -133,3 +134,12 @@ def test_servos_walk_within_their_limits():
     # 0.1 rad to a newton metre.
     error = np.abs(run.joint_position - run.joint_position_target).values
     assert 0.02 < error.max() < 0.3
+
+
+def test_a_load_that_the_feet_cannot_share_is_refused_before_the_run():
+    # Friction of 0.001 is less than swinging the legs asks for (0.03 on this walk).
+    scenario = PAPER.replace(force_model="friction-cone", friction=0.001)
+    told = []
+    with pytest.raises(InfeasibleLoad, match="would slip"):
+        simulate(scenario, plan(scenario), progress=told.append)
+    assert told == []

@@ -57,10 +57,13 @@ def simulate(scenario: Scenario, walk: Walk, *, progress: Progress | None = None
     """
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk.robot)
-    check_load(scenario, walk)
     run = Run(scenario, walk)
+    time = np.arange(run.steps // run.every + 1) * (run.every * scenario.simulation.dt)
+    # Before the run: what the feet cannot share is refused at once, and an interrupted run has
+    # little left to do.
+    model = model_channels(scenario, walk.sample(time))
     trouble = run.advance(progress)
-    return _record(scenario, walk, run, trouble)
+    return _record(scenario, walk, run, trouble, time, model)
 
 
 def check_time_step(scenario: Scenario, robot: Robot) -> None:
@@ -79,7 +82,7 @@ def check_time_step(scenario: Scenario, robot: Robot) -> None:
 
 
 def check_load(scenario: Scenario, walk: Walk) -> None:
-    """Refuse a walk whose load the scenario's force model cannot share, before it is run.
+    """Refuse a walk whose load the scenario's force model cannot share, by a look at one cycle.
 
     Raises:
         InvalidInput: The load transfer takes longer than the gait allows.
@@ -294,16 +297,25 @@ def _engine_warnings() -> Iterator[list[str]]:
         mujoco.set_mju_user_warning(before)
 
 
-def _record(scenario: Scenario, walk: Walk, run: Run, trouble: Trouble | None) -> Recording:
-    """The engine's log and the model's figures under the names of the house."""
+def _record(
+    scenario: Scenario,
+    walk: Walk,
+    run: Run,
+    trouble: Trouble | None,
+    time: Float[np.ndarray, " time"],
+    model: dict[str, np.ndarray],
+) -> Recording:
+    """The engine's log and the model's figures under the names of the house.
+
+    Time and model are those of the whole walk, of which the run may have made only a part.
+    """
     import mujoco
 
     legs, n = len(walk.robot.legs), run.done
-    time = np.arange(n) * (run.every * scenario.simulation.dt)
     log = run.log
     contact = log.sensors[:n, : 4 * legs].reshape(n, legs, 4)
     force = contact[..., 1:]
-    channels = model_channels(scenario, walk.sample(time)) | {
+    channels = {name: values[:n] for name, values in model.items()} | {
         "joint_position": log.qpos[:n, 7:].reshape(n, legs, 3),
         "joint_velocity": log.qvel[:n, 6:].reshape(n, legs, 3),
         "joint_torque": log.torque[:n].reshape(n, legs, 3),
@@ -324,4 +336,4 @@ def _record(scenario: Scenario, walk: Walk, run: Run, trouble: Trouble | None) -
         "time_step": scenario.simulation.dt,
         "mujoco_version": mujoco.__version__,
     }
-    return new_recording(time, channels, attributes)
+    return new_recording(time[:n], channels, attributes)
