@@ -109,6 +109,6 @@ def commands() -> None:
 if __name__ == "__main__":
     print(f"MuJoCo {mujoco.__version__}, NumPy {np.__version__}, Python {sys.version.split()[0]}")
     simulation_loop("prescribed", engine_standing)
-    simulation_loop("servo", engine_walking)
+    simulation_loop("ideal-servo", engine_walking)
     arrays()
     commands()

@@ -158,7 +158,7 @@ def test_a_fallen_robot_is_status_3_and_its_record_is_kept(here, capsys):
         "--robot",
         "weak.toml",
         "--drive",
-        "servo",
+        "ideal-servo",
         "--no-figures",
         "--out",
         "fell",

@@ -8,7 +8,7 @@ from phasmid.motion import plan
 from phasmid.robot import load_robot, preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model, longest_time_step, simulate
-from phasmid.simulation.model import POINT_RADIUS
+from phasmid.simulation.contact import POINT_RADIUS
 
 PAPER = load_scenario("paper")
 

@@ -58,7 +58,7 @@ def test_a_trunk_tilted_past_60_degrees_has_fallen(degrees, falls):
 def test_weak_servos_let_the_robot_fall_and_the_run_says_so():
     robot = load_robot("phantomx-paper")
     weak = replace(robot, servo=replace(robot.servo, stall_torque=0.2))
-    scenario = PAPER.replace(robot=weak, drive="servo")
+    scenario = PAPER.replace(robot=weak, drive="ideal-servo")
     run = simulate(scenario, plan(scenario))
     assert run.attrs["ending"] == "FELL"
     assert run.attrs["ending_reason"].startswith("The robot fell at ")
@@ -90,7 +90,7 @@ def test_an_exploding_drive_is_diverged_and_writes_no_log_file(tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     robot = load_robot("phantomx-paper")
     wild = replace(robot.servo, stiffness=1e7, damping=0.0, armature=0.0, stall_torque=1e7)
-    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="servo", dt=0.0033)
+    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="ideal-servo", dt=0.0033)
     run = simulate(scenario, plan(scenario))
     assert run.attrs["ending"] == "DIVERGED"
     assert run.sizes["time"] >= 1
@@ -119,7 +119,7 @@ def test_progress_is_told_up_to_the_end():
 
 def test_servos_walk_within_their_limits():
     # Torque falls from stall to none at the no-load speed, and is nowhere above: excess 1e-9.
-    scenario = PAPER.replace(drive="servo", duration=4.0)
+    scenario = PAPER.replace(drive="ideal-servo", duration=4.0)
     walk = plan(scenario)
     run = simulate(scenario, walk)
     assert run.attrs["ending"] == "COMPLETED"

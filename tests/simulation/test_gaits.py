@@ -74,7 +74,8 @@ def test_constant_speed_stance_walks_without_stopping():
 def test_soft_servos_walk_too_but_not_as_far(preset, gait):
     # A servo of 9.2 N m/rad gives way by 0.1 rad under the load of a stance and springs back in
     # the air, so that feet land early and scuff: the way differs from the plan's, by up to 5 %.
-    scenario = load_scenario("paper").replace(robot=preset, gait=gait, drive="servo", duration=4.0)
+    changes = {"robot": preset, "gait": gait, "drive": "ideal-servo", "duration": 4.0}
+    scenario = load_scenario("paper").replace(**changes)
     walk = plan(scenario)
     run = simulate(scenario, walk)
     assert run.attrs["ending"] == "COMPLETED"

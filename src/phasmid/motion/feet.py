@@ -11,7 +11,7 @@ from phasmid.kinematics import neutral_feet, step_pose
 from phasmid.motion.curves import Path, blend, join, lift
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
-from phasmid.scenario.scenario import StrideTable
+from phasmid.scenario.stride import StrideTable
 
 
 def straight_feet(

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from phasmid.gait import Gait
 from phasmid.kinematics import step_pose, step_twist
 from phasmid.motion.curves import Path, blend
-from phasmid.scenario.scenario import StrideTable
+from phasmid.scenario.stride import StrideTable
 
 
 def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"]) -> Path:

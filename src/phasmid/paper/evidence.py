@@ -102,10 +102,10 @@ class Evidence:
         if drive == prescribed:
             return self.walk
         if drive == own:
-            return self.trial("AX-12A servos", drive="servo")
+            return self.trial("AX-12A servos", drive="ideal-servo")
         assert drive == position, drive
         servo = replace(self.robot.servo, name=position, stiffness=SERVO_STIFFNESS)
-        return self.trial(position, drive="servo", robot=replace(self.robot, servo=servo))
+        return self.trial(position, drive="ideal-servo", robot=replace(self.robot, servo=servo))
 
     def creeping(self, friction_damping: float) -> Trial:
         """The walk, prescribed joints, on ground whose friction creeps more or less [N·s/m]."""

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-import numpy as np
-from annotated_types import Ge, Gt, Le, Lt
+from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.gait import Gait, load_gait
 from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
+from phasmid.scenario.contact import ContactTable
+from phasmid.scenario.gait import GaitTable
+from phasmid.scenario.model import ModelTable
+from phasmid.scenario.sensors import SensorsTable
+from phasmid.scenario.servo import ServoTable
+from phasmid.scenario.simulation import SimulationTable
+from phasmid.scenario.stride import StrideTable
+from phasmid.scenario.terrain import TerrainTable
 from phasmid.tables import (
-    Angle,
     Count,
     Hint,
-    Length,
     Locator,
-    Number,
     Table,
     Time,
     dotted,
@@ -27,7 +31,8 @@ from phasmid.tables import (
     speaking,
     validate,
 )
-from phasmid.units import STANDARD_GRAVITY, split_unit
+from phasmid.terrain import Flat, Terrain
+from phasmid.units import split_unit
 
 MOST_SAMPLES = 10_000_000
 """Most samples of a planned walk: above it the walk alone would fill the memory."""
@@ -37,147 +42,6 @@ SETTLING_TIME = 1.0
 
 MOST_RECORDED = 4_000_000
 """Most samples of a recording: about 1.6 kB each for a hexapod while the run is put together."""
-
-
-class GaitTable(Table):
-    """``gait = "wave"``, or a table of its own numbers.
-
-    Attributes:
-        name: A gait of the library, or any name where offsets are given.
-        duty_factor: Fraction of the cycle for which each foot stands.
-        offsets: For each leg the fraction of the cycle at which it lifts.
-    """
-
-    name: str = "tripod"
-    duty_factor: Number | None = None
-    offsets: tuple[Number, ...] | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_name(cls, raw: Any) -> Any:
-        if isinstance(raw, Gait):
-            offsets = tuple(float(offset) for offset in raw.offsets)
-            return {"name": raw.name, "duty_factor": raw.duty_factor, "offsets": offsets}
-        return {"name": raw} if isinstance(raw, str) else raw
-
-
-class StrideTable(Table):
-    """``[stride]``: how the feet travel.
-
-    Attributes:
-        step_length: The body's way forward in one step, the time for which a foot stands [m].
-        step_sideways: The body's way to the left in one step [m].
-        step_turn: The body's turn to the left in one step [rad].
-        step_height: Height to which a foot lifts [m].
-        period: Time of one cycle, in which every leg steps once [s].
-        samples: Samples of one cycle, both ends included.
-        stance_law: ``straight``: standing feet stay where they are; ``coxa-only``: only the coxa
-            joint moves in stance, so that feet slip.
-        stance_timing: ``rest-to-rest``: the body stops whenever a foot lifts or lands;
-            ``constant-speed``: it never stops.
-        curve: Polynomial of all paths: the paper's quintic, or the cubic spline of its ref. [11].
-        stance_radius: Distance of the neutral feet from their coxa axes [m]; absent: the robot's.
-        body_height: Height of the hips over level ground [m]; absent: the robot's.
-    """
-
-    step_length: Length = 0.040
-    step_sideways: Length = 0.0
-    step_turn: Annotated[Angle, Ge(-np.pi), Le(np.pi)] = 0.0
-    step_height: Annotated[Length, Ge(0)] = 0.030
-    period: Annotated[Time, Gt(0)] = 2.0
-    samples: Annotated[Count, Ge(9), Le(100_000), Hint("41, as the paper; two phases need 9")] = 41
-    stance_law: Literal["straight", "coxa-only"] = "straight"
-    stance_timing: Literal["rest-to-rest", "constant-speed"] = "rest-to-rest"
-    curve: Literal["quintic", "cubic-spline"] = "quintic"
-    stance_radius: Annotated[Length, Gt(0), Le(2)] | None = None
-    body_height: Annotated[Length, Gt(0), Le(2)] | None = None
-
-
-class ModelTable(Table):
-    """``[model]``: what the analysis and the simulation take as the robot and its mechanics.
-
-    Attributes:
-        mass_model: ``as-given``, or ``mid-length``: centres of mass at mid-length and principal
-            inertias only, as the printed Eq. 10 assumes.
-        mounts: ``as-given``, or ``perpendicular``: all legs square to the direction of walking.
-        body_acceleration: Whether the analysis counts the motion (``included``) or only gravity
-            (``quasi-static``).
-        force_model: How the analysis shares the load among the feet: ``minimum-norm`` of the
-            forces, the paper's; ``weighted-minimum-norm``, where forces along the ground count
-            more; ``minimum-torque`` of the joints; ``friction-cone``: the minimum norm of forces
-            that do not pull or slip; ``smallest-largest-load``, within the same limits.
-        tangential_weight: Of ``weighted-minimum-norm``: cost of a force along the ground beside
-            that of a normal one.
-        torque_limits: Whether ``friction-cone`` and ``smallest-largest-load`` also keep the
-            standing legs' joints within the servo's stall torque.
-        load_transfer: Time in which the load moves when a foot lands or lifts, centred on the
-            event [s]; 0: at once.
-        gravity: Acceleration of free fall [m/s²].
-    """
-
-    mass_model: Literal["as-given", "mid-length"] = "as-given"
-    mounts: Literal["as-given", "perpendicular"] = "as-given"
-    body_acceleration: Literal["included", "quasi-static"] = "included"
-    force_model: Literal[
-        "minimum-norm",
-        "weighted-minimum-norm",
-        "minimum-torque",
-        "friction-cone",
-        "smallest-largest-load",
-    ] = "minimum-norm"
-    tangential_weight: Annotated[Number, Gt(0), Le(1e6)] = 10.0
-    torque_limits: Literal["ignored", "counted"] = "ignored"
-    load_transfer: Annotated[Time, Ge(0)] = 0.0
-    gravity: Annotated[Number, Gt(0), Le(100)] = STANDARD_GRAVITY
-
-
-class SimulationTable(Table):
-    """``[simulation]``: how the engine runs.
-
-    Attributes:
-        drive: ``prescribed``: joints follow the plan, whatever torque it takes (the paper's way);
-            ``servo``: position servos with the torque and speed limits of the robot's servo.
-        dt: Time step [s].
-        record_interval: Time between recorded samples [s], a whole number of steps; absent: every
-            step, or every millisecond where steps are shorter.
-        max_steps: Longest run that is not refused [steps].
-    """
-
-    drive: Literal["prescribed", "servo"] = "prescribed"
-    dt: Annotated[Time, Gt(0)] = 0.001
-    record_interval: Annotated[Time, Gt(0)] | None = None
-    max_steps: Annotated[Count, Gt(0)] = 100_000_000
-
-
-class ContactTable(Table):
-    """``[contact]``: four points on each foot, each a linear spring and damper.
-
-    Attributes:
-        stiffness: Of each of a foot's four contact points [N/m].
-        damping: Of each of a foot's four contact points [N·s/m]. With 50 and more, feet that slide
-            for long chatter.
-        friction_damping: Sideways, of each point that sticks [N·s/m]. A pushed foot creeps by its
-            force over it. More creeps less and keeps more internal force between the feet.
-        impedance: The engine's d: a point's force also resists its acceleration, with a mass of
-            d/(1 - d) times that with which the foot resists a push.
-        tip_width: Side of the square on which the four points of a foot lie [m].
-    """
-
-    stiffness: Annotated[Number, Gt(0)] = 1e4
-    damping: Annotated[Number, Gt(0)] = 30.0
-    friction_damping: Annotated[Number, Gt(0)] = 300.0
-    impedance: Annotated[Number, Gt(0.01), Lt(0.99)] = 0.5
-    tip_width: Annotated[Length, Gt(0), Le(0.1)] = 0.004
-
-
-class TerrainTable(Table):
-    """``[terrain]``: level ground.
-
-    Attributes:
-        friction: Coefficient of Coulomb friction between foot and ground.
-    """
-
-    friction: Annotated[Number, Ge(0), Le(10)] = 0.7
 
 
 class Scenario(Table):
@@ -197,6 +61,8 @@ class Scenario(Table):
         simulation: How the engine runs.
         contact: Feet on the ground.
         terrain: The ground.
+        servo: What the servos are set to and fed with.
+        sensors: What measures the robot, how well.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -220,6 +86,8 @@ class Scenario(Table):
     simulation: SimulationTable = SimulationTable()
     contact: ContactTable = ContactTable()
     terrain: TerrainTable = TerrainTable()
+    servo: ServoTable = ServoTable()
+    sensors: SensorsTable = SensorsTable()
 
     @model_validator(mode="after")
     def _check_size(self) -> Scenario:
@@ -337,6 +205,10 @@ class Scenario(Table):
         robot = with_mass_model(robot, self.model.mass_model)
         robot = with_mounts(robot, self.model.mounts)
         return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
+
+    def load_terrain(self) -> Terrain:
+        """The ground of this scenario: height, normal and friction at every point."""
+        return Flat(self.terrain.friction)
 
     def load_gait(self, leg_count: int = 6) -> Gait:
         """The gait of this scenario.

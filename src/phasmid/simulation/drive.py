@@ -16,7 +16,15 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class Drive(Protocol):
-    """Sets the joints' targets before each step and tells their torques after it."""
+    """Sets the joints' targets before each step and tells their torques after it.
+
+    Attributes:
+        state: All that the drive remembers from one step to the next, one row of numbers that is
+            changed in place; empty where the joints' own state is all. It is recorded with every
+            sample, and a run is continued from it.
+    """
+
+    state: Float[np.ndarray, " state"]
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set what the joints shall do in the next step; one row of `targets`."""
@@ -27,6 +35,9 @@ class Drive(Protocol):
     @staticmethod
     def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
         """What `command` is told so that a walk is followed with a time step [s], (N, 3 L)."""
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """What the states of all samples tell a recording, by channel name."""
 
 
 class PrescribedDrive:
@@ -39,6 +50,7 @@ class PrescribedDrive:
         self._data = data
         self._angle = model.eq_data[:, 0]
         self._count = 3 * len(walk.robot.legs)
+        self.state = np.empty(0)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the angles at which the constraints hold."""
@@ -68,8 +80,13 @@ class PrescribedDrive:
         angle = walk.q + (damping * walk.qd + JOINT_IMPEDANCE * walk.qdd) / stiffness
         return angle.reshape(len(walk.time), -1)
 
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Nothing: these joints remember nothing."""
+        del states
+        return {}
 
-class ServoDrive:
+
+class IdealServoDrive:
     """Position servos with a torque that falls with speed, from stall to none at no load."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk) -> None:
@@ -80,6 +97,7 @@ class ServoDrive:
         self._stall = servo.stall_torque
         self._drop_per_speed = servo.stall_torque / servo.no_load_speed
         self._drop, self._loss = np.empty((2, model.nu))
+        self.state = np.empty(0)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the servos' goals, and what torque they can give at the present speed."""
@@ -101,3 +119,8 @@ class ServoDrive:
         """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
         del dt
         return walk.q.reshape(len(walk.time), -1)
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Nothing: these joints remember nothing."""
+        del states
+        return {}

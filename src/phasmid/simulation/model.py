@@ -8,21 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics import joint_angles, leg_frames, neutral_feet
-from phasmid.robot import JOINTS, Leg, Link, Robot
+from phasmid.kinematics import neutral_feet
+from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.scenario import Scenario
+from phasmid.simulation.contact import add_foot, set_contact
+from phasmid.simulation.ground import GROUND, add_ground
 
 if TYPE_CHECKING:
     import mujoco
 
-POINT_RADIUS = 0.0005
-"""Radius of the small sphere that stands for one contact point [m]."""
-
 JOINT_IMPEDANCE = 0.999
 """How hard the engine holds prescribed joints; the rest is numerical softness."""
-
-CONTACT_POINTS = 4
-"""Points of a foot that touch the ground, each a spring and a damper."""
 
 NET_FORCE = 3
 """The engine's code for a contact sensor that sums over all points, in world axes."""
@@ -54,7 +50,7 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
     # which is known only after a first compilation.
     for leg in robot.legs:
         mobility = model.body(f"{leg.name}.tibia").invweight0[0]
-        _set_contact(spec, leg, scenario, float(mobility))
+        set_contact(spec, leg, scenario, float(mobility))
     model = spec.compile()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model
@@ -74,10 +70,7 @@ def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     # Dense: the sparse Newton Hessian of MuJoCo 4.0.0 is wrong, and 24 degrees of freedom are few.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     spec.option.impratio = scenario.contact.friction_damping / scenario.contact.damping
-    friction = [scenario.terrain.friction, 0.005, 0.0001]
-    spec.worldbody.add_geom(
-        name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.1], friction=friction
-    )
+    friction = add_ground(spec, scenario)
     height = -float(neutral_feet(robot)[:, 2].mean())
     trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, height])
     trunk.add_freejoint(name="trunk")
@@ -118,7 +111,7 @@ def _add_leg(
         ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
         ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
     )
-    servo, driven = robot.servo, scenario.simulation.drive == "servo"
+    servo, driven = robot.servo, scenario.simulation.drive == "ideal-servo"
     for joint, link, (position, quaternion) in zip(JOINTS, leg.links, poses, strict=True):
         name = f"{leg.name}.{joint}"
         body = parent.add_body(name=name, pos=position, quat=quaternion)
@@ -138,7 +131,7 @@ def _add_leg(
         else:
             _prescribe(spec, name, scenario.simulation.dt)
         parent = body
-    _add_foot(parent, leg, leg.tibia, scenario.contact.tip_width, friction)
+    add_foot(parent, leg, scenario.contact.tip_width, friction)
 
 
 def _prescribe(spec: mujoco.MjSpec, joint: str, dt: float) -> None:
@@ -161,55 +154,6 @@ def drive_gains(dt: float) -> tuple[float, float]:
     return 0.25 / dt**2, 1.0 / dt
 
 
-def _add_foot(
-    tibia: mujoco.MjsBody, leg: Leg, link: Link, tip_width: float, friction: list[float]
-) -> None:
-    import mujoco
-
-    tip = np.array([link.length, 0.0, 0.0])
-    tibia.add_site(name=f"{leg.name}.foot", pos=tip)
-    X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
-    # Axes of the hip frame in the tibia's at the neutral stance.
-    ahead, side, up = X_hip_tibia[:3, :3]
-    for i, (a, b) in enumerate(((1, 1), (1, -1), (-1, -1), (-1, 1))):
-        corner = tip + tip_width / 2 * (a * ahead + b * side) + POINT_RADIUS * up
-        tibia.add_geom(
-            name=point_name(leg, i),
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[POINT_RADIUS, 0.0, 0.0],
-            pos=corner,
-            mass=0.0,
-            condim=3,
-            friction=friction,
-            # The point's own spring counts, not a mixture with the ground's.
-            priority=1,
-            # Points touch the ground and not each other.
-            contype=0,
-            conaffinity=1,
-        )
-
-
-def point_name(leg: Leg, point: int) -> str:
-    """Name of one of a foot's four contact points in the engine's model."""
-    return f"{leg.name}.point{point}"
-
-
-def _set_contact(spec: mujoco.MjSpec, leg: Leg, scenario: Scenario, mobility: float) -> None:
-    """Make each contact point a spring and damper in N/m and N·s/m.
-
-    With a constant impedance d the engine's force on a point of mobility A is
-    (reference acceleration - acceleration) d / ((1 - d) A). Direct values of -K (1 - d) A and
-    -B (1 - d) A, which it divides by d² and d, make this K depth + B speed - m acceleration with
-    m = d / ((1 - d) A): exact at rest, and with a small mass of its own in motion.
-    """
-    d = scenario.contact.impedance
-    scale = (1 - d) * mobility
-    for i in range(CONTACT_POINTS):
-        point = spec.geom(point_name(leg, i))
-        point.solimp = [d, d, 0.001, 0.5, 2.0]
-        point.solref = [-scenario.contact.stiffness * scale, -scenario.contact.damping * scale]
-
-
 def _add_sensors(spec: mujoco.MjSpec, robot: Robot) -> None:
     import mujoco
 
@@ -220,7 +164,7 @@ def _add_sensors(spec: mujoco.MjSpec, robot: Robot) -> None:
             name=f"{leg.name}.contact",
             type=mujoco.mjtSensor.mjSENS_CONTACT,
             objtype=mujoco.mjtObj.mjOBJ_GEOM,
-            objname="ground",
+            objname=GROUND,
             reftype=mujoco.mjtObj.mjOBJ_BODY,
             refname=f"{leg.name}.tibia",
             intprm=[found_and_force, NET_FORCE, 1],

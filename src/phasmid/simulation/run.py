@@ -18,7 +18,7 @@ from phasmid.motion import Walk
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import Robot
 from phasmid.scenario import SETTLING_TIME, Scenario
-from phasmid.simulation.drive import Drive, PrescribedDrive, ServoDrive
+from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.model import build_model
 
@@ -129,11 +129,10 @@ class Run:
         self.model = build_model(walk.robot, scenario)
         self.data = mujoco.MjData(self.model)
         prescribed = scenario.simulation.drive == "prescribed"
-        kind = PrescribedDrive if prescribed else ServoDrive
+        kind = PrescribedDrive if prescribed else IdealServoDrive
         self.drive: Drive = kind(self.model, self.data, walk)
-        joints = 3 * len(walk.robot.legs)
-        self.log = _Log.empty(self.model, joints, self.steps // self.every + 1)
-        self.buffer = _Log.empty(self.model, joints, WATCH_STEPS)
+        self.log = _Log.empty(self.model, self.drive, self.steps // self.every + 1)
+        self.buffer = _Log.empty(self.model, self.drive, WATCH_STEPS)
         self.done = 0
         self._one_cycle = self._repeated_targets()
         with _engine_warnings() as warnings:
@@ -168,7 +167,7 @@ class Run:
         data.qpos[7:] = start.q[0].ravel()
         self.drive.command(start.q[0].ravel())
         mujoco.mj_forward(self.model, data)
-        self.buffer.write(0, data, self.drive.torque())
+        self.buffer.write(0, data, self.drive)
         self._keep(0, 1)
 
     def _settle(self, warnings: list[str]) -> Trouble | None:
@@ -242,6 +241,7 @@ class Run:
         command, torque = self.drive.command, self.drive.torque
         qpos, qvel, sensordata = data.qpos, data.qvel, data.sensordata
         log_qpos, log_qvel, log_sensors, log_torque = log.qpos, log.qvel, log.sensors, log.torque
+        log_state, state = log.drive, self.drive.state
         step, end = mujoco.mj_step, len(targets) - 1 if last else -1
         for k, target in enumerate(targets):
             log_qpos[k] = qpos
@@ -252,12 +252,14 @@ class Run:
             step(model, data)
             log_sensors[k] = sensordata
             log_torque[k] = torque()
+            if len(state):
+                log_state[k] = state
 
     def _keep(self, start: int, stop: int) -> None:
         """Move the buffer's samples that are recorded into the log, but never the first away."""
         first = -start % self.every
         kept = len(range(first, stop - start, self.every))
-        for field in ("qpos", "qvel", "sensors", "torque"):
+        for field in ("qpos", "qvel", "sensors", "torque", "drive"):
             chosen = getattr(self.buffer, field)[first : stop - start : self.every]
             getattr(self.log, field)[self.done : self.done + kept] = chosen
         self.done = max(self.done + kept, 1)
@@ -271,16 +273,18 @@ class _Log:
     qvel: Float[np.ndarray, "samples v"]
     sensors: Float[np.ndarray, "samples sensors"]
     torque: Float[np.ndarray, "samples joints"]
+    drive: Float[np.ndarray, "samples state"]
 
     @classmethod
-    def empty(cls, model: mujoco.MjModel, joints: int, samples: int) -> _Log:
-        widths = (model.nq, model.nv, model.nsensordata, joints)
+    def empty(cls, model: mujoco.MjModel, drive: Drive, samples: int) -> _Log:
+        widths = (model.nq, model.nv, model.nsensordata, model.nv - 6, len(drive.state))
         return cls(*(np.empty((samples, width)) for width in widths))
 
-    def write(self, row: int, data: mujoco.MjData, torque: Float[np.ndarray, " joints"]) -> None:
+    def write(self, row: int, data: mujoco.MjData, drive: Drive) -> None:
         """Write one sample as the engine stands."""
         self.qpos[row], self.qvel[row] = data.qpos, data.qvel
-        self.sensors[row], self.torque[row] = data.sensordata, torque
+        self.sensors[row], self.torque[row] = data.sensordata, drive.torque()
+        self.drive[row] = drive.state
 
 
 @contextmanager
@@ -327,6 +331,7 @@ def _record(
         "body_velocity": log.qvel[:n, :3],
         "body_orientation": log.qpos[:n, 3:7],
     }
+    channels |= run.drive.channels(log.drive[:n])
     ending = trouble.ending if trouble else Ending.COMPLETED
     attributes = recording_attributes(scenario, walk) | {
         "kind": "simulation",

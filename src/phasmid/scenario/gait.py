@@ -1,0 +1,32 @@
+"""Which legs stand, when, as a scenario says it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import model_validator
+
+from phasmid.gait import Gait
+from phasmid.tables import Number, Table
+
+
+class GaitTable(Table):
+    """``gait = "wave"``, or a table of its own numbers.
+
+    Attributes:
+        name: A gait of the library, or any name where offsets are given.
+        duty_factor: Fraction of the cycle for which each foot stands.
+        offsets: For each leg the fraction of the cycle at which it lifts.
+    """
+
+    name: str = "tripod"
+    duty_factor: Number | None = None
+    offsets: tuple[Number, ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, raw: Any) -> Any:
+        if isinstance(raw, Gait):
+            offsets = tuple(float(offset) for offset in raw.offsets)
+            return {"name": raw.name, "duty_factor": raw.duty_factor, "offsets": offsets}
+        return {"name": raw} if isinstance(raw, str) else raw

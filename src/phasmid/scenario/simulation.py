@@ -1,0 +1,27 @@
+"""How the engine runs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Gt
+
+from phasmid.tables import Count, Table, Time
+
+
+class SimulationTable(Table):
+    """``[simulation]``: how the engine runs.
+
+    Attributes:
+        drive: ``prescribed``: joints follow the plan, whatever torque it takes (the paper's way);
+            ``ideal-servo``: position servos with the torque and speed limits of the robot's servo.
+        dt: Time step [s].
+        record_interval: Time between recorded samples [s], a whole number of steps; absent: every
+            step, or every millisecond where steps are shorter.
+        max_steps: Longest run that is not refused [steps].
+    """
+
+    drive: Literal["prescribed", "ideal-servo"] = "prescribed"
+    dt: Annotated[Time, Gt(0)] = 0.001
+    record_interval: Annotated[Time, Gt(0)] | None = None
+    max_steps: Annotated[Count, Gt(0)] = 100_000_000

@@ -1,0 +1,1 @@
+"""What is measured of the robot, as its sensors tell it: rate, delay, noise."""

@@ -1,0 +1,1 @@
+"""The physics against closed forms: rows that a user can run."""
