@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from phasmid.reporting import report, summarise
     from phasmid.robot import Body, Leg, Link, Robot, Servo, load_robot
     from phasmid.scenario import Scenario, load_scenario
+    from phasmid.sensors import sense
     from phasmid.simulation import simulate
 
     __version__: str
@@ -55,6 +56,7 @@ _ROOM_OF = {
     "plan": "motion",
     "report": "reporting",
     "save_recording": "recording",
+    "sense": "sensors",
     "simulate": "simulation",
     "summarise": "reporting",
 }
@@ -84,6 +86,7 @@ __all__ = [
     "plan",
     "report",
     "save_recording",
+    "sense",
     "simulate",
     "summarise",
 ]

@@ -51,6 +51,7 @@ Angle = Annotated[Number, Quantity("deg")]
 Time = Annotated[Number, Quantity("s")]
 Inertia = Annotated[Number, Quantity("g_mm2")]
 Rate = Annotated[Number, Quantity("rpm")]
+AngularVelocity = Annotated[Number, Quantity("deg_per_s")]
 Weight = Annotated[Number, Quantity("n")]
 
 

@@ -47,6 +47,7 @@ UNITS = {
     "kg_m2": Unit("kg m^2", "inertia", 1.0),
     "g_mm2": Unit("g mm^2", "inertia", 1e9),
     "rad_per_s": Unit("rad/s", "angular velocity", 1.0),
+    "deg_per_s": Unit("°/s", "angular velocity", 180.0 / math.pi),
     "rpm": Unit("rpm", "angular velocity", 30.0 / math.pi),
 }
 """Known units by the ending of a key; the first of each dimension is SI."""

@@ -30,6 +30,14 @@ UNITS_OF_THE_DESIGN = {
     "body_position": "m",
     "body_velocity": "m/s",
     "body_orientation": "1",
+    "body_angular_velocity": "rad/s",
+    "joint_position_measured": "rad",
+    "joint_load_measured": "1",
+    "imu_angular_velocity": "rad/s",
+    "imu_acceleration": "m/s²",
+    "imu_orientation": "1",
+    "foot_normal_force_measured": "N",
+    "contact_measured": "1",
 }
 
 

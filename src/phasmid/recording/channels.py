@@ -57,6 +57,16 @@ CHANNELS: dict[str, Channel] = {
     "body_orientation": Channel(
         ("time", "quaternion"), "1", "orientation of the body in the world, w x y z"
     ),
+    "body_angular_velocity": Channel(_BODY, "rad/s", "angular velocity of the body, world axes"),
+    "joint_position_measured": Channel(_JOINT, "rad", "joint angle as its encoder tells it"),
+    "joint_load_measured": Channel(_JOINT, "1", "output of the servo as it tells it itself"),
+    "imu_angular_velocity": Channel(_BODY, "rad/s", "angular velocity by the gyro, body axes"),
+    "imu_acceleration": Channel(_BODY, "m/s²", "specific force by the accelerometer, body axes"),
+    "imu_orientation": Channel(
+        ("time", "quaternion"), "1", "orientation of the body by the inertial sensor, w x y z"
+    ),
+    "foot_normal_force_measured": Channel(_LEG, "N", "normal force by the foot's sensor"),
+    "contact_measured": Channel(_LEG, "1", "whether the foot's sensor feels the ground", "bool"),
 }
 """Every channel by its name, in the order in which a recording keeps them."""
 

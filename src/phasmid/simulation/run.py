@@ -13,11 +13,12 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.forces.analysis import model_channels, recording_attributes
-from phasmid.kinematics import yaw_quaternion
+from phasmid.kinematics import quaternion_rotation, yaw_quaternion
 from phasmid.motion import Walk
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import Robot
 from phasmid.scenario import SETTLING_TIME, Scenario
+from phasmid.sensors import measured_channels
 from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.model import build_model
@@ -330,8 +331,14 @@ def _record(
         "body_position": log.qpos[:n, :3],
         "body_velocity": log.qvel[:n, :3],
         "body_orientation": log.qpos[:n, 3:7],
+        # The engine keeps a free body's angular velocity in its own axes.
+        "body_angular_velocity": np.einsum(
+            "tij,tj->ti", quaternion_rotation(log.qpos[:n, 3:7]), log.qvel[:n, 3:6]
+        ),
     }
     channels |= run.drive.channels(log.drive[:n])
+    if scenario.sensors.measured == "everything":
+        channels |= measured_channels(scenario, walk.robot, time[:n], channels)
     ending = trouble.ending if trouble else Ending.COMPLETED
     attributes = recording_attributes(scenario, walk) | {
         "kind": "simulation",
