@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     )
     from phasmid.forces import analyse
     from phasmid.gait import Gait
-    from phasmid.motion import Walk, plan
+    from phasmid.motion import JointTrajectory, Walk, load_trajectory, plan
     from phasmid.recording import load_recording, save_recording
     from phasmid.reporting import report, summarise
     from phasmid.robot import Body, Leg, Link, Robot, Servo, load_robot
@@ -40,6 +40,7 @@ _ROOM_OF = {
     "InvalidGait": "errors",
     "InvalidInput": "errors",
     "InvalidRobot": "errors",
+    "JointTrajectory": "motion",
     "Leg": "robot",
     "Link": "robot",
     "OutputError": "errors",
@@ -53,6 +54,7 @@ _ROOM_OF = {
     "load_recording": "recording",
     "load_robot": "robot",
     "load_scenario": "scenario",
+    "load_trajectory": "motion",
     "plan": "motion",
     "report": "reporting",
     "save_recording": "recording",
@@ -70,6 +72,7 @@ __all__ = [
     "InvalidGait",
     "InvalidInput",
     "InvalidRobot",
+    "JointTrajectory",
     "Leg",
     "Link",
     "OutputError",
@@ -83,6 +86,7 @@ __all__ = [
     "load_recording",
     "load_robot",
     "load_scenario",
+    "load_trajectory",
     "plan",
     "report",
     "save_recording",

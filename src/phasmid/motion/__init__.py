@@ -1,16 +1,20 @@
 """How feet, body and joints travel: curves, steps, and the plan of a walk."""
 
 from phasmid.motion.curves import Path, blend, join, lift
+from phasmid.motion.trajectory import JointTrajectory
+from phasmid.motion.trajectory_file import load_trajectory
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.motion.walk import Walk, plan
 
 __all__ = [
+    "JointTrajectory",
     "Path",
     "TrunkMotion",
     "Walk",
     "blend",
     "join",
     "lift",
+    "load_trajectory",
     "plan",
     "progress",
     "trunk_motion",

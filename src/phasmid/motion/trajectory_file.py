@@ -1,0 +1,187 @@
+"""Trajectories from files: tables of text, arrays, recordings."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from phasmid.errors import InvalidInput, located, nearest
+from phasmid.motion.trajectory import JointTrajectory, joint_names
+from phasmid.recording import load_recording
+from phasmid.robot import Robot
+from phasmid.units import UNITS, split_unit
+
+LARGEST_FILE = 200_000_000
+"""Files above this many bytes are refused before they are read."""
+
+MOST_ROWS = 1_000_000
+"""Most rows that are read: at 1 kHz a quarter of an hour."""
+
+
+def load_trajectory(
+    path: str | Path, robot: Robot, *, unit: Literal["rad", "deg"] = "rad"
+) -> JointTrajectory:
+    """Read joint angles over time.
+
+    Args:
+        path: A ``.csv`` file with a heading (``time``, and ``right_front.coxa`` and so on for each
+            joint, in any order; a name may end in its unit, as ``right_front.coxa_deg``), a
+            ``.npy`` array with a row per time (time, then leg by leg coxa, femur, tibia), or a
+            recording with measured or simulated joint angles.
+        robot: Whose joints they are.
+        unit: Of the angles in a ``.csv`` or ``.npy`` whose names tell none.
+
+    Raises:
+        InvalidInput: The file is absent, too large, not well formed, or lacks a joint; the numbers
+            are no trajectory.
+        InfeasibleWalk: A joint would pass its limits or be faster than its servo.
+    """
+    path = Path(path)
+    if unit not in ("rad", "deg"):
+        raise InvalidInput(f'unit is "{unit}"; it must be "rad" or "deg".')
+    try:
+        size = path.stat().st_size
+        with path.open("rb"):
+            pass
+    except FileNotFoundError:
+        raise InvalidInput(f"trajectory {path} does not exist.") from None
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InvalidInput(f"cannot read {path}: {reason}.") from None
+    if path.suffix not in _READERS:
+        raise InvalidInput(
+            f"{path} is no trajectory that can be read.", hint="a .csv, .npy, .nc or .rec file"
+        )
+    if size > LARGEST_FILE:
+        raise InvalidInput(f"{path} holds {size} bytes; a trajectory holds at most {LARGEST_FILE}.")
+    with located(path.name):
+        time, q = _READERS[path.suffix](path, robot, 1 / UNITS[unit].per_si)
+        return JointTrajectory(robot, time, q.reshape(len(time), len(robot.legs), 3))
+
+
+Table: TypeAlias = tuple[np.ndarray, np.ndarray]
+"""Times [s], shape (N,), and angles leg by leg, shape (N, 3 L)."""
+
+
+def _read_csv(path: Path, robot: Robot, scale: float) -> Table:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = csv.reader(file)
+            heading = [name.strip() for name in next(rows, [])]
+            order, scales = _columns(heading, robot, scale)
+            content = list(itertools.islice((row for row in rows if row), MOST_ROWS + 1))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InvalidInput(f"{path.name} is not a table of text: {error}.") from None
+    if len(content) > MOST_ROWS:
+        raise InvalidInput(f"trajectory has more than {MOST_ROWS} rows.")
+    for number, row in enumerate(content, 1):
+        if len(row) != len(heading):
+            raise InvalidInput(
+                f"trajectory row {number} has {len(row)} cells; the heading has {len(heading)}."
+            )
+    try:
+        table = np.array(content, dtype=float).reshape(len(content), len(heading))
+    except ValueError:
+        table = np.array([[_number(cell) for cell in row] for row in content])
+    return table[:, heading.index("time")], table[:, order] * scales
+
+
+def _number(cell: str) -> float:
+    """A cell as a number; text is as little a finite number as NaN is."""
+    try:
+        return float(cell)
+    except ValueError:
+        return float("nan")
+
+
+def _columns(heading: list[str], robot: Robot, scale: float) -> tuple[list[int], np.ndarray]:
+    """Where each joint's angles stand, and what turns them into radians."""
+    if "time" not in heading:
+        raise InvalidInput(
+            'trajectory has no column "time".', hint=f"time, {', '.join(joint_names(robot)[:2])}, …"
+        )
+    found: dict[str, tuple[int, float]] = {}
+    for index, column in enumerate(heading):
+        name, ending = split_unit(column)
+        if ending and UNITS[ending].dimension != "angle":
+            name, ending = column, ""
+        if name == "time" and not ending:
+            if heading.count("time") > 1:
+                raise InvalidInput('trajectory has the column "time" twice.')
+            continue
+        if name not in joint_names(robot):
+            guess = nearest(name, joint_names(robot))
+            raise InvalidInput(
+                f'trajectory has a column "{column}"; {robot.name} has no such joint.',
+                hint=f'"{guess}"' if guess else f'"{joint_names(robot)[0]}"',
+            )
+        if name in found:
+            raise InvalidInput(f'trajectory has the joint "{name}" twice.')
+        found[name] = index, 1 / UNITS[ending].per_si if ending else scale
+    missing = [name for name in joint_names(robot) if name not in found]
+    if missing:
+        raise InvalidInput(
+            f"trajectory has {len(found)} joint columns; {len(joint_names(robot))} are needed. "
+            f"Missing: {', '.join(missing[:3])}{', …' if missing[3:] else ''}."
+        )
+    places = [found[name] for name in joint_names(robot)]
+    return [index for index, _ in places], np.array([factor for _, factor in places])
+
+
+def _read_npy(path: Path, robot: Robot, scale: float) -> Table:
+    try:
+        # Mapped, so that a header's claims are held against the file before memory is asked for.
+        table = np.load(path, mmap_mode="r", allow_pickle=False)
+    except ValueError as error:
+        if "pickle" in str(error).lower() or "object" in str(error).lower():
+            raise InvalidInput(
+                f"{path.name} stores Python objects, which are never loaded.", hint="plain numbers"
+            ) from None
+        raise InvalidInput(f"{path.name} is not an array that can be read: {error}.") from None
+    except Exception as error:
+        # A damaged header is Python text that may fail to be one in any way.
+        reason = " ".join(str(error).split())[:120]
+        raise InvalidInput(f"{path.name} is not an array that can be read: {reason}.") from None
+    needed = 1 + len(joint_names(robot))
+    if not isinstance(table, np.ndarray) or table.dtype.kind not in "fiu" or table.ndim != 2:
+        raise InvalidInput(
+            f"{path.name} is not a table of plain numbers.", hint=f"N rows of {needed} numbers"
+        )
+    if table.shape[1] != needed:
+        raise InvalidInput(
+            f"trajectory has {table.shape[1] - 1} joint columns; {needed - 1} are needed, after "
+            "a first one for time."
+        )
+    if len(table) > MOST_ROWS:
+        raise InvalidInput(f"trajectory has {len(table)} rows; {MOST_ROWS} at most are read.")
+    numbers = np.asarray(table, dtype=float)
+    return numbers[:, 0], numbers[:, 1:] * scale
+
+
+def _read_recording(path: Path, robot: Robot, scale: float) -> Table:
+    del scale
+    recording = load_recording(path)
+    for name in ("joint_position", "joint_position_measured", "joint_position_target"):
+        if name in recording.data_vars:
+            q = np.asarray(recording[name].values)
+            break
+    else:
+        raise InvalidInput("the recording has no joint angles.")
+    if q.shape[1] != len(robot.legs):
+        raise InvalidInput(
+            f"the recording is of a robot with {q.shape[1]} legs; {robot.name} has "
+            f"{len(robot.legs)}."
+        )
+    return np.asarray(recording["time"].values), q
+
+
+_READERS = {
+    ".csv": _read_csv,
+    ".npy": _read_npy,
+    ".nc": _read_recording,
+    ".rec": _read_recording,
+}

@@ -1,0 +1,217 @@
+"""A trajectory of joint angles is read whole, or refused in one sentence."""
+
+import contextlib
+
+import numpy as np
+import pytest
+
+from phasmid import load_robot, load_scenario, load_trajectory, plan, save_recording
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.forces import analyse
+from phasmid.motion import JointTrajectory
+from phasmid.motion.trajectory import joint_names
+
+ROBOT = load_robot("phantomx-paper")
+NAMES = joint_names(ROBOT)
+WALK = plan(load_scenario("paper").replace(duration=2.0))
+
+
+def table(rows=41, step=0.05):
+    time = np.arange(rows) * step
+    return time, WALK.sample(time).q.reshape(rows, 18).copy()
+
+
+def write(path, time, q, names=NAMES):
+    lines = [",".join(["time", *names])]
+    lines += [",".join(repr(float(x)) for x in (t, *row)) for t, row in zip(time, q, strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def refusal(work):
+    with pytest.raises(PhasmidError) as caught:
+        work()
+    assert caught.value.exit_status == 2
+    return caught.value
+
+
+def test_a_table_of_text_is_read_to_the_last_bit(tmp_path):
+    # repr of a float is read back to the same float.
+    time, q = table()
+    read = load_trajectory(write(tmp_path / "walk.csv", time, q), ROBOT)
+    assert np.array_equal(read.time, time)
+    assert np.array_equal(read.q.reshape(-1, 18), q)
+
+
+def test_columns_may_stand_in_any_order_and_name_their_unit(tmp_path):
+    time, q = table()
+    order = np.random.default_rng(0).permutation(18)
+    names = [f"{NAMES[i]}_deg" for i in order]
+    path = write(tmp_path / "walk.csv", time, np.degrees(q[:, order]), names)
+    read = load_trajectory(path, ROBOT)
+    # To degrees and back: two roundings of angles below 4 rad.
+    assert np.abs(read.q.reshape(-1, 18) - q).max() < 4 * np.finfo(float).eps * 4
+
+
+def test_an_array_is_read_in_the_unit_that_is_said(tmp_path):
+    time, q = table()
+    np.save(tmp_path / "walk.npy", np.column_stack([time, np.degrees(q)]))
+    read = load_trajectory(tmp_path / "walk.npy", ROBOT, unit="deg")
+    assert np.abs(read.q.reshape(-1, 18) - q).max() < 4 * np.finfo(float).eps * 4
+
+
+def test_a_recordings_joint_angles_are_a_trajectory(tmp_path):
+    recording = analyse(WALK.scenario, WALK)
+    save_recording(recording, tmp_path / "walk.nc")
+    read = load_trajectory(tmp_path / "walk.nc", ROBOT)
+    assert np.array_equal(read.q, recording.joint_position_target.values)
+
+
+def test_between_rows_runs_a_cubic_spline(tmp_path):
+    # The natural spline through samples of a curve with fourth derivative below B misses it by
+    # at most 5/384 B h^4 inside, and at the ends by as much as the curve's own second derivative
+    # there is not 0: a sine over whole half waves has none.
+    h, n = 0.02, 101
+    time, q = np.arange(n) * h, np.zeros((n, 18))
+    q[:] = table(1)[1]
+    wave = 0.2 * np.sin(np.pi * time)
+    q[:, 0] += wave
+    made = JointTrajectory(ROBOT, time, q.reshape(n, 6, 3))
+    fine = np.linspace(0, 2, 1999)
+    angle, velocity, acceleration = (values[:, 0, 0] for values in made.angles(fine))
+    sine, cosine = 0.2 * np.sin(np.pi * fine), 0.2 * np.pi * np.cos(np.pi * fine)
+    bound = 5 / 384 * 0.2 * np.pi**4 * h**4
+    assert np.abs(angle - q[0, 0] - sine).max() < 1.01 * bound
+    # The derivatives of a spline are off by 1/24 B h^3 and 3/8 B h^2.
+    assert np.abs(velocity - cosine).max() < 1.01 / 24 * 0.2 * np.pi**4 * h**3
+    assert np.abs(acceleration + np.pi**2 * sine).max() < 1.01 * 3 / 8 * 0.2 * np.pi**4 * h**2
+
+
+def test_before_and_after_the_joints_stand_still():
+    time, q = table()
+    made = JointTrajectory(ROBOT, time + 7.0, q.reshape(-1, 6, 3))
+    angle, velocity, acceleration = made.angles(np.array([-1.0, 0.0, 2.0, 5.0]))
+    assert np.array_equal(angle[0], angle[1])
+    assert np.array_equal(angle[3], angle[2])
+    # The last piece's polynomial is evaluated at its end, in a handful of roundings.
+    assert np.abs(angle[3] - made.q[-1]).max() < 8 * np.finfo(float).eps * np.pi
+    assert not velocity[[0, 3]].any()
+    assert not acceleration[[0, 3]].any()
+
+
+def test_j1_time_that_does_not_increase(tmp_path):
+    time, q = table()
+    time[17] = time[16] - 0.005
+    error = refusal(lambda: load_trajectory(write(tmp_path / "a.csv", time, q), ROBOT))
+    assert error.what == "trajectory row 18: time 0.795 s does not follow 0.800 s."
+    assert error.where == "a.csv"
+
+
+def test_j2_a_missing_column(tmp_path):
+    time, q = table()
+    path = write(tmp_path / "a.csv", time, q[:, :17], NAMES[:17])
+    assert refusal(lambda: load_trajectory(path, ROBOT)).what == (
+        "trajectory has 17 joint columns; 18 are needed. Missing: left_front.tibia."
+    )
+
+
+@pytest.mark.parametrize("cell", ["nan", "inf", "three", ""])
+def test_j3_a_cell_that_is_no_finite_number(tmp_path, cell):
+    time, q = table()
+    path = write(tmp_path / "a.csv", time, q)
+    lines = path.read_text().splitlines()
+    cells = lines[12].split(",")
+    cells[1 + NAMES.index("right_rear.femur")] = cell
+    lines[12] = ",".join(cells)
+    path.write_text("\n".join(lines))
+    assert refusal(lambda: load_trajectory(path, ROBOT)).what == (
+        "trajectory row 12, column right_rear.femur: not a finite number."
+    )
+
+
+def test_j4_degrees_in_a_column_of_radians(tmp_path):
+    time, q = table()
+    q[:] = 0.0
+    q[5:, 0] = 45.0
+    error = refusal(lambda: load_trajectory(write(tmp_path / "a.csv", time, q), ROBOT))
+    assert error.what == "right_front.coxa reaches 45 rad."
+    assert error.hint == 'unit = "deg"'
+
+
+def test_j5_a_jump(tmp_path):
+    time, q = table(step=0.025)
+    q[40:, 2] += 0.8
+    error = refusal(lambda: load_trajectory(write(tmp_path / "a.csv", time, q), ROBOT))
+    jump = abs(q[40, 2] - q[39, 2])
+    assert error.what == (
+        f"right_front.tibia jumps {jump:.2g} rad between rows 40 and 41 "
+        f"({jump / (time[40] - time[39]):.3g} rad/s; the servo AX-12A allows 6.18)."
+    )
+
+
+def test_j9_stored_objects_are_never_loaded(tmp_path):
+    np.save(tmp_path / "traj.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    error = refusal(lambda: load_trajectory(tmp_path / "traj.npy", ROBOT))
+    assert error.what == "traj.npy stores Python objects, which are never loaded."
+    assert error.hint == "plain numbers"
+
+
+def test_a_joint_beyond_its_limits_is_named():
+    time, q = table()
+    q = np.repeat(q[:1], 41, axis=0)
+    q[:, 4] = np.linspace(q[0, 4], 2.0, 41)
+    error = refusal(lambda: JointTrajectory(ROBOT, time, q.reshape(-1, 6, 3)))
+    assert error.what == (
+        "trajectory row 41 turns right_middle.femur to 114.6°; its limits are -100° to 100°."
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", 'has no column "time"'),
+        (b"time,right_front.coxa\n0", "Missing: right_front.femur, right_front.tibia, right_m"),
+        (b"time,knee\n", 'a column "knee"'),
+        (b"time,time\n", '"time" twice'),
+        (b"\xff\xfe\x00", "not a table of text"),
+        (b'time,"\x00', "trajectory|table of text"),
+    ],
+)
+def test_a_damaged_table_is_refused(tmp_path, content, says):
+    (tmp_path / "a.csv").write_bytes(content)
+    with pytest.raises(InvalidInput, match=says):
+        load_trajectory(tmp_path / "a.csv", ROBOT)
+
+
+def test_damaged_files_are_refused_or_read_and_nothing_else(tmp_path):
+    # 400 files, each with some bytes changed or its end cut off.
+    rng = np.random.default_rng(3)
+    time, q = table()
+    whole = {".csv": write(tmp_path / "a.csv", time, q).read_bytes()}
+    np.save(tmp_path / "a.npy", np.column_stack([time, q]))
+    whole[".npy"] = (tmp_path / "a.npy").read_bytes()
+    read = 0
+    for suffix, content in whole.items():
+        path = tmp_path / f"damaged{suffix}"
+        for _ in range(200):
+            data = bytearray(content)
+            for place in rng.integers(0, min(len(data), 400), rng.integers(1, 4)):
+                data[place] = rng.integers(256)
+            path.write_bytes(data[: rng.integers(1, len(data) + 1)] if rng.random() < 0.3 else data)
+            with contextlib.suppress(PhasmidError):
+                read += isinstance(load_trajectory(path, ROBOT), JointTrajectory)
+    assert 0 < read < 400
+
+
+def test_a_header_that_claims_more_than_the_file_holds_asks_for_no_memory(tmp_path):
+    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000, 19), }"
+    header += b" " * (117 - len(header)) + b"\n"
+    (tmp_path / "a.npy").write_bytes(b"\x93NUMPY\x01\x00\x76\x00" + header + b"\0" * 100)
+    with pytest.raises(InvalidInput, match="not an array that can be read"):
+        load_trajectory(tmp_path / "a.npy", ROBOT)
+
+
+@pytest.mark.parametrize("name", ["absent.csv", "table.xlsx", ".", "absent.npy"])
+def test_what_is_no_file_or_no_known_one_is_refused(tmp_path, name):
+    (tmp_path / "table.xlsx").write_bytes(b"x")
+    refusal(lambda: load_trajectory(tmp_path / name, ROBOT))
