@@ -12,6 +12,7 @@ from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.panels import Axes, Panels, legend, model_words, panels, shown_part
+from phasmid.reporting.sensors import has_sensors, sensor_figure
 from phasmid.reporting.source import attribute, channel, finite_part, read_source
 from phasmid.reporting.style import (
     FAINT,
@@ -37,7 +38,8 @@ def figures(recording: Recording) -> dict[str, Figure]:
 
     Returns:
         For a hexapod ``fig12`` to ``fig16``, as in the paper. With another number of legs there
-        are as many of a kind as groups of three legs need: ``fig14b`` follows ``fig14``.
+        are as many of a kind as groups of three legs need: ``fig14b`` follows ``fig14``. And
+        ``sensors``, where sensors were recorded.
     """
     source = read_source(recording)
     recording = finite_part(recording)
@@ -57,6 +59,8 @@ def figures(recording: Recording) -> dict[str, Figure]:
         if any(name_of in recording.data_vars for name_of in needed):
             for number, legs in enumerate(members):
                 found[name + suffix_of(number)] = draw(recording, legs)
+    if has_sensors(recording):
+        found["sensors"] = sensor_figure(recording)
     return found
 
 
