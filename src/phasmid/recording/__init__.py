@@ -2,6 +2,7 @@
 
 from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Channel
 from phasmid.recording.file import load_recording, save_recording
+from phasmid.recording.log import RecordingLog, check_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
 __all__ = [
@@ -12,6 +13,8 @@ __all__ = [
     "QUATERNION",
     "Channel",
     "Recording",
+    "RecordingLog",
+    "check_log",
     "load_recording",
     "new_recording",
     "save_recording",

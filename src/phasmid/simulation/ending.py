@@ -28,6 +28,7 @@ class Ending(Enum):
     FELL = "The robot fell."
     DIVERGED = "The simulation diverged."
     STOPPED = "The run was stopped by the user."
+    CUT = "The run was cut off."
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -15,12 +16,13 @@ from phasmid.errors import InvalidInput
 from phasmid.forces.analysis import model_channels, recording_attributes
 from phasmid.kinematics import quaternion_rotation, yaw_quaternion
 from phasmid.motion import Walk
-from phasmid.recording import Recording, new_recording
+from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
 from phasmid.robot import Robot
 from phasmid.scenario import SETTLING_TIME, Scenario
-from phasmid.sensors import measured_channels
+from phasmid.sensors import sense
 from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
+from phasmid.simulation.interrupt import noticed_interrupts
 from phasmid.simulation.model import build_model
 
 if TYPE_CHECKING:
@@ -36,7 +38,15 @@ Progress = Callable[[float], None]
 """Is told now and then how many seconds of the walk are done."""
 
 
-def simulate(scenario: Scenario, walk: Walk, *, progress: Progress | None = None) -> Recording:
+def simulate(
+    scenario: Scenario,
+    walk: Walk,
+    *,
+    progress: Progress | None = None,
+    log: str | Path | None = None,
+    force: bool = False,
+    start: Float[np.ndarray, " state"] | None = None,
+) -> Recording:
     """Run a walk in the physics engine.
 
     The robot starts at rest on its feet, in equilibrium. Interrupting the run (Ctrl-C) ends it
@@ -46,6 +56,10 @@ def simulate(scenario: Scenario, walk: Walk, *, progress: Progress | None = None
         scenario: Its simulation, contact and terrain are used.
         walk: The plan that the joints follow.
         progress: Is told how far the run is.
+        log: A file, by custom ``.rec``, that is written while the run goes on and outlives a
+            killed process; `phasmid.load_recording` reads it.
+        force: Whether an older file of that name is replaced.
+        start: A state of an earlier run of the same walk, from `Run.state`, to go on from.
 
     Returns:
         What physics made of the walk, beside the model's torques and forces at the same instants.
@@ -53,18 +67,91 @@ def simulate(scenario: Scenario, walk: Walk, *, progress: Progress | None = None
 
     Raises:
         InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
-            robot, gait or stride.
+            robot, gait or stride, or the start is none of its states, or the log exists.
         InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
+        OutputError: The log cannot be written; what it holds until then can be read.
     """
+    if log is not None:
+        record(scenario, walk, log, progress=progress, force=force, start=start)
+        return with_sensors(scenario, load_recording(log))
+    run, model = _prepare(scenario, walk, start)
+    with noticed_interrupts() as interrupted:
+        trouble = run.advance(progress, interrupted=interrupted)
+    n = run.done
+    channels = _channels(run, run.log.part(slice(0, n)), model, slice(0, n))
+    attributes = _attributes(scenario, walk, run) | _ending(trouble)
+    return with_sensors(scenario, new_recording(run.time[:n], channels, attributes))
+
+
+def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
+    """A recording with what its sensors would have told, where the scenario asks for that.
+
+    A log does not hold it, since it follows from the rest.
+    """
+    wanted = scenario.sensors.measured == "everything"
+    return sense(scenario, recording) if wanted else recording
+
+
+def record(
+    scenario: Scenario,
+    walk: Walk,
+    path: str | Path,
+    *,
+    progress: Progress | None = None,
+    force: bool = False,
+    start: Float[np.ndarray, " state"] | None = None,
+) -> Trouble | None:
+    """Run a walk as `simulate` does, into a log file alone, in memory that does not grow with it.
+
+    Args:
+        scenario: As in `simulate`.
+        walk: As in `simulate`.
+        path: The log file.
+        progress: As in `simulate`.
+        force: As in `simulate`.
+        start: As in `simulate`.
+
+    Returns:
+        What ended the run early; None where it was completed.
+
+    Raises:
+        InvalidInput: As in `simulate`.
+        InfeasibleLoad: As in `simulate`.
+        OutputError: As in `simulate`.
+    """
+    run, model = _prepare(scenario, walk, start)
+    done = 0
+
+    def keep(rows: Samples) -> None:
+        nonlocal done
+        part = slice(done, done + len(rows.qpos))
+        log.append(run.time[part], _channels(run, rows, model, part))
+        done = part.stop
+
+    first = _channels(run, run.first, model, slice(0, 1))
+    attributes = _attributes(scenario, walk, run) | {
+        "ending": Ending.CUT.name,
+        "ending_reason": Ending.CUT.value,
+    }
+    with (
+        noticed_interrupts() as interrupted,
+        RecordingLog(path, first, attributes, time=run.time, force=force) as log,
+    ):
+        trouble = run.advance(progress, keep=keep, interrupted=interrupted)
+        log.finish(_ending(trouble))
+    return trouble
+
+
+def _prepare(
+    scenario: Scenario, walk: Walk, start: Float[np.ndarray, " state"] | None
+) -> tuple[Run, dict[str, np.ndarray]]:
+    """The run, ready to start, and the model's channels at all of its samples."""
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk.robot)
-    run = Run(scenario, walk)
-    time = np.arange(run.steps // run.every + 1) * (run.every * scenario.simulation.dt)
+    run = Run(scenario, walk, start=start)
     # Before the run: what the feet cannot share is refused at once, and an interrupted run has
     # little left to do.
-    model = model_channels(scenario, walk.sample(time))
-    trouble = run.advance(progress)
-    return _record(scenario, walk, run, trouble, time, model)
+    return run, model_channels(scenario, walk.sample(run.time))
 
 
 def check_time_step(scenario: Scenario, robot: Robot) -> None:
@@ -111,16 +198,26 @@ def longest_time_step(scenario: Scenario, mass: float) -> float:
 
 
 class Run:
-    """A walk in the engine, step by step, with the log of every step.
+    """A walk in the engine, step by step.
 
     Attributes:
         model: The engine's model.
         data: The engine's state.
         steps: Number of steps.
-        done: Number of samples logged, at least the first.
+        step: The next of them.
+        time: Of all samples that are to be recorded [s], shape (N,).
+        first: The state in which the robot is put, before it settles.
+        log: Samples of the run, where they are kept in memory.
+        done: Number of samples recorded.
     """
 
-    def __init__(self, scenario: Scenario, walk: Walk) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        walk: Walk,
+        *,
+        start: Float[np.ndarray, " state"] | None = None,
+    ) -> None:
         import mujoco
 
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
@@ -132,13 +229,70 @@ class Run:
         prescribed = scenario.simulation.drive == "prescribed"
         kind = PrescribedDrive if prescribed else IdealServoDrive
         self.drive: Drive = kind(self.model, self.data, walk)
-        self.log = _Log.empty(self.model, self.drive, self.steps // self.every + 1)
-        self.buffer = _Log.empty(self.model, self.drive, WATCH_STEPS)
-        self.done = 0
+        self.buffer = Samples.empty(self.model, self.drive, WATCH_STEPS)
+        self.log = Samples.empty(self.model, self.drive, 0)
+        self.done = self.step = 0
+        self.trouble: Trouble | None = None
         self._one_cycle = self._repeated_targets()
-        with _engine_warnings() as warnings:
-            self._place(walk.sample(np.zeros(1)))
-            self.trouble = self._settle(warnings)
+        self._gave_up = ""
+        arrays = (self.data.qpos, self.data.qvel, self.data.sensordata, self.drive.state)
+        self._views = tuple(memoryview(array) for array in arrays)
+        self._rows = self.buffer.rows()
+        self._place(walk.sample(np.zeros(1)))
+        if start is None:
+            self.trouble = self._settle()
+        else:
+            self.restore(start)
+        self._start = start
+        begin = -(-self.step // self.every)
+        self.time = np.arange(begin, self.steps // self.every + 1) * (self.every * self.dt)
+
+    def state(self) -> Float[np.ndarray, " state"]:
+        """All that the rest of the run depends on, one row of numbers; see `restore`.
+
+        The numbers are the next step's index, the engine's state and the drive's.
+        """
+        import mujoco
+
+        kind = mujoco.mjtState.mjSTATE_INTEGRATION
+        engine = np.empty(mujoco.mj_stateSize(self.model, kind))
+        mujoco.mj_getState(self.model, self.data, engine, kind)
+        return np.concatenate([[float(self.step)], engine, self.drive.state])
+
+    def restore(self, state: Float[np.ndarray, " state"]) -> None:
+        """Go back, or forth, to a state of a run of the same walk; what follows is the same.
+
+        Args:
+            state: From `state`.
+
+        Raises:
+            InvalidInput: It is no state of this run.
+        """
+        import mujoco
+
+        kind = mujoco.mjtState.mjSTATE_INTEGRATION
+        size, own = mujoco.mj_stateSize(self.model, kind), len(self.drive.state)
+        state = np.asarray(state, dtype=np.float64)
+        if state.shape != (1 + size + own,) or not np.isfinite(state).all():
+            raise InvalidInput(
+                f"start has shape {state.shape}; it must be {1 + size + own} finite numbers, "
+                "a state of a run of this walk.",
+                hint="Run.state() of the same scenario and walk",
+            )
+        if not (state[0] == round(state[0]) and 0 <= state[0] <= self.steps):
+            raise InvalidInput(
+                f"start is at step {state[0]:g}; it must be one of 0 to {self.steps}.",
+                hint="a longer duration",
+            )
+        self.step = int(state[0])
+        mujoco.mj_setState(self.model, self.data, state[1 : 1 + size], kind)
+        self.drive.state[:] = state[1 + size :]
+
+    def start_attribute(self) -> dict[str, str]:
+        """The state that the run was begun from, for a recording's attributes."""
+        if self._start is None:
+            return {}
+        return {"start": base64.b64encode(np.ascontiguousarray(self._start, "<f8")).decode()}
 
     def targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
         """What the drive is told at the steps from one to before another, shape (N, 3 L)."""
@@ -158,116 +312,179 @@ class Run:
         return self.drive.targets(self.walk.sample(np.arange(steps) * self.dt), self.dt)
 
     def _place(self, start: Walk) -> None:
-        """Put the robot where the plan starts, and log that as the first sample."""
+        """Put the robot where the plan starts."""
         import mujoco
 
         data = self.data
         mujoco.mj_resetData(self.model, data)
+        # The engine prints a warning when it counts its first; it shall only count.
+        data.warning.number[:] = 1
         data.qpos[:3] = start.trunk.position[0]
         data.qpos[3:7] = yaw_quaternion(start.trunk.yaw)[0]
         data.qpos[7:] = start.q[0].ravel()
         self.drive.command(start.q[0].ravel())
         mujoco.mj_forward(self.model, data)
-        self.buffer.write(0, data, self.drive)
-        self._keep(0, 1)
+        self.first = Samples.empty(self.model, self.drive, 1)
+        self.first.write(0, data, self.drive)
 
-    def _settle(self, warnings: list[str]) -> Trouble | None:
+    def _settle(self) -> Trouble | None:
         """Let the robot come to rest on its feet, then set it going as the plan does."""
         start, data = self.walk.sample(np.zeros(1)), self.data
         still = np.repeat(start.q.reshape(1, -1), WATCH_STEPS, axis=0)
         for _ in range(math.ceil(SETTLING_TIME / self.dt / WATCH_STEPS)):
             self._advance(still)
-            trouble = self._look(WATCH_STEPS, warnings)
+            trouble = self._look(WATCH_STEPS)
             if trouble:
-                return Trouble(trouble.ending, 0, f"before its first step {trouble.reason}")
+                return Trouble(trouble.ending, 0, f"before its first step: {trouble.reason}")
         data.qpos[:2] = start.trunk.position[0, :2]
         data.qvel[:3] = start.trunk.velocity[0]
         data.qvel[3:6] = [0.0, 0.0, start.trunk.yaw_rate[0]]
         data.qvel[6:] = start.qd[0].ravel()
         data.time = 0.0
-        self.done = 0
         return None
 
-    def advance(self, progress: Progress | None = None) -> Trouble | None:
+    def advance(
+        self,
+        progress: Progress | None = None,
+        *,
+        keep: Keep | None = None,
+        interrupted: Sequence[int] = (),
+        until: int | None = None,
+    ) -> Trouble | None:
         """Run to the end, or to the first trouble.
 
-        Returns:
-            What ended the run early; None where it was completed.
-        """
-        if self.trouble:
-            return self.trouble
-        start, targets = 0, np.empty((0, 0))
-        try:
-            with _engine_warnings() as warnings:
-                while start <= self.steps:
-                    if start % PLAN_STEPS == 0:
-                        targets = self.targets(start, min(start + PLAN_STEPS, self.steps + 1))
-                    first = start % PLAN_STEPS
-                    block = targets[first : first + WATCH_STEPS]
-                    stop = start + len(block)
-                    self._advance(block, last=stop > self.steps)
-                    trouble = self._look(len(block), warnings)
-                    if trouble:
-                        self._keep(start, start + trouble.sample)
-                        at = (start + trouble.sample) * self.dt
-                        return Trouble(trouble.ending, self.done, f"at {at:.3f} s {trouble.reason}")
-                    self._keep(start, stop)
-                    start = stop
-                    if progress:
-                        progress(min(self.data.time, self.scenario.duration))
-        except KeyboardInterrupt:
-            # The last step may have moved the state without its row being written.
-            self._keep(start, max(start, round(self.data.time / self.dt) - 1))
-            return Trouble(Ending.STOPPED, self.done, f"at {self.data.time:.3f} s")
-        return None
+        Args:
+            progress: Is told how far the run is.
+            keep: Takes the recorded samples of each block of steps; they go into `log` where None.
+            interrupted: The run is stopped as soon as this is not empty.
+            until: The step before which to pause; None: go to the end.
 
-    def _look(self, count: int, warnings: list[str]) -> Trouble | None:
-        """What the watch finds in the buffer's first samples, and what the engine complained of."""
-        trouble = watch(self.robot, self.buffer.qpos[:count], self.buffer.qvel[:count])
-        if trouble is None and warnings:
-            return Trouble(Ending.DIVERGED, count, f"the engine says: {warnings[0]}")
+        Returns:
+            What ended the run early; None where it was completed, or paused.
+        """
+        keep = keep or self._into_log()
+        end = self.steps + 1 if until is None else min(until, self.steps + 1)
+        trouble, targets, chunk = self.trouble, np.empty((0, 0)), -1
+        while self.step < end and trouble is None:
+            if self.step // PLAN_STEPS != chunk:
+                chunk = self.step // PLAN_STEPS
+                first = chunk * PLAN_STEPS
+                targets = self.targets(first, min(first + PLAN_STEPS, self.steps + 1))
+            begin = self.step - chunk * PLAN_STEPS
+            block = targets[begin : begin + min(WATCH_STEPS, end - self.step)]
+            made = self._advance(
+                block, last=self.step + len(block) > self.steps, interrupted=interrupted
+            )
+            trouble = self._look(made)
+            self._keep(self._finite(trouble.sample) if trouble else made, keep)
+            if trouble:
+                trouble = self._placed(trouble)
+            self.step += made
+            if progress:
+                progress(min(self.data.time, self.scenario.duration))
+            if interrupted and trouble is None and self.step < end:
+                trouble = Trouble(Ending.STOPPED, self.step, f"at {self.step * self.dt:.3f} s")
+        if trouble and self.done == 0:
+            # There shall be something to look at.
+            keep(self.first)
+            self.done = 1
         return trouble
 
-    def _advance(self, targets: Float[np.ndarray, "samples joints"], *, last: bool = False) -> None:
+    def _finite(self, sample: int) -> int:
+        """Number of the buffer's samples up to and with one, or before it where it is no number."""
+        state = self.buffer.qpos[sample], self.buffer.qvel[sample]
+        return sample + all(np.isfinite(part).all() for part in state)
+
+    def _placed(self, trouble: Trouble) -> Trouble:
+        """What the watch found in the buffer, with its time and its place in the recording."""
+        at = (self.step + trouble.sample) * self.dt
+        kept = self.time[self.done - 1] if self.done else math.nan
+        place = (
+            "the recording's last sample"
+            if abs(kept - at) < self.dt / 2
+            else (f"after the recording's last sample at {kept:.3f} s" if self.done else "at once")
+        )
+        return replace(trouble, reason=f"at {at:.3f} s, {place}: {trouble.reason}")
+
+    def _into_log(self) -> Keep:
+        """What keeps samples in memory."""
+        if len(self.log.qpos) != len(self.time):
+            self.log = Samples.empty(self.model, self.drive, len(self.time))
+        return lambda rows: self.log.put(self.done, rows)
+
+    def _look(self, count: int) -> Trouble | None:
+        """What the watch finds in the buffer's first samples, and what the engine complained of."""
+        import mujoco
+
+        trouble = (
+            watch(self.robot, self.buffer.qpos[:count], self.buffer.qvel[:count]) if count else None
+        )
+        if trouble:
+            return trouble
+        said, warning = self._gave_up, self.data.warning
+        if not said and (warning.number > 1).any():
+            kind = int(np.argmax(warning.number > 1))
+            said = mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
+        if said:
+            return Trouble(Ending.DIVERGED, max(0, count - 1), f"the engine says: {said}")
+        return None
+
+    def _advance(
+        self,
+        targets: Float[np.ndarray, "samples joints"],
+        *,
+        last: bool = False,
+        interrupted: Sequence[int] = (),
+    ) -> int:
         """Make a step for each target; what the engine measured goes into the buffer's start.
 
         Args:
             targets: What the drive is told at each step, at most as many as the buffer holds.
             last: Whether the last of them is the walk's end, which is measured and not stepped.
+            interrupted: No further step is begun once this is not empty.
+
+        Returns:
+            Number of steps that were made.
         """
         import mujoco
 
-        # All names are local: the loop below is the simulation's whole cost beside the engine.
-        model, data, log = self.model, self.data, self.buffer
+        # All names are local, and views of memory are copied, which is quicker than arrays: the
+        # loop below is the simulation's whole cost beside the engine.
+        model, data, step, end = self.model, self.data, mujoco.mj_step, len(targets) - last
         command, torque = self.drive.command, self.drive.torque
-        qpos, qvel, sensordata = data.qpos, data.qvel, data.sensordata
-        log_qpos, log_qvel, log_sensors, log_torque = log.qpos, log.qvel, log.sensors, log.torque
-        log_state, state = log.drive, self.drive.state
-        step, end = mujoco.mj_step, len(targets) - 1 if last else -1
-        for k, target in enumerate(targets):
-            log_qpos[k] = qpos
-            log_qvel[k] = qvel
-            command(target)
-            if k == end:
-                step = mujoco.mj_forward
-            step(model, data)
-            log_sensors[k] = sensordata
-            log_torque[k] = torque()
-            if len(state):
-                log_state[k] = state
+        qpos, qvel, sensors, state = self._views
+        made = 0
+        try:
+            for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
+                targets, *self._rows, strict=False
+            ):
+                if interrupted:
+                    break
+                to_qpos[:] = qpos
+                to_qvel[:] = qvel
+                command(target)
+                if made == end:
+                    step = mujoco.mj_forward
+                step(model, data)
+                to_sensors[:] = sensors
+                to_torque[:] = torque()
+                if state:
+                    to_state[:] = state
+                made += 1
+        except mujoco.FatalError as error:
+            self._gave_up = " ".join(str(error).split())
+        return made
 
-    def _keep(self, start: int, stop: int) -> None:
-        """Move the buffer's samples that are recorded into the log, but never the first away."""
-        first = -start % self.every
-        kept = len(range(first, stop - start, self.every))
-        for field in ("qpos", "qvel", "sensors", "torque", "drive"):
-            chosen = getattr(self.buffer, field)[first : stop - start : self.every]
-            getattr(self.log, field)[self.done : self.done + kept] = chosen
-        self.done = max(self.done + kept, 1)
+    def _keep(self, count: int, keep: Keep) -> None:
+        """Hand on those of the buffer's first samples that are recorded."""
+        rows = self.buffer.part(slice(-self.step % self.every, count, self.every))
+        if len(rows.qpos):
+            keep(rows)
+            self.done += len(rows.qpos)
 
 
 @dataclass(frozen=True, eq=False)
-class _Log:
+class Samples:
     """What the engine says at each sample, in its own order."""
 
     qpos: Float[np.ndarray, "samples q"]
@@ -277,9 +494,30 @@ class _Log:
     drive: Float[np.ndarray, "samples state"]
 
     @classmethod
-    def empty(cls, model: mujoco.MjModel, drive: Drive, samples: int) -> _Log:
+    def empty(cls, model: mujoco.MjModel, drive: Drive, samples: int) -> Samples:
+        """Room for a number of samples."""
         widths = (model.nq, model.nv, model.nsensordata, model.nv - 6, len(drive.state))
         return cls(*(np.empty((samples, width)) for width in widths))
+
+    def part(self, which: slice) -> Samples:
+        """Some of the samples, in the same memory."""
+        return Samples(*(getattr(self, field.name)[which] for field in fields(self)))
+
+    def put(self, at: int, samples: Samples) -> None:
+        """Copy samples to a place in these."""
+        for field in fields(self):
+            rows = getattr(samples, field.name)
+            getattr(self, field.name)[at : at + len(rows)] = rows
+
+    def rows(self) -> list[list[Any]]:
+        """Memory of each sample, field by field; that of the torques as arrays."""
+        return [
+            [
+                array[k] if field.name == "torque" else memoryview(array[k])
+                for k in range(len(array))
+            ]
+            for field, array in ((field, getattr(self, field.name)) for field in fields(self))
+        ]
 
     def write(self, row: int, data: mujoco.MjData, drive: Drive) -> None:
         """Write one sample as the engine stands."""
@@ -288,64 +526,61 @@ class _Log:
         self.drive[row] = drive.state
 
 
-@contextmanager
-def _engine_warnings() -> Iterator[list[str]]:
-    """Collect the engine's warnings, which it would else print and write to a file."""
-    import mujoco
-
-    collected: list[str] = []
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(collected.append)
-    try:
-        yield collected
-    finally:
-        mujoco.set_mju_user_warning(before)
+Keep = Callable[[Samples], None]
+"""Takes samples that are recorded, in their order; their memory is used again afterwards."""
 
 
-def _record(
-    scenario: Scenario,
-    walk: Walk,
-    run: Run,
-    trouble: Trouble | None,
-    time: Float[np.ndarray, " time"],
-    model: dict[str, np.ndarray],
-) -> Recording:
-    """The engine's log and the model's figures under the names of the house.
+def _channels(
+    run: Run, log: Samples, model: dict[str, np.ndarray], part: slice
+) -> dict[str, np.ndarray]:
+    """The engine's samples and the model's figures under the names of the house.
 
-    Time and model are those of the whole walk, of which the run may have made only a part.
+    Args:
+        run: Whose samples they are.
+        log: The samples.
+        model: The model's channels at all samples of the run.
+        part: Which of these the samples are.
     """
-    import mujoco
-
-    legs, n = len(walk.robot.legs), run.done
-    log = run.log
-    contact = log.sensors[:n, : 4 * legs].reshape(n, legs, 4)
+    legs, n = len(run.robot.legs), len(log.qpos)
+    contact = log.sensors[:, : 4 * legs].reshape(n, legs, 4)
     force = contact[..., 1:]
-    channels = {name: values[:n] for name, values in model.items()} | {
-        "joint_position": log.qpos[:n, 7:].reshape(n, legs, 3),
-        "joint_velocity": log.qvel[:n, 6:].reshape(n, legs, 3),
-        "joint_torque": log.torque[:n].reshape(n, legs, 3),
+    channels = {name: values[part] for name, values in model.items()} | {
+        "joint_position": log.qpos[:, 7:].reshape(n, legs, 3),
+        "joint_velocity": log.qvel[:, 6:].reshape(n, legs, 3),
+        "joint_torque": log.torque.reshape(n, legs, 3),
         "foot_force": force,
         "foot_normal_force": force[..., 2],
-        "foot_position": log.sensors[:n, 4 * legs :].reshape(n, legs, 3),
+        "foot_position": log.sensors[:, 4 * legs :].reshape(n, legs, 3),
         "contact": contact[..., 0] > 0,
-        "body_position": log.qpos[:n, :3],
-        "body_velocity": log.qvel[:n, :3],
-        "body_orientation": log.qpos[:n, 3:7],
+        "body_position": log.qpos[:, :3],
+        "body_velocity": log.qvel[:, :3],
+        "body_orientation": log.qpos[:, 3:7],
         # The engine keeps a free body's angular velocity in its own axes.
         "body_angular_velocity": np.einsum(
-            "tij,tj->ti", quaternion_rotation(log.qpos[:n, 3:7]), log.qvel[:n, 3:6]
+            "tij,tj->ti", quaternion_rotation(log.qpos[:, 3:7]), log.qvel[:, 3:6]
         ),
     }
-    channels |= run.drive.channels(log.drive[:n])
-    if scenario.sensors.measured == "everything":
-        channels |= measured_channels(scenario, walk.robot, time[:n], channels)
+    return channels | run.drive.channels(log.drive)
+
+
+def _attributes(scenario: Scenario, walk: Walk, run: Run) -> dict[str, str | int | float]:
+    """What a recording says of its run, but for how it ended."""
+    import mujoco
+
+    return (
+        recording_attributes(scenario, walk)
+        | {
+            "kind": "simulation",
+            "drive": scenario.simulation.drive,
+            "time_step": scenario.simulation.dt,
+            "mujoco_version": mujoco.__version__,
+        }
+        | run.start_attribute()
+    )
+
+
+def _ending(trouble: Trouble | None) -> dict[str, str | int | float]:
+    """How a run ended, in a recording's attributes."""
     ending = trouble.ending if trouble else Ending.COMPLETED
-    attributes = recording_attributes(scenario, walk) | {
-        "kind": "simulation",
-        "ending": ending.name,
-        "ending_reason": f"{ending.value[:-1]} {trouble.reason}." if trouble else ending.value,
-        "drive": scenario.simulation.drive,
-        "time_step": scenario.simulation.dt,
-        "mujoco_version": mujoco.__version__,
-    }
-    return new_recording(time[:n], channels, attributes)
+    reason = f"{ending.value[:-1]} {trouble.reason}." if trouble else ending.value
+    return {"ending": ending.name, "ending_reason": reason}
