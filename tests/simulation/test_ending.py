@@ -81,7 +81,7 @@ def test_a_robot_that_cannot_even_stand_has_fallen_at_its_first_sample():
     run = simulate(scenario, plan(scenario))
     assert run.attrs["ending"] == "FELL"
     assert run.attrs["ending_reason"].startswith(
-        "The robot fell before its first step the trunk touched the ground."
+        "The robot fell before its first step: the trunk touched the ground."
     )
     assert run.sizes["time"] == 1
 

@@ -2,6 +2,7 @@
 
 from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Channel
 from phasmid.recording.file import load_recording, save_recording
+from phasmid.recording.frames import DamagedRecording
 from phasmid.recording.log import RecordingLog, check_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
@@ -12,6 +13,7 @@ __all__ = [
     "JOINTS",
     "QUATERNION",
     "Channel",
+    "DamagedRecording",
     "Recording",
     "RecordingLog",
     "check_log",

@@ -12,6 +12,7 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, OutputError, PhasmidError, located
 from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.frames import DamagedRecording, is_log, read_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
 DEFLATE_LIMIT = 1100
@@ -92,39 +93,30 @@ def load_recording(path: str | Path) -> Recording:
     """Read a recording; all of it is in memory and the file is closed.
 
     Args:
-        path: A file that `save_recording` wrote.
+        path: A file that `save_recording` wrote, or the log of a run.
 
     Raises:
         InvalidInput: The file is absent, damaged, not a recording, or of a newer format.
-    """
-    import h5py
 
+    Warns:
+        DamagedRecording: A log was cut off, or a bit in it is wrong; what precedes that was read.
+    """
     path = Path(path)
     try:
         size = path.stat().st_size
-        with path.open("rb"):
-            pass
+        log = is_log(path)
     except FileNotFoundError:
         raise InvalidInput(f"recording {path} does not exist.") from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InvalidInput(f"cannot read {path}: {reason}.") from None
     try:
-        with h5py.File(path, "r") as stored:
-            attributes = {
-                str(name): _plain(value)
-                for name, value in stored.attrs.items()
-                if not str(name).startswith("_NC")
-            }
-            _check_format(attributes.pop("format", None), path)
-            _check_claims(stored, path, size)
-            time = np.asarray(stored["time"][()])
-            channels = {
-                str(name): _read(stored[name]) for name in stored if str(name) not in _COORDINATES
-            }
+        time, channels, attributes = read_log(path) if log else _read_netcdf(path, size)
+        if log:
+            _check_format(attributes.pop("format", FORMAT), path)
         with located(str(path)):
             return new_recording(time.astype(np.float64), channels, attributes)
-    except PhasmidError:
+    except (PhasmidError, DamagedRecording):
         raise
     except Exception as error:
         # A damaged file can make the HDF5 reader fail in any way at all.
@@ -133,6 +125,27 @@ def load_recording(path: str | Path) -> Recording:
             f"{path} is not a recording that can be read: {reason[:160]}.",
             hint="a recording.nc that phasmid wrote, copied whole",
         ) from None
+
+
+def _read_netcdf(
+    path: Path, size: int
+) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str | int | float]]:
+    """Time, channels and attributes of a netCDF file."""
+    import h5py
+
+    with h5py.File(path, "r") as stored:
+        attributes = {
+            str(name): _plain(value)
+            for name, value in stored.attrs.items()
+            if not str(name).startswith("_NC")
+        }
+        _check_format(attributes.pop("format", None), path)
+        _check_claims(stored, path, size)
+        time = np.asarray(stored["time"][()])
+        channels = {
+            str(name): _read(stored[name]) for name in stored if str(name) not in _COORDINATES
+        }
+    return time, channels, attributes
 
 
 _COORDINATES = {"time", "leg", *COORDINATES}

@@ -1,23 +1,12 @@
-"""Recordings that are written while they are made, and read even where they were cut off.
-
-A log begins with twelve fixed bytes and the version of this format, four bytes, little-endian as
-all that follows. Then come frames: a header of 28 bytes (kind, length of the payload, index of the
-first sample, CRC-32 of the payload, CRC-32 of the header before it) and the payload. The first
-frame, ``HEAD``, holds JSON: the recording's attributes, its channels with dims, units, kind and
-shape, and how many samples were to come. ``DATA`` frames hold samples, channel after channel: time
-and numbers as float64, yes and no as one byte. ``DONE`` holds the attributes that were known only
-at the end, as JSON; a log without it was cut off.
-"""
+"""A recording that is written to a file while it is made."""
 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import secrets
-import struct
+import shutil
 import threading
-import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -27,16 +16,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, OutputError
-from phasmid.recording.channels import CHANNELS
-
-MAGIC = b"\x89PHASMID\r\n\x1a\n"
-"""First bytes of a log; a transfer that takes it for text breaks them."""
-
-LOG_FORMAT = 1
-"""Version of the frames."""
-
-VERSION = struct.Struct("<I")
-FRAME = struct.Struct("<4sQQII")
+from phasmid.recording.frames import frame, header, json_frame, opening, payload, sample_size
+from phasmid.recording.recording import Attributes
 
 SYNC_INTERVAL = 0.5
 """Longest wall time between two times that a log is forced to the disk [s]."""
@@ -57,7 +38,7 @@ class RecordingLog:
         self,
         path: str | Path,
         first: Mapping[str, np.ndarray],
-        attributes: Mapping[str, str | int | float],
+        attributes: Attributes,
         *,
         time: Float[np.ndarray, " time"],
         force: bool = False,
@@ -76,27 +57,11 @@ class RecordingLog:
             OutputError: It cannot be written, or its disk has no room for all samples.
         """
         self.path = Path(path)
-        self._dtypes = {name: _dtype(name) for name in first}
-        self._shapes = {name: first[name].shape[1:] for name in first}
-        self._time, self._force = time, force
+        self._channels, self._time, self._force = tuple(first), time, force
         self._done = self.acknowledged = 0
         check_log(self.path, force=force)
-        size = sample_size(first) * len(time)
-        self._check_room(size)
-        self._header = {
-            "attributes": dict(attributes),
-            "channels": [
-                {
-                    "name": name,
-                    "dims": CHANNELS[name].dims,
-                    "units": CHANNELS[name].units,
-                    "kind": CHANNELS[name].kind,
-                    "shape": self._shapes[name],
-                }
-                for name in first
-            ],
-            "samples": len(time),
-        }
+        self._check_room(sample_size(first) * len(time))
+        self._opening = opening(header(attributes, first, len(time)))
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
         self._file: Any = None
         self._closing = threading.Event()
@@ -107,7 +72,7 @@ class RecordingLog:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = self._partial.open("xb", buffering=0)
             self._size = 0
-            self._write(MAGIC + VERSION.pack(LOG_FORMAT) + _json_frame(b"HEAD", self._header))
+            self._write(self._opening)
         except OSError as error:
             self._discard()
             raise self._cannot_write(error) from None
@@ -123,19 +88,16 @@ class RecordingLog:
         Raises:
             OutputError: They cannot be written; the log ends before them.
         """
-        parts = [np.ascontiguousarray(time, "<f8").data]
-        for name, dtype in self._dtypes.items():
-            parts.append(np.ascontiguousarray(channels[name], dtype).data)
-        payload = b"".join(parts)
+        samples = payload(time, {name: channels[name] for name in self._channels})
         try:
-            self._write(_frame(b"DATA", payload, self._done))
+            self._write(frame(b"DATA", samples, self._done))
             if not self._done:
                 self._appear()
         except OSError as error:
             raise self._cannot_write(error) from None
         self._done += len(time)
 
-    def finish(self, attributes: Mapping[str, str | int | float]) -> None:
+    def finish(self, attributes: Attributes) -> None:
         """Add how the recording ended; nothing can be appended after that.
 
         Args:
@@ -145,7 +107,7 @@ class RecordingLog:
             OutputError: It cannot be written.
         """
         try:
-            self._write(_json_frame(b"DONE", dict(attributes), self._done))
+            self._write(json_frame(b"DONE", attributes, self._done))
         except OSError as error:
             raise self._cannot_write(error) from None
 
@@ -179,9 +141,9 @@ class RecordingLog:
         with contextlib.suppress(OSError):
             self._partial.unlink()
 
-    def _write(self, frame: bytes) -> None:
+    def _write(self, content: bytes) -> None:
         """Write a frame whole, or take back what was written of it."""
-        rest = memoryview(frame)
+        rest = memoryview(content)
         try:
             while rest:
                 rest = rest[self._file.write(rest) :]
@@ -190,7 +152,7 @@ class RecordingLog:
                 self._file.truncate(self._size)
                 self._file.seek(self._size)
             raise
-        self._size += len(frame)
+        self._size += len(content)
 
     def _sync_now_and_then(self) -> None:
         """Force the file to the disk, beside the run: it would wait for the disk."""
@@ -204,8 +166,6 @@ class RecordingLog:
             self.acknowledged = done
 
     def _check_room(self, size: int) -> None:
-        import shutil
-
         folder = self.path.resolve().parent
         while not folder.exists():
             folder = folder.parent
@@ -248,28 +208,5 @@ def check_log(path: Path, *, force: bool = False) -> None:
         raise InvalidInput(f"{path} is not a file; nothing was written.", hint="another name")
 
 
-def sample_size(channels: Mapping[str, np.ndarray]) -> int:
-    """Bytes of a sample in a log, its time included.
-
-    Args:
-        channels: At any number of samples, at least one.
-    """
-    sizes = (array[0].size * _dtype(name).itemsize for name, array in channels.items())
-    return 8 + sum(sizes)
-
-
-def _dtype(name: str) -> np.dtype[Any]:
-    return np.dtype("?" if CHANNELS[name].kind == "bool" else "<f8")
-
-
 def _bytes(size: int) -> str:
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
-
-
-def _frame(kind: bytes, payload: bytes, first: int) -> bytes:
-    head = FRAME.pack(kind, len(payload), first, zlib.crc32(payload), 0)[:-4]
-    return head + VERSION.pack(zlib.crc32(head)) + payload
-
-
-def _json_frame(kind: bytes, content: dict[str, Any], first: int = 0) -> bytes:
-    return _frame(kind, json.dumps(content, ensure_ascii=False).encode(), first)

@@ -20,11 +20,14 @@ FORMAT = 1
 Recording: TypeAlias = "xarray.Dataset"
 """A dataset whose variables are channels; the name is text so that importing it is quick."""
 
+Attributes: TypeAlias = Mapping[str, str | int | float]
+"""Where a recording comes from."""
+
 
 def new_recording(
     time: Float[np.ndarray, " time"],
     channels: Mapping[str, np.ndarray],
-    attributes: Mapping[str, str | int | float],
+    attributes: Attributes,
 ) -> Recording:
     """Put what was seen in its place.
 
@@ -125,9 +128,7 @@ def _check_shape(name: str, array: np.ndarray, sizes: Mapping[str, int]) -> None
         )
 
 
-def _checked_attributes(
-    attributes: Mapping[str, str | int | float],
-) -> dict[str, str | int | float]:
+def _checked_attributes(attributes: Attributes) -> dict[str, str | int | float]:
     checked: dict[str, str | int | float] = {}
     for name, value in attributes.items():
         value = value.item() if isinstance(value, np.generic) else value
@@ -135,6 +136,8 @@ def _checked_attributes(
             raise InvalidInput(
                 f'attribute "{name}" is {type(value).__name__}; it must be text or a number.'
             )
+        if isinstance(value, int) and abs(value) >= 2**63:
+            raise InvalidInput(f'attribute "{name}" is a whole number of more than 64 bits.')
         try:
             whole = "\0" not in f"{name}{value}" and f"{name}{value}".encode()
         except UnicodeEncodeError:

@@ -236,7 +236,7 @@ class Run:
         self._one_cycle = self._repeated_targets()
         self._gave_up = ""
         arrays = (self.data.qpos, self.data.qvel, self.data.sensordata, self.drive.state)
-        self._views = tuple(memoryview(array) for array in arrays)
+        self._views = tuple(array.data for array in arrays)
         self._rows = self.buffer.rows()
         self._place(walk.sample(np.zeros(1)))
         if start is None:
@@ -292,7 +292,7 @@ class Run:
         """The state that the run was begun from, for a recording's attributes."""
         if self._start is None:
             return {}
-        return {"start": base64.b64encode(np.ascontiguousarray(self._start, "<f8")).decode()}
+        return {"start": base64.b64encode(np.asarray(self._start, "<f8").tobytes()).decode()}
 
     def targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
         """What the drive is told at the steps from one to before another, shape (N, 3 L)."""
@@ -512,10 +512,7 @@ class Samples:
     def rows(self) -> list[list[Any]]:
         """Memory of each sample, field by field; that of the torques as arrays."""
         return [
-            [
-                array[k] if field.name == "torque" else memoryview(array[k])
-                for k in range(len(array))
-            ]
+            [array[k] if field.name == "torque" else array[k].data for k in range(len(array))]
             for field, array in ((field, getattr(self, field.name)) for field in fields(self))
         ]
 
