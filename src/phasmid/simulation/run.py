@@ -20,6 +20,7 @@ from phasmid.recording import Recording, RecordingLog, load_recording, new_recor
 from phasmid.robot import Robot
 from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.sensors import sense
+from phasmid.simulation.complaint import collected_complaints
 from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.interrupt import noticed_interrupts
@@ -234,7 +235,7 @@ class Run:
         self.done = self.step = 0
         self.trouble: Trouble | None = None
         self._one_cycle = self._repeated_targets()
-        self._gave_up = ""
+        self._complaints: list[str] = []
         arrays = (self.data.qpos, self.data.qvel, self.data.sensordata, self.drive.state)
         self._views = tuple(array.data for array in arrays)
         self._rows = self.buffer.rows()
@@ -317,8 +318,6 @@ class Run:
 
         data = self.data
         mujoco.mj_resetData(self.model, data)
-        # The engine prints a warning when it counts its first; it shall only count.
-        data.warning.number[:] = 1
         data.qpos[:3] = start.trunk.position[0]
         data.qpos[3:7] = yaw_quaternion(start.trunk.yaw)[0]
         data.qpos[7:] = start.q[0].ravel()
@@ -414,19 +413,14 @@ class Run:
 
     def _look(self, count: int) -> Trouble | None:
         """What the watch finds in the buffer's first samples, and what the engine complained of."""
-        import mujoco
-
         trouble = (
             watch(self.robot, self.buffer.qpos[:count], self.buffer.qvel[:count]) if count else None
         )
         if trouble:
             return trouble
-        said, warning = self._gave_up, self.data.warning
-        if not said and (warning.number > 1).any():
-            kind = int(np.argmax(warning.number > 1))
-            said = mujoco.mju_warningText(kind, int(warning.lastinfo[kind]))
-        if said:
-            return Trouble(Ending.DIVERGED, max(0, count - 1), f"the engine says: {said}")
+        if self._complaints:
+            said = f"the engine says: {self._complaints[0]}"
+            return Trouble(Ending.DIVERGED, max(0, count - 1), said)
         return None
 
     def _advance(
@@ -454,25 +448,26 @@ class Run:
         command, torque = self.drive.command, self.drive.torque
         qpos, qvel, sensors, state = self._views
         made = 0
-        try:
-            for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
-                targets, *self._rows, strict=False
-            ):
-                if interrupted:
-                    break
-                to_qpos[:] = qpos
-                to_qvel[:] = qvel
-                command(target)
-                if made == end:
-                    step = mujoco.mj_forward
-                step(model, data)
-                to_sensors[:] = sensors
-                to_torque[:] = torque()
-                if state:
-                    to_state[:] = state
-                made += 1
-        except mujoco.FatalError as error:
-            self._gave_up = " ".join(str(error).split())
+        with collected_complaints(self._complaints):
+            try:
+                for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
+                    targets, *self._rows, strict=False
+                ):
+                    if interrupted:
+                        break
+                    to_qpos[:] = qpos
+                    to_qvel[:] = qvel
+                    command(target)
+                    if made == end:
+                        step = mujoco.mj_forward
+                    step(model, data)
+                    to_sensors[:] = sensors
+                    to_torque[:] = torque()
+                    if state:
+                        to_state[:] = state
+                    made += 1
+            except mujoco.FatalError as error:
+                self._complaints.append(" ".join(str(error).split()))
         return made
 
     def _keep(self, count: int, keep: Keep) -> None:
