@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from phasmid.robot import Body, Leg, Link, Robot, Servo, load_robot
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
-    from phasmid.simulation import simulate
+    from phasmid.simulation import replay, simulate, simulate_many
 
     __version__: str
 
@@ -56,10 +56,12 @@ _ROOM_OF = {
     "load_scenario": "scenario",
     "load_trajectory": "motion",
     "plan": "motion",
+    "replay": "simulation",
     "report": "reporting",
     "save_recording": "recording",
     "sense": "sensors",
     "simulate": "simulation",
+    "simulate_many": "simulation",
     "summarise": "reporting",
 }
 _ROOMS = ("batch", "dynamics", "forces", "gait", "kinematics", "motion", "robot", "simulation")
@@ -88,10 +90,12 @@ __all__ = [
     "load_scenario",
     "load_trajectory",
     "plan",
+    "replay",
     "report",
     "save_recording",
     "sense",
     "simulate",
+    "simulate_many",
     "summarise",
 ]
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 
 class PhasmidError(Exception):
@@ -120,6 +121,29 @@ class InfeasibleLoad(PhasmidError):
         self.excess = excess
         self.index = index
         super().__init__(what, where=where, hint=hint)
+
+
+class FailedRuns(PhasmidError):
+    """Some of several runs were refused; the others were made.
+
+    Attributes:
+        recordings: Of all runs in their order, None for those that were refused.
+        errors: Why, by the run's index.
+    """
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        recordings: Sequence[Any],
+        errors: Mapping[int, PhasmidError],
+    ) -> None:
+        self.recordings = list(recordings)
+        self.errors = dict(errors)
+        first = min(errors)
+        which = f"run {first + 1} of {len(names)} ({names[first]}): "
+        more = f" {len(errors) - 1} more failed." if len(errors) > 1 else ""
+        error = errors[first]
+        super().__init__(which + error.what + more, where=error.where, hint=error.hint)
 
 
 class OutputError(PhasmidError):

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,9 +10,7 @@ from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 from phasmid.recording import Recording
 from phasmid.robot import Robot
-from phasmid.robot.file import robot_from_table
-from phasmid.scenario import Scenario
-from phasmid.tables import in_file, validate
+from phasmid.scenario import Scenario, recorded_scenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +41,7 @@ def read_source(recording: Recording) -> Source:
     Raises:
         InvalidInput: The recording carries none, or not one that fits its channels.
     """
-    robot_path, scenario_path = Path("robot.toml"), Path("scenario.toml")
-    robot_raw, robot_text = _table(recording, "robot")
-    scenario_raw, scenario_text = _table(recording, "scenario")
-    base = robot_from_table(robot_raw, robot_path, robot_text)
-    scenario = validate(Scenario, scenario_raw, in_file(scenario_path, scenario_text))
+    scenario, base = recorded_scenario(recording.attrs)
     robot = scenario.vary(base)
     legs = recording.sizes.get("leg")
     if legs not in (None, len(robot.legs)):
@@ -60,16 +51,6 @@ def read_source(recording: Recording) -> Source:
         )
     gait = scenario.load_gait(len(robot.legs))
     return Source(robot, scenario, gait, robot.mass * scenario.model.gravity)
-
-
-def _table(recording: Recording, name: str) -> tuple[dict[str, Any], str]:
-    text = recording.attrs.get(name)
-    if not isinstance(text, str) or not text:
-        raise InvalidInput(f"the recording does not say its {name}; a report needs it.")
-    try:
-        return tomllib.loads(text), text
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InvalidInput(f"the recording's {name} is not TOML: {error}.") from None
 
 
 def channel(recording: Recording, name: str) -> np.ndarray | None:

@@ -1,6 +1,7 @@
 """What is tried: a robot, a gait, a stride, and how it is looked at."""
 
 from phasmid.scenario.file import load_scenario, scenario_names, scenario_to_toml
+from phasmid.scenario.recorded import recorded_scenario
 from phasmid.scenario.scenario import SETTLING_TIME, Scenario, option_keys
 
 __all__ = [
@@ -8,6 +9,7 @@ __all__ = [
     "Scenario",
     "load_scenario",
     "option_keys",
+    "recorded_scenario",
     "scenario_names",
     "scenario_to_toml",
 ]

@@ -2,16 +2,32 @@
 
 from phasmid.simulation.contact import CONTACT_POINTS
 from phasmid.simulation.ending import Ending
+from phasmid.simulation.many import simulate_many
 from phasmid.simulation.model import build_model
-from phasmid.simulation.run import Run, check_load, check_time_step, longest_time_step, simulate
+from phasmid.simulation.repetition import Difference, Replay, replay
+from phasmid.simulation.run import (
+    Run,
+    check_load,
+    check_time_step,
+    longest_time_step,
+    record,
+    simulate,
+    with_sensors,
+)
 
 __all__ = [
     "CONTACT_POINTS",
+    "Difference",
     "Ending",
+    "Replay",
     "Run",
     "build_model",
     "check_load",
     "check_time_step",
     "longest_time_step",
+    "record",
+    "replay",
     "simulate",
+    "simulate_many",
+    "with_sensors",
 ]

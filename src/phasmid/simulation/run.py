@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import math
+import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,9 +77,38 @@ def simulate(
     if log is not None:
         record(scenario, walk, log, progress=progress, force=force, start=start)
         return with_sensors(scenario, load_recording(log))
-    run, model = _prepare(scenario, walk, start)
     with noticed_interrupts() as interrupted:
-        trouble = run.advance(progress, interrupted=interrupted)
+        return simulate_part(
+            scenario, walk, progress=progress, start=start, interrupted=interrupted
+        )
+
+
+def simulate_part(
+    scenario: Scenario,
+    walk: Walk,
+    samples: int | None = None,
+    *,
+    progress: Progress | None = None,
+    start: Float[np.ndarray, " state"] | None = None,
+    interrupted: Sequence[int] = (),
+) -> Recording:
+    """Run a walk as `simulate` does, or its beginning alone.
+
+    Args:
+        scenario: As in `simulate`.
+        walk: As in `simulate`.
+        samples: How many to record at most; None: all.
+        progress: As in `simulate`.
+        start: As in `simulate`.
+        interrupted: The run is stopped as soon as this is not empty.
+
+    Raises:
+        InvalidInput: As in `simulate`.
+        InfeasibleLoad: As in `simulate`.
+    """
+    run, model = _prepare(scenario, walk, start)
+    until = None if samples is None else run.step_of(samples - 1) + 1
+    trouble = run.advance(progress, interrupted=interrupted, until=until)
     n = run.done
     channels = _channels(run, run.log.part(slice(0, n)), model, slice(0, n))
     attributes = _attributes(scenario, walk, run) | _ending(trouble)
@@ -288,6 +319,10 @@ class Run:
         self.step = int(state[0])
         mujoco.mj_setState(self.model, self.data, state[1 : 1 + size], kind)
         self.drive.state[:] = state[1 + size :]
+
+    def step_of(self, sample: int) -> int:
+        """Index of the step at which a sample is recorded."""
+        return round(float(self.time[0]) / self.dt) + sample * self.every
 
     def start_attribute(self) -> dict[str, str]:
         """The state that the run was begun from, for a recording's attributes."""
@@ -555,18 +590,33 @@ def _channels(
     return channels | run.drive.channels(log.drive)
 
 
-def _attributes(scenario: Scenario, walk: Walk, run: Run) -> dict[str, str | int | float]:
-    """What a recording says of its run, but for how it ended."""
+def versions() -> dict[str, str]:
+    """What a run's bits depend on besides its scenario and its robot, by attribute."""
     import mujoco
 
+    try:
+        numba = version("numba")
+    except PackageNotFoundError:
+        numba = "none"
+    return {
+        "phasmid_version": version("phasmid"),
+        "mujoco_version": mujoco.__version__,
+        "numpy_version": np.__version__,
+        "numba_version": numba,
+        "machine": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def _attributes(scenario: Scenario, walk: Walk, run: Run) -> dict[str, str | int | float]:
+    """What a recording says of its run, but for how it ended."""
     return (
         recording_attributes(scenario, walk)
         | {
             "kind": "simulation",
             "drive": scenario.simulation.drive,
             "time_step": scenario.simulation.dt,
-            "mujoco_version": mujoco.__version__,
         }
+        | versions()
         | run.start_attribute()
     )
 

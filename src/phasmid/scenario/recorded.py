@@ -1,0 +1,43 @@
+"""The experiment that a recording tells of."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from phasmid.errors import InvalidInput
+from phasmid.robot import Robot
+from phasmid.robot.file import robot_from_table
+from phasmid.scenario.scenario import Scenario
+from phasmid.tables import in_file, validate
+
+
+def recorded_scenario(attributes: Mapping[Any, Any]) -> tuple[Scenario, Robot]:
+    """The scenario and the robot that a recording carries as text.
+
+    Args:
+        attributes: Those of the recording.
+
+    Returns:
+        The scenario, whose robot is only a file's name, and the robot as its file gives it.
+
+    Raises:
+        InvalidInput: There are none, or they are not well formed.
+    """
+    robot_raw, robot_text = _table(attributes, "robot")
+    scenario_raw, scenario_text = _table(attributes, "scenario")
+    robot = robot_from_table(robot_raw, Path("robot.toml"), robot_text)
+    locate = in_file(Path("scenario.toml"), scenario_text)
+    return validate(Scenario, scenario_raw, locate), robot
+
+
+def _table(attributes: Mapping[Any, Any], name: str) -> tuple[dict[str, Any], str]:
+    text = attributes.get(name)
+    if not isinstance(text, str) or not text:
+        raise InvalidInput(f"the recording does not say its {name}; a report needs it.")
+    try:
+        return tomllib.loads(text), text
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InvalidInput(f"the recording's {name} is not TOML: {error}.") from None

@@ -1,0 +1,75 @@
+"""Independent runs side by side."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+
+from phasmid.errors import FailedRuns, InvalidInput, PhasmidError
+from phasmid.motion import Walk, plan
+from phasmid.recording import Recording
+from phasmid.scenario import Scenario
+from phasmid.simulation.run import simulate_part
+
+
+def simulate_many(
+    scenarios: Iterable[Scenario | tuple[Scenario, Walk]],
+    *,
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[Recording]:
+    """Run independent walks on all cores; each gives the same bits as by itself.
+
+    Args:
+        scenarios: What to run; each is planned first, unless its plan stands beside it.
+        workers: How many run at a time; by default as many as there are cores.
+        progress: Is told how many have ended.
+
+    Returns:
+        What `simulate` gives for each, in the same order.
+
+    Raises:
+        InvalidInput: There is no worker.
+        FailedRuns: Some were refused; it names them and carries the recordings of the others.
+    """
+    given = list(scenarios)
+    if workers is not None and workers < 1:
+        raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    stopped: list[int] = []
+    recordings: list[Recording | None] = [None] * len(given)
+    errors: dict[int, PhasmidError] = {}
+    # Threads are enough: the engine runs beside Python, in steps of its own.
+    with ThreadPoolExecutor(min(workers or _cores(), max(1, len(given)))) as pool:
+        places: dict[Future[Recording], int] = {
+            pool.submit(_simulate, one, stopped): place for place, one in enumerate(given)
+        }
+        try:
+            for count, done in enumerate(as_completed(places), 1):
+                try:
+                    recordings[places[done]] = done.result()
+                except PhasmidError as error:
+                    errors[places[done]] = error
+                if progress:
+                    progress(count)
+        except BaseException:
+            # Ctrl-C, for one: the runs under way end with their next step.
+            stopped.append(1)
+            pool.shutdown(cancel_futures=True)
+            raise
+    if errors:
+        names = [one.name if isinstance(one, Scenario) else one[0].name for one in given]
+        raise FailedRuns(names, recordings, errors)
+    return [recording for recording in recordings if recording is not None]
+
+
+def _simulate(one: Scenario | tuple[Scenario, Walk], stopped: list[int]) -> Recording:
+    scenario, walk = (one, plan(one)) if isinstance(one, Scenario) else one
+    return simulate_part(scenario, walk, interrupted=stopped)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
