@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from phasmid.forces import analyse
     from phasmid.gait import Gait
     from phasmid.motion import JointTrajectory, Walk, load_trajectory, plan
-    from phasmid.recording import load_recording, save_recording
+    from phasmid.recording import load_recording, save_mcap, save_recording
     from phasmid.reporting import report, summarise
     from phasmid.robot import Body, Leg, Link, Robot, Servo, load_robot
     from phasmid.scenario import Scenario, load_scenario
@@ -58,6 +58,7 @@ _ROOM_OF = {
     "plan": "motion",
     "replay": "simulation",
     "report": "reporting",
+    "save_mcap": "recording",
     "save_recording": "recording",
     "sense": "sensors",
     "simulate": "simulation",
@@ -92,6 +93,7 @@ __all__ = [
     "plan",
     "replay",
     "report",
+    "save_mcap",
     "save_recording",
     "sense",
     "simulate",

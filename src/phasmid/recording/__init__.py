@@ -5,6 +5,7 @@ from phasmid.recording.file import load_recording, save_recording
 from phasmid.recording.frames import DamagedRecording
 from phasmid.recording.log import RecordingLog, check_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
+from phasmid.recording.ros import save_mcap
 
 __all__ = [
     "AXES",
@@ -19,5 +20,6 @@ __all__ = [
     "check_log",
     "load_recording",
     "new_recording",
+    "save_mcap",
     "save_recording",
 ]

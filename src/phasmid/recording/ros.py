@@ -1,0 +1,215 @@
+"""Recordings as ROS 2 messages in an MCAP file, for Foxglove and the tools of ROS."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from phasmid.errors import InvalidInput
+from phasmid.recording.channels import JOINTS
+from phasmid.recording.file import write_whole
+from phasmid.recording.recording import Recording
+
+_TIME = "int32 sec\nuint32 nanosec"
+_HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
+_XYZ = "float64 x\nfloat64 y\nfloat64 z"
+_QUATERNION = f"{_XYZ}\nfloat64 w"
+_PARTS = {
+    "builtin_interfaces/Time": _TIME,
+    "std_msgs/Header": _HEADER,
+    "geometry_msgs/Vector3": _XYZ,
+    "geometry_msgs/Point": _XYZ,
+    "geometry_msgs/Quaternion": _QUATERNION,
+    "geometry_msgs/Transform": "geometry_msgs/Vector3 translation\n"
+    "geometry_msgs/Quaternion rotation",
+    "geometry_msgs/TransformStamped": "std_msgs/Header header\nstring child_frame_id\n"
+    "geometry_msgs/Transform transform",
+    "geometry_msgs/Wrench": "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque",
+    "geometry_msgs/Pose": "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation",
+    "geometry_msgs/PoseWithCovariance": "geometry_msgs/Pose pose\nfloat64[36] covariance",
+    "geometry_msgs/Twist": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
+    "geometry_msgs/TwistWithCovariance": "geometry_msgs/Twist twist\nfloat64[36] covariance",
+}
+_MESSAGES = {
+    "sensor_msgs/msg/JointState": "std_msgs/Header header\nstring[] name\nfloat64[] position\n"
+    "float64[] velocity\nfloat64[] effort",
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
+    "nav_msgs/msg/Odometry": "std_msgs/Header header\nstring child_frame_id\n"
+    "geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist",
+    "geometry_msgs/msg/WrenchStamped": "std_msgs/Header header\ngeometry_msgs/Wrench wrench",
+    "sensor_msgs/msg/Imu": "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n"
+    "float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n"
+    "float64[9] angular_velocity_covariance\ngeometry_msgs/Vector3 linear_acceleration\n"
+    "float64[9] linear_acceleration_covariance",
+}
+"""Standard message types by the fields that they are made of."""
+
+WORLD, BODY = "world", "base_link"
+"""Names of the frames, as ROS has them."""
+
+Message = tuple[str, str, dict[str, Any]]
+"""Topic, type and content."""
+
+
+def save_mcap(
+    recording: Recording,
+    path: str | Path,
+    *,
+    leg_names: Sequence[str] | None = None,
+    rate: float = 100.0,
+) -> None:
+    """Write a recording as ROS 2 messages; time counts from 0 as in the recording.
+
+    Topics: ``/joint_states`` (angles, speeds, torques), ``/joint_states_target``, ``/tf`` and
+    ``/odom`` (the body in the world; its twist in its own axes, as ROS has it), ``/imu`` where
+    sensors were recorded, and for each foot ``/feet/NAME/force`` (of the ground on the foot, world
+    axes). What the recording lacks is left out.
+
+    Args:
+        recording: A simulation, an analysis or a robot's log.
+        path: The file, by custom ``.mcap``; an older one is replaced.
+        leg_names: Of its legs, in order; ``leg1``, ``leg2`` and so on by default.
+        rate: Most messages of a topic a second [1/s].
+
+    Raises:
+        InvalidInput: The extra ``ros`` is not installed, or the rate is not positive.
+        OutputError: The file cannot be written.
+    """
+    try:
+        from mcap_ros2.writer import Writer
+    except ImportError:
+        raise InvalidInput(
+            "an MCAP file needs the packages mcap and mcap-ros2-support, which were not found.",
+            hint='pip install "phasmid[ros]"',
+        ) from None
+    if not rate > 0:
+        raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
+    names = leg_names or [f"leg{number}" for number in np.asarray(recording["leg"].values)]
+    time = np.asarray(recording["time"].values)
+    arrays = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
+    file = io.BytesIO()
+    writer: Any = Writer(file)
+    schemas: dict[str, Any] = {}
+    for row in _rows(time, rate).tolist():
+        ns = round(1e9 * float(time[row]))
+        for topic, kind, content in _messages(arrays, row, names, ns):
+            if kind not in schemas:
+                schemas[kind] = writer.register_msgdef(kind, _definition(kind))
+            writer.write_message(topic, schemas[kind], content, log_time=ns, publish_time=ns)
+    writer.finish()
+    write_whole(Path(path), file.getvalue())
+
+
+def _rows(time: np.ndarray, rate: float) -> np.ndarray:
+    """Samples to write: the first of each interval of 1/rate."""
+    # A nanosecond: a sample that is due counts, whatever the last digit of its time says.
+    number = np.floor((time - time[0]) * rate + 1e-9 * rate)
+    rows: np.ndarray = np.flatnonzero(np.diff(number, prepend=-1.0) > 0)
+    return rows
+
+
+def _definition(kind: str) -> str:
+    """A message's definition with those of all its parts."""
+    text, found, pending = _MESSAGES[kind], [], [_MESSAGES[kind]]
+    while pending:
+        for line in pending.pop().splitlines():
+            part = line.split()[0].split("[")[0]
+            if part in _PARTS and part not in found:
+                found.append(part)
+                pending.append(_PARTS[part])
+    for part in found:
+        text += f"\n{'=' * 80}\nMSG: {part}\n{_PARTS[part]}"
+    return text
+
+
+def _messages(
+    arrays: dict[str, np.ndarray], row: int, names: Sequence[str], ns: int
+) -> Iterator[Message]:
+    """All messages of one sample."""
+    stamp = {"sec": ns // 10**9, "nanosec": ns % 10**9}
+    world, body = ({"stamp": stamp, "frame_id": frame} for frame in (WORLD, BODY))
+    joints = [f"{leg}.{joint}" for leg in names for joint in JOINTS]
+    for suffix in ("", "_target"):
+        state = [
+            arrays[name][row].ravel().tolist() if name in arrays else []
+            for name in (f"joint_position{suffix}", f"joint_velocity{suffix}")
+        ]
+        if state[0]:
+            effort = [] if suffix or "joint_torque" not in arrays else arrays["joint_torque"][row]
+            yield (
+                f"/joint_states{suffix}",
+                "sensor_msgs/msg/JointState",
+                {
+                    "header": body,
+                    "name": joints,
+                    "position": state[0],
+                    "velocity": state[1],
+                    "effort": np.ravel(effort).tolist(),
+                },
+            )
+    if "body_position" in arrays and "body_orientation" in arrays:
+        yield from _body_messages(arrays, row, world)
+    if "imu_orientation" in arrays:
+        # A covariance that begins with 0 is one that is not known.
+        content = {"header": body, "orientation": _quaternion(arrays["imu_orientation"][row])}
+        content |= {
+            "angular_velocity": _vector(arrays["imu_angular_velocity"][row]),
+            "linear_acceleration": _vector(arrays["imu_acceleration"][row]),
+        }
+        unknown = ("orientation", "angular_velocity", "linear_acceleration")
+        yield (
+            "/imu",
+            "sensor_msgs/msg/Imu",
+            content | {f"{name}_covariance": [0.0] * 9 for name in unknown},
+        )
+    if "foot_force" in arrays:
+        for leg, name in enumerate(names):
+            wrench = {
+                "force": _vector(arrays["foot_force"][row, leg]),
+                "torque": _vector([0.0] * 3),
+            }
+            content = {"header": world, "wrench": wrench}
+            yield f"/feet/{name}/force", "geometry_msgs/msg/WrenchStamped", content
+
+
+def _body_messages(
+    arrays: dict[str, np.ndarray], row: int, header: dict[str, Any]
+) -> Iterator[Message]:
+    position, turned = arrays["body_position"][row], arrays["body_orientation"][row]
+    transform = {"translation": _vector(position), "rotation": _quaternion(turned)}
+    stamped = {"header": header, "child_frame_id": BODY, "transform": transform}
+    yield "/tf", "tf2_msgs/msg/TFMessage", {"transforms": [stamped]}
+    if "body_velocity" in arrays and "body_angular_velocity" in arrays:
+        linear, angular = (
+            _vector(_in_body(turned, arrays[name][row]))
+            for name in ("body_velocity", "body_angular_velocity")
+        )
+        pose = {"position": _vector(position), "orientation": _quaternion(turned)}
+        content = {
+            "header": header,
+            "child_frame_id": BODY,
+            "pose": {"pose": pose, "covariance": [0.0] * 36},
+            "twist": {"twist": {"linear": linear, "angular": angular}, "covariance": [0.0] * 36},
+        }
+        yield "/odom", "nav_msgs/msg/Odometry", content
+
+
+def _vector(values: Any) -> dict[str, float]:
+    x, y, z = (float(value) for value in values)
+    return {"x": x, "y": y, "z": z}
+
+
+def _quaternion(values: np.ndarray) -> dict[str, float]:
+    w, x, y, z = (float(value) for value in values)
+    return {"x": x, "y": y, "z": z, "w": w}
+
+
+def _in_body(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """A vector of the world in the axes of a body of that orientation."""
+    w, u = quaternion[0], -quaternion[1:]
+    turned: np.ndarray = vector + 2 * np.cross(u, np.cross(u, vector) + w * vector)
+    return turned

@@ -1,0 +1,122 @@
+"""A recording as ROS 2 messages is read by ROS's own format and says the same numbers."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from phasmid import load_scenario, plan, sense, simulate
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import quaternion_rotation
+from phasmid.recording.ros import save_mcap
+
+NAMES = ("right_front", "right_middle", "right_rear", "left_rear", "left_middle", "left_front")
+
+
+@pytest.fixture(scope="module")
+def run():
+    scenario = load_scenario("paper").replace(duration=0.2)
+    return sense(scenario, simulate(scenario, plan(scenario)))
+
+
+@pytest.fixture(scope="module")
+def topics(run, tmp_path_factory):
+    """Messages by topic, as an independent decoder reads them from their definitions."""
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    path = tmp_path_factory.mktemp("ros") / "walk.mcap"
+    save_mcap(run, path, leg_names=NAMES, rate=50.0)
+    found: dict = {}
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        for _, channel, message, content in reader.iter_decoded_messages():
+            found.setdefault(channel.topic, []).append((message.log_time, content))
+    return found
+
+
+def xyz(vector):
+    return [vector.x, vector.y, vector.z]
+
+
+def test_every_topic_is_there_at_the_rate_that_was_asked_for(topics):
+    feet = {f"/feet/{name}/force" for name in NAMES}
+    rest = {"/joint_states", "/joint_states_target", "/tf", "/odom", "/imu"}
+    assert set(topics) == feet | rest
+    for messages in topics.values():
+        assert [time for time, _ in messages] == [20_000_000 * k for k in range(11)]
+
+
+def test_joints_say_their_names_angles_speeds_and_torques(run, topics):
+    for k, (_, state) in enumerate(topics["/joint_states"]):
+        row = run.isel(time=20 * k)
+        assert state.name[:4] == [
+            "right_front.coxa",
+            "right_front.femur",
+            "right_front.tibia",
+            "right_middle.coxa",
+        ]
+        assert np.array_equal(state.position, row.joint_position.values.ravel())
+        assert np.array_equal(state.velocity, row.joint_velocity.values.ravel())
+        assert np.array_equal(state.effort, row.joint_torque.values.ravel())
+        assert state.header.stamp.nanosec == 20_000_000 * k
+
+
+def test_the_body_stands_in_the_world_and_moves_in_its_own_axes(run, topics):
+    # nav_msgs/Odometry: the pose in header.frame_id, the twist in child_frame_id.
+    for k, (_, odometry) in enumerate(topics["/odom"]):
+        row = run.isel(time=20 * k)
+        q = odometry.pose.pose.orientation
+        assert [q.w, q.x, q.y, q.z] == list(row.body_orientation.values)
+        assert xyz(odometry.pose.pose.position) == list(row.body_position.values)
+        R = quaternion_rotation(row.body_orientation.values)
+        twist = odometry.twist.twist
+        # Speeds below 1 m/s and 1 rad/s, turned by a handful of products.
+        assert xyz(twist.linear) == pytest.approx(R.T @ row.body_velocity.values, abs=1e-14)
+        assert xyz(twist.angular) == pytest.approx(
+            R.T @ row.body_angular_velocity.values, abs=1e-14
+        )
+    (_, tf) = topics["/tf"][-1]
+    assert (tf.transforms[0].header.frame_id, tf.transforms[0].child_frame_id) == (
+        "world",
+        "base_link",
+    )
+
+
+def test_feet_and_inertial_sensor_say_what_was_recorded(run, topics):
+    for leg, name in enumerate(NAMES):
+        for k, (_, wrench) in enumerate(topics[f"/feet/{name}/force"]):
+            assert xyz(wrench.wrench.force) == list(run.foot_force.values[20 * k, leg])
+    for k, (_, imu) in enumerate(topics["/imu"]):
+        assert xyz(imu.linear_acceleration) == list(run.imu_acceleration.values[20 * k])
+        assert xyz(imu.angular_velocity) == list(run.imu_angular_velocity.values[20 * k])
+
+
+def test_what_a_recording_lacks_is_left_out(run, tmp_path):
+    from mcap.reader import make_reader
+
+    few = run[["joint_position"]]
+    save_mcap(few, tmp_path / "a.mcap", rate=1000.0)
+    with (tmp_path / "a.mcap").open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert {channel.topic for channel in summary.channels.values()} == {"/joint_states"}
+    assert summary.statistics.message_count == few.sizes["time"]
+
+
+def test_a_rate_that_is_none_is_refused(run, tmp_path):
+    with pytest.raises(InvalidInput, match="rate is 0"):
+        save_mcap(run, tmp_path / "a.mcap", rate=0.0)
+
+
+def test_without_the_extra_one_sentence_says_what_to_install():
+    code = (
+        "import sys; sys.modules['mcap_ros2'] = None\n"
+        "from phasmid.recording.ros import save_mcap\n"
+        "from phasmid.errors import PhasmidError\n"
+        "try: save_mcap(None, 'a.mcap')\n"
+        "except PhasmidError as error: print(error)"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "mcap-ros2-support" in out.stdout
+    assert 'pip install "phasmid[ros]"' in out.stdout
