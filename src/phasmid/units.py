@@ -48,6 +48,9 @@ UNITS = {
     "g_mm2": Unit("g mm^2", "inertia", 1e9),
     "rad_per_s": Unit("rad/s", "angular velocity", 1.0),
     "deg_per_s": Unit("°/s", "angular velocity", 180.0 / math.pi),
+    "v": Unit("V", "voltage", 1.0),
+    # Temperatures stay in degrees Celsius: only their differences enter any equation.
+    "degc": Unit("°C", "temperature", 1.0),
     "rpm": Unit("rpm", "angular velocity", 30.0 / math.pi),
 }
 """Known units by the ending of a key; the first of each dimension is SI."""

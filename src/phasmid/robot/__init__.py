@@ -3,6 +3,7 @@
 from phasmid.robot.file import load_robot, preset_names, robot_to_toml, servo_names
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link
+from phasmid.robot.motor import Motor
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, LegArrays, Robot
 from phasmid.robot.servo import Servo
 from phasmid.robot.variants import with_mass_model, with_mounts, with_neutral_foot
@@ -14,6 +15,7 @@ __all__ = [
     "Leg",
     "LegArrays",
     "Link",
+    "Motor",
     "Robot",
     "Servo",
     "load_robot",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -207,7 +208,8 @@ def robot_to_toml(robot: Robot) -> str:
     """
     s = robot.servo
     lines = [
-        "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m.",
+        "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m,",
+        "# temperatures in degrees Celsius.",
         f"name = {toml_string(robot.name)}",
         f"description = {toml_string(robot.description)}",
         f"leg_count = {len(robot.legs)}",
@@ -215,8 +217,11 @@ def robot_to_toml(robot: Robot) -> str:
         "[servo]",
         f"name = {toml_string(s.name)}",
     ]
-    numbers = ("stall_torque", "no_load_speed", "stiffness", "damping", "armature", "friction")
-    lines += [f"{key} = {float(getattr(s, key))!r}" for key in numbers]
+    lines += [
+        f"{field.name} = {_setting(getattr(s, field.name))}"
+        for field in fields(s)
+        if field.name != "name" and getattr(s, field.name) is not None
+    ]
     body = robot.body
     lines += ["", "[body]", f"size = {_row(body.size)}", f"mass = {float(body.mass)!r}"]
     lines += [f"com = {_row(body.com)}", f"inertia = [{', '.join(map(_row, body.inertia))}]"]
@@ -239,6 +244,12 @@ def robot_to_toml(robot: Robot) -> str:
                 f"links.{link.name}.inertia = [{', '.join(map(_row, link.inertia))}]",
             ]
     return "\n".join(lines) + "\n"
+
+
+def _setting(value: float | str | tuple[float, float]) -> str:
+    if isinstance(value, str):
+        return toml_string(value)
+    return _row(np.array(value)) if isinstance(value, tuple) else repr(float(value))
 
 
 def _row(values: np.ndarray) -> str:

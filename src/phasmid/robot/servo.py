@@ -1,28 +1,66 @@
-"""What a joint's motor can give."""
+"""A joint's servo: what its motor and gears can give, and how it holds a position."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Literal, get_args
 
-from phasmid.errors import InvalidRobot
+from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.robot.motor import Motor
+
+Law = Literal["compliance", "pid"]
+
+Directions = tuple[float, float]
+"""A setting of a servo while it turns towards smaller angles, and towards larger ones."""
+
+STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
+"""Compliance slopes that the makers' servos know, in ticks; between them the powers of two."""
 
 
 @dataclass(frozen=True)
 class Servo:
     """A position servo, by the numbers of its data sheet.
 
+    The first ones serve the ideal servo and the limits of plan and report, the others the drive
+    ``servo``, which imitates the servo's own inner law. What a table leaves out of those is as of
+    the AX-12A; see ``servos.toml`` for where each number comes from.
+
     Attributes:
         name: Maker's name.
         stall_torque: Largest torque, at standstill [N·m].
         no_load_speed: Largest speed, without load [rad/s].
-        stiffness: Torque per position error, below the limit [N·m/rad].
-        damping: Torque per speed error [N·m·s/rad].
+        stiffness: Of the ideal servo: torque per position error, below the limit [N·m/rad].
+        damping: Of the ideal servo: torque per speed error [N·m·s/rad].
         armature: Rotor inertia seen at the output [kg·m²].
-        friction: Coulomb friction at the output [N·m].
+        friction: Coulomb friction of motor and gears, at the output [N·m].
+        stall_current: Current at standstill under `rated_voltage` [A].
+        rated_voltage: Supply at which torque, speed and current are given [V].
+        viscous_friction: Friction per speed of motor and gears, at the output [N·m·s/rad].
+        backlash: Angle by which the output is free of the gears [rad].
+        gear_stiffness: Torque per twist of the gears, seen at the output [N·m/rad].
+        gear_damping_time: Damping of that twist over its stiffness [s].
+        resolution: Step of the position sensor, which sits at the output, and of the goal [rad].
+        control_period: Time from one look at the position to the next [s].
+        law: How the position error becomes an output, a share of the supply voltage:
+            ``compliance``: none within a margin, then from the punch up to all of it along the
+            slope; ``pid``: proportional to the error and to how fast it changes.
+        compliance_margin: Error up to which the output is nothing [ticks].
+        compliance_slope: Error beyond the margin at which the output is full [ticks]; as in the
+            maker's servo the power of two below it counts, from 2 to 128.
+        punch: Output at the margin, in 1/1023 of the full one.
+        p_gain: Of ``pid``, in the maker's units: 128 stands for 1/885 of full output per tick.
+        d_gain: Of ``pid``, in the maker's units: 16 stands for 1/885 of full output per tick that
+            the error changes in a control period.
+        derivative_time: Time constant with which that change is smoothed [s].
+        torque_limit: Largest output, as a share of the full one.
+        overload_time: Time at the largest output after which the servo shuts down [s].
+        temperature_limit: Temperature at which it shuts down [°C].
+        thermal_resistance: Warming per power lost in the winding, when steady [K/W].
+        heat_capacity: Heat that warms it by a degree [J/K].
 
     Raises:
-        InvalidRobot: A number is not finite or has the wrong sign.
+        InvalidRobot: A number is not finite, has the wrong sign, or fits no motor.
     """
 
     name: str
@@ -32,16 +70,103 @@ class Servo:
     damping: float
     armature: float
     friction: float
+    stall_current: float | None = None
+    rated_voltage: float = 12.0
+    viscous_friction: float = 0.0033
+    backlash: float = math.radians(0.5)
+    gear_stiffness: float = 60.0
+    gear_damping_time: float = 0.5e-3
+    resolution: float = math.radians(300 / 1024)
+    control_period: float = 1e-3
+    law: Law = "compliance"
+    compliance_margin: Directions = (1.0, 1.0)
+    compliance_slope: Directions = (32.0, 32.0)
+    punch: float = 32.0
+    p_gain: float = 850.0
+    d_gain: float = 0.0
+    derivative_time: float = 0.01
+    torque_limit: float = 1.0
+    overload_time: float = 2.0
+    temperature_limit: float = 70.0
+    thermal_resistance: float = 10.2
+    heat_capacity: float = 49.0
 
     def __post_init__(self) -> None:
-        positive = {"stall_torque", "no_load_speed", "stiffness"}
+        if self.law not in get_args(Law):
+            raise InvalidRobot(
+                f'servo {self.name}: law is "{self.law}"; it must be "compliance" or "pid".'
+            )
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name == "name":
+            if field.name in {"name", "law"} or value is None:
                 continue
-            least = "greater than 0" if field.name in positive else "0 or more"
-            if not math.isfinite(value) or value < 0 or (field.name in positive and value == 0):
-                raise InvalidRobot(
-                    f"servo {self.name}: {field.name} is {value}; "
-                    f"it must be a finite number, {least}."
-                )
+            for number in value if isinstance(value, tuple) else (value,):
+                self._check(field.name, number)
+        if self.punch > 1023 or self.torque_limit > 1:
+            name, most = ("punch", 1023) if self.punch > 1023 else ("torque_limit", 1)
+            raise InvalidRobot(
+                f"servo {self.name}: {name} is {getattr(self, name)}; it must be {most} or less."
+            )
+        if self.stall_current is not None:
+            _ = self.motor
+
+    def _check(self, name: str, value: float) -> None:
+        positive = name in _POSITIVE
+        least = "greater than 0" if positive else "0 or more"
+        if name == "temperature_limit":
+            if math.isfinite(value):
+                return
+            least = "in °C"
+        elif math.isfinite(value) and value >= 0 and not (positive and value == 0):
+            return
+        raise InvalidRobot(
+            f"servo {self.name}: {name} is {value}; it must be a finite number, {least}."
+        )
+
+    @property
+    def motor(self) -> Motor:
+        """The motor and its gears, so that stall and no-load point are both met.
+
+        Raises:
+            InvalidInput: The stall current is not known.
+            InvalidRobot: No motor has these numbers.
+        """
+        if self.stall_current is None:
+            raise InvalidInput(
+                f"servo {self.name} has no stall_current; its own law needs one.",
+                hint='drive = "ideal-servo", or stall_current = 1.5 (A) in [servo]',
+            )
+        return Motor.from_data_sheet(
+            self.name,
+            stall_torque=self.stall_torque,
+            stall_current=self.stall_current,
+            no_load_speed=self.no_load_speed,
+            voltage=self.rated_voltage,
+            coulomb=self.friction,
+            viscous=self.viscous_friction,
+        )
+
+    @property
+    def effective_slope(self) -> Directions:
+        """The compliance slopes that count: powers of two, as the makers' servos take them."""
+        return tuple(  # type: ignore[return-value]
+            2.0 ** math.floor(math.log2(min(max(slope, STEEPEST_SLOPE), FLATTEST_SLOPE)))
+            for slope in self.compliance_slope
+        )
+
+
+_POSITIVE = {
+    "stall_torque",
+    "no_load_speed",
+    "stiffness",
+    "stall_current",
+    "rated_voltage",
+    "gear_stiffness",
+    "resolution",
+    "control_period",
+    "derivative_time",
+    "torque_limit",
+    "overload_time",
+    "thermal_resistance",
+    "heat_capacity",
+}

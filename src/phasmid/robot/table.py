@@ -12,7 +12,21 @@ from annotated_types import Ge, Len
 from pydantic import BeforeValidator, ConfigDict, model_validator
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.tables import Angle, Count, Inertia, Length, Mass, Number, Rate, Table, Weight
+from phasmid.robot.servo import Law, Servo
+from phasmid.tables import (
+    Angle,
+    Count,
+    Inertia,
+    Length,
+    Mass,
+    Number,
+    Rate,
+    Table,
+    Temperature,
+    Time,
+    Voltage,
+    Weight,
+)
 from phasmid.toml import read_toml
 
 LONGEST_NAME = 64
@@ -46,6 +60,16 @@ Name = Annotated[str, BeforeValidator(_printable)]
 Vector = Annotated[list[Length], Len(3, 3)]
 Limits = Annotated[list[Angle], Len(2, 2)]
 Tensor = Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3), BeforeValidator(_matrix)]
+
+
+def both_directions(value: Any) -> Any:
+    """One number for both directions of a servo, or a pair as it is."""
+    alone = isinstance(value, int | float) and not isinstance(value, bool)
+    return (value, value) if alone else value
+
+
+Pair = Annotated[tuple[Number, Number], BeforeValidator(both_directions)]
+"""A setting of a servo in both of its directions."""
 
 
 class RobotPart(Table):
@@ -113,6 +137,26 @@ class ServoTable(RobotPart):
     damping: Number = 0.0
     armature: Number = 0.0
     friction: Number = 0.0
+    stall_current: Number | None = None
+    rated_voltage: Voltage = Servo.rated_voltage
+    viscous_friction: Number = Servo.viscous_friction
+    backlash: Angle = Servo.backlash
+    gear_stiffness: Number = Servo.gear_stiffness
+    gear_damping_time: Time = Servo.gear_damping_time
+    resolution: Angle = Servo.resolution
+    control_period: Time = Servo.control_period
+    law: Law = Servo.law
+    compliance_margin: Pair = Servo.compliance_margin
+    compliance_slope: Pair = Servo.compliance_slope
+    punch: Number = Servo.punch
+    p_gain: Number = Servo.p_gain
+    d_gain: Number = Servo.d_gain
+    derivative_time: Time = Servo.derivative_time
+    torque_limit: Number = Servo.torque_limit
+    overload_time: Time = Servo.overload_time
+    temperature_limit: Temperature = Servo.temperature_limit
+    thermal_resistance: Number = Servo.thermal_resistance
+    heat_capacity: Number = Servo.heat_capacity
 
     @model_validator(mode="before")
     @classmethod

@@ -2,8 +2,48 @@
 
 from __future__ import annotations
 
-from phasmid.tables import Table
+from dataclasses import replace
+from typing import Annotated
+
+from annotated_types import Ge, Gt, Le
+from pydantic import BeforeValidator
+
+from phasmid.robot import Servo
+from phasmid.robot.table import both_directions
+from phasmid.tables import Number, Table, Temperature, Voltage
+
+Ticks = Annotated[Number, Ge(0), Le(254)]
+Pair = Annotated[tuple[Ticks, Ticks], BeforeValidator(both_directions)]
 
 
 class ServoTable(Table):
-    """``[servo]``: settings of the robot's servos; those that are absent are the servo's own."""
+    """``[servo]``: settings of the robot's servos; those that are absent are the servo's own.
+
+    All of them concern ``drive = "servo"`` alone.
+
+    Attributes:
+        voltage: Supply of the servos [V].
+        ambient_temperature: Of the air, and of the servos at the start [°C].
+        torque_limit: Largest output, as a share of the full one.
+        compliance_margin: Position error up to which the output is nothing [ticks]; a pair stands
+            for turning towards smaller and towards larger angles.
+        compliance_slope: Error beyond the margin at which the output is full [ticks]; 2, 4, 8 and
+            so on up to 128, or a pair.
+        punch: Output at the margin, in 1/1023 of the full one.
+        p_gain: Output per position error of a servo with a PID law, in its maker's units.
+        d_gain: Output per change of that error, in its maker's units.
+    """
+
+    voltage: Annotated[Voltage, Gt(0), Le(100)] = 12.0
+    ambient_temperature: Annotated[Temperature, Ge(-50), Le(100)] = 25.0
+    torque_limit: Annotated[Number, Gt(0), Le(1)] | None = None
+    compliance_margin: Pair | None = None
+    compliance_slope: Pair | None = None
+    punch: Annotated[Number, Ge(0), Le(1023)] | None = None
+    p_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
+    d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
+
+    def set_up(self, servo: Servo) -> Servo:
+        """A servo with these settings in place of its own."""
+        outside = {"voltage", "ambient_temperature"}
+        return replace(servo, **self.model_dump(exclude=outside, exclude_none=True))

@@ -14,14 +14,15 @@ class SimulationTable(Table):
 
     Attributes:
         drive: ``prescribed``: joints follow the plan, whatever torque it takes (the paper's way);
-            ``ideal-servo``: position servos with the torque and speed limits of the robot's servo.
+            ``ideal-servo``: position servos with the torque and speed limits of the robot's servo;
+            ``servo``: the robot's servo with its own law, motor, gears and heat.
         dt: Time step [s].
         record_interval: Time between recorded samples [s], a whole number of steps; absent: every
             step, or every millisecond where steps are shorter.
         max_steps: Longest run that is not refused [steps].
     """
 
-    drive: Literal["prescribed", "ideal-servo"] = "prescribed"
+    drive: Literal["prescribed", "ideal-servo", "servo"] = "prescribed"
     dt: Annotated[Time, Gt(0)] = 0.001
     record_interval: Annotated[Time, Gt(0)] | None = None
     max_steps: Annotated[Count, Gt(0)] = 100_000_000

@@ -1,4 +1,4 @@
-"""What moves the joints: prescribed motion, or position servos."""
+"""What moves the joints: prescribed motion, or ideal position servos."""
 
 from __future__ import annotations
 
@@ -29,6 +29,9 @@ class Drive(Protocol):
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set what the joints shall do in the next step; one row of `targets`."""
 
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Start the walk with joint speeds [rad/s], shape (3 L,), after all has settled."""
+
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Torques of the last step, leg by leg [N·m], shape (3 L,)."""
 
@@ -38,6 +41,9 @@ class Drive(Protocol):
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """What the states of all samples tell a recording, by channel name."""
+
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """What is wrong with the drive in a state, to be told when a run ends early; or nothing."""
 
 
 class PrescribedDrive:
@@ -80,10 +86,19 @@ class PrescribedDrive:
         angle = walk.q + (damping * walk.qd + JOINT_IMPEDANCE * walk.qdd) / stiffness
         return angle.reshape(len(walk.time), -1)
 
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Nothing: these joints remember nothing."""
+        del speed
+
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Nothing: these joints remember nothing."""
         del states
         return {}
+
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """Nothing: these joints do not fail."""
+        del state
+        return ""
 
 
 class IdealServoDrive:
@@ -120,7 +135,16 @@ class IdealServoDrive:
         del dt
         return walk.q.reshape(len(walk.time), -1)
 
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Nothing: these joints remember nothing."""
+        del speed
+
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Nothing: these joints remember nothing."""
         del states
         return {}
+
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """Nothing: these joints do not fail."""
+        del state
+        return ""

@@ -111,7 +111,8 @@ def _add_leg(
         ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
         ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
     )
-    servo, driven = robot.servo, scenario.simulation.drive == "ideal-servo"
+    servo, drive = robot.servo, scenario.simulation.drive
+    driven = drive == "ideal-servo"
     for joint, link, (position, quaternion) in zip(JOINTS, leg.links, poses, strict=True):
         name = f"{leg.name}.{joint}"
         body = parent.add_body(name=name, pos=position, quat=quaternion)
@@ -128,7 +129,7 @@ def _add_leg(
             actuator.set_to_position(kp=servo.stiffness, kv=servo.damping)
             actuator.forcelimited = True
             actuator.forcerange = [-servo.stall_torque, servo.stall_torque]
-        else:
+        elif drive == "prescribed":
             _prescribe(spec, name, scenario.simulation.dt)
         parent = body
     add_foot(parent, leg, scenario.contact.tip_width, friction)

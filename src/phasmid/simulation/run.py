@@ -27,6 +27,7 @@ from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.interrupt import noticed_interrupts
 from phasmid.simulation.model import build_model
+from phasmid.simulation.servo import ServoDrive
 
 if TYPE_CHECKING:
     import mujoco
@@ -258,9 +259,7 @@ class Run:
         self.every = scenario.record_steps
         self.model = build_model(walk.robot, scenario)
         self.data = mujoco.MjData(self.model)
-        prescribed = scenario.simulation.drive == "prescribed"
-        kind = PrescribedDrive if prescribed else IdealServoDrive
-        self.drive: Drive = kind(self.model, self.data, walk)
+        self.drive = _drive(scenario, self.model, self.data, walk)
         self.buffer = Samples.empty(self.model, self.drive, WATCH_STEPS)
         self.log = Samples.empty(self.model, self.drive, 0)
         self.done = self.step = 0
@@ -374,6 +373,7 @@ class Run:
         data.qvel[:3] = start.trunk.velocity[0]
         data.qvel[3:6] = [0.0, 0.0, start.trunk.yaw_rate[0]]
         data.qvel[6:] = start.qd[0].ravel()
+        self.drive.begin(start.qd[0].ravel())
         data.time = 0.0
         return None
 
@@ -438,7 +438,9 @@ class Run:
             if abs(kept - at) < self.dt / 2
             else (f"after the recording's last sample at {kept:.3f} s" if self.done else "at once")
         )
-        return replace(trouble, reason=f"at {at:.3f} s, {place}: {trouble.reason}")
+        remark = self.drive.remark(self.buffer.drive[trouble.sample])
+        reason = f"{remark}; {trouble.reason}" if remark else trouble.reason
+        return replace(trouble, reason=f"at {at:.3f} s, {place}: {reason}")
 
     def _into_log(self) -> Keep:
         """What keeps samples in memory."""
@@ -511,6 +513,16 @@ class Run:
         if len(rows.qpos):
             keep(rows)
             self.done += len(rows.qpos)
+
+
+def _drive(
+    scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk
+) -> Drive:
+    """What moves the joints in this scenario."""
+    kind = scenario.simulation.drive
+    if kind == "servo":
+        return ServoDrive(model, data, walk, scenario)
+    return (PrescribedDrive if kind == "prescribed" else IdealServoDrive)(model, data, walk)
 
 
 @dataclass(frozen=True, eq=False)

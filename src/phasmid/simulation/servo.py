@@ -1,0 +1,330 @@
+"""The robot's own servos: position law, motor, gears and heat of every joint."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput
+from phasmid.motion import Walk
+from phasmid.robot import JOINTS, Servo
+from phasmid.scenario import Scenario
+from phasmid.simulation.compiled import compiled
+
+if TYPE_CHECKING:
+    import mujoco
+
+FIELDS = (
+    "angle",
+    "speed",
+    "duty",
+    "current",
+    "torque",
+    "temperature",
+    "overloaded",
+    "shutdown",
+    "wait",
+    "error",
+    "change",
+)
+"""What a servo remembers, a row of numbers for each, all joints side by side: the rotor's angle
+[rad] and speed [rad/s] at the output; output (share of the supply), current [A] and torque on the
+joint [N·m] of this step; temperature [°C]; time at the largest output [s]; why it shut down; steps
+until it next looks at the position; position error [ticks] and its smoothed change [ticks/s]."""
+
+RUNNING, OVERLOADED, OVERHEATED = 0.0, 1.0, 2.0
+"""Whether a servo runs, and why it shut down."""
+
+REASONS = {OVERLOADED: "overload", OVERHEATED: "overheating"}
+
+MOST_OF_LIMIT = 0.75
+"""Part of the largest stable step that is allowed: legs are lighter in other poses."""
+
+
+def servo_step(
+    target: np.ndarray,
+    joint_angle: np.ndarray,
+    joint_speed: np.ndarray,
+    limits: np.ndarray,
+    numbers: np.ndarray,
+    state: np.ndarray,
+    applied: np.ndarray,
+) -> None:
+    """One step of every joint's servo, with plain loops for the compiler.
+
+    The rotor is stepped by symplectic Euler, its friction implicitly: what it can take from the
+    speed it takes, and no more, so that a rotor at rest stays so.
+
+    Args:
+        target: Where the joints shall go [rad], shape (J,).
+        joint_angle: Where they are [rad], shape (J,).
+        joint_speed: Their speeds [rad/s], shape (J,).
+        limits: Lowest and highest goal [rad], shape (2, J).
+        numbers: As `servo_numbers` gives them.
+        state: Rows of `FIELDS`, changed in place, shape (11, J).
+        applied: Is given the torques on the joints [N·m], shape (J,).
+    """
+    dt, tick, steps, pid = numbers[0], numbers[1], numbers[2], numbers[3]
+    most, gain, change_gain, smoothing = numbers[8], numbers[9], numbers[10], numbers[11]
+    punch, voltage, resistance, constant = numbers[12], numbers[13], numbers[14], numbers[15]
+    loss, coulomb, viscous, inertia = numbers[16], numbers[17], numbers[18], numbers[19]
+    play, stiffness, damping = numbers[20], numbers[21], numbers[22]
+    ambient, warming, fading = numbers[23], numbers[24], numbers[25]
+    hottest, patience = numbers[26], numbers[27]
+    for j in range(target.shape[0]):
+        if state[8, j] <= 0.0:
+            state[8, j] = steps
+            goal = min(max(target[j], limits[0, j]), limits[1, j])
+            error = math.floor(goal / tick + 0.5) - math.floor(joint_angle[j] / tick + 0.5)
+            if pid > 0.0:
+                slope = (error - state[9, j]) / (steps * dt)
+                state[10, j] += smoothing * (slope - state[10, j])
+                duty = gain * error + change_gain * state[10, j]
+            else:
+                side = 4 if error < 0.0 else 6
+                beyond = abs(error) - numbers[side]
+                duty = 0.0
+                if beyond > 0.0:
+                    duty = punch + (1.0 - punch) * beyond / numbers[side + 1]
+                    if error < 0.0:
+                        duty = -duty
+            state[9, j] = error
+            state[2, j] = min(max(duty, -most), most)
+        state[8, j] -= 1.0
+
+        angle, speed, running = state[0, j], state[1, j], state[7, j] == 0.0
+        duty = state[2, j]
+        current = 0.0
+        if running:
+            current = (duty * voltage - constant * speed) / resistance
+        else:
+            duty = 0.0
+            state[2, j] = 0.0
+
+        twist = angle - joint_angle[j]
+        rate = speed - joint_speed[j]
+        torque = 0.0
+        if twist > play:
+            torque = max(stiffness * (twist - play) + damping * rate, 0.0)
+        elif twist < -play:
+            torque = min(stiffness * (twist + play) + damping * rate, 0.0)
+
+        push = constant * current
+        speed += dt / inertia * (push - viscous * speed - torque)
+        hold = dt / inertia * (coulomb + loss * abs(push))
+        if speed > hold:
+            speed -= hold
+        elif speed < -hold:
+            speed += hold
+        else:
+            speed = 0.0
+
+        final = ambient + warming * current * current
+        temperature = final + (state[5, j] - final) * fading
+        if running:
+            if abs(duty) >= most:
+                state[6, j] += dt
+            else:
+                state[6, j] = 0.0
+            if temperature >= hottest:
+                state[7, j] = 2.0
+            elif state[6, j] > patience:
+                state[7, j] = 1.0
+        state[0, j] = angle + dt * speed
+        state[1, j] = speed
+        state[3, j] = current
+        state[4, j] = torque
+        state[5, j] = temperature
+        applied[j] = torque
+
+
+def servo_numbers(
+    servo: Servo, dt: float, voltage: float, ambient: float
+) -> Float[np.ndarray, " numbers"]:
+    """A servo's parameters in the order and the units in which `servo_step` takes them.
+
+    Args:
+        servo: With its settings.
+        dt: Time step [s].
+        voltage: Supply [V].
+        ambient: Temperature of the air [°C].
+    """
+    motor, slope, margin = servo.motor, servo.effective_slope, servo.compliance_margin
+    steps = max(1, round(servo.control_period / dt))
+    look = steps * dt
+    return np.array(
+        [
+            dt,
+            servo.resolution,
+            steps,
+            float(servo.law == "pid"),
+            margin[0],
+            slope[0],
+            margin[1],
+            slope[1],
+            servo.torque_limit,
+            servo.p_gain / 128 / FULL_PWM,
+            servo.d_gain / 16 / FULL_PWM * servo.control_period,
+            look / (look + servo.derivative_time),
+            servo.punch / FULL_PUNCH,
+            voltage,
+            motor.resistance,
+            motor.constant,
+            motor.load_loss,
+            motor.coulomb,
+            motor.viscous,
+            servo.armature,
+            servo.backlash / 2,
+            servo.gear_stiffness,
+            servo.gear_stiffness * servo.gear_damping_time,
+            ambient,
+            servo.thermal_resistance * motor.resistance,
+            math.exp(-dt / (servo.thermal_resistance * servo.heat_capacity)),
+            servo.temperature_limit,
+            servo.overload_time,
+        ]
+    )
+
+
+FULL_PUNCH, FULL_PWM = 1023, 885
+"""Full output in the makers' units: of the compliance law, and of the PID law."""
+
+
+def longest_servo_step(servo: Servo, mobility: float) -> float:
+    """Longest time step that resolves a servo's gears on a robot's legs [s].
+
+    In coordinates scaled by the masses the gears are a stiffness matrix K, gears and motor a
+    damping matrix C, both symmetric. For an eigenvector u of a step of symplectic Euler, with
+    k = u*Ku and c = u*Cu, its eigenvalue z obeys z² - (2 - c dt - k dt²) z + 1 - c dt = 0, and
+    |z| < 1 where k dt² + 2 c dt < 4. No k or c exceeds the largest eigenvalue of its matrix. The
+    position law is far slower than the gears, and friction only takes energy.
+
+    Args:
+        servo: The servo.
+        mobility: Largest acceleration of the joints per torque [rad/s² per N·m]: the largest
+            eigenvalue of the joints' part of the inverse mass matrix.
+    """
+    motor = servo.motor
+    k = servo.gear_stiffness * (mobility + 1 / servo.armature)
+    brake = motor.constant**2 / motor.resistance + motor.viscous
+    c = servo.gear_damping_time * k + brake / servo.armature
+    limit = 4 * MOST_OF_LIMIT
+    return (math.sqrt(c * c + limit * k) - c) / k
+
+
+def joint_mobility(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Largest eigenvalue of the joints' part of the inverse mass matrix [rad/s² per N·m]."""
+    import mujoco
+
+    mujoco.mj_forward(model, data)
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    return float(np.linalg.eigvalsh(np.linalg.inv(M)[6:, 6:]).max())
+
+
+class ServoDrive:
+    """The robot's own servos, each with its law, motor, gears, backlash, friction and heat.
+
+    A rotor of its own turns behind each joint's gears, which twist like a spring once their
+    backlash is used up. The torque of a joint is what this spring gives it: friction of motor and
+    gears is taken off. Where the joint is held against its load the friction helps, so that the
+    torque may exceed what the motor gives.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk, scenario: Scenario
+    ) -> None:
+        servo = scenario.servo.set_up(walk.robot.servo)
+        if servo.armature == 0:
+            raise InvalidInput(
+                f"servo {servo.name} has an armature of 0; "
+                "its own law needs the inertia of a rotor.",
+                hint='armature = 1.1e-3, or drive = "ideal-servo"',
+            )
+        start = walk.sample(np.zeros(1)).q[0].ravel()
+        data.qpos[7:] = start
+        longest = longest_servo_step(servo, joint_mobility(model, data))
+        if model.opt.timestep > longest:
+            raise InvalidInput(
+                f"--dt {model.opt.timestep:g} s cannot resolve the gears of the servo "
+                f"{servo.name} (needs <= {longest:.2g} s).",
+                hint=f"--dt {longest / 2:.1g}",
+            )
+        limits = np.vstack([leg.joint_limits for leg in walk.robot.legs]).T
+        self._limits = np.ascontiguousarray(limits)
+        table = scenario.servo
+        self._numbers = servo_numbers(
+            servo, model.opt.timestep, table.voltage, table.ambient_temperature
+        )
+        self._names = [f"{leg.name}.{joint}" for leg in walk.robot.legs for joint in JOINTS]
+        self._angle, self._speed = data.qpos[7:], data.qvel[6:]
+        self._applied = data.qfrc_applied[6:]
+        self._ambient = table.ambient_temperature
+        self._rows = np.zeros((len(FIELDS), len(start)))
+        self.state = self._rows.ravel()
+        self._torque = self._rows[FIELDS.index("torque")]
+        self._step = compiled(servo_step)
+        # The compiler does its work here and not during the run.
+        self.command(start)
+        self._rows[:] = 0.0
+        self._rows[FIELDS.index("angle")] = start
+        self.begin(np.zeros(len(start)))
+
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Start the walk: cold servos that turn as the joints do, and have not been overloaded."""
+        self._rows[FIELDS.index("speed")] = speed
+        self._rows[FIELDS.index("temperature")] = self._ambient
+        for name in ("overloaded", "shutdown", "wait"):
+            self._rows[FIELDS.index(name)] = 0.0
+
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Step the servos towards their goals, and put their torques on the joints."""
+        self._step(
+            target,
+            self._angle,
+            self._speed,
+            self._limits,
+            self._numbers,
+            self._rows,
+            self._applied,
+        )
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """What the gears gave the joints, friction taken off."""
+        torque: np.ndarray = self._torque
+        return torque
+
+    @staticmethod
+    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
+        del dt
+        return walk.q.reshape(len(walk.time), -1)
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Output, current, temperature and shutdown of every servo."""
+        rows = states.reshape(len(states), len(FIELDS), -1, 3)
+        read = {
+            f"servo_{name}": rows[:, FIELDS.index(name)]
+            for name in ("duty", "current", "temperature")
+        }
+        return read | {"servo_shutdown": rows[:, FIELDS.index("shutdown")] != RUNNING}
+
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """Which servos had shut down in a state, and why; empty where none had."""
+        codes = state.reshape(len(FIELDS), -1)[FIELDS.index("shutdown")]
+        down = [
+            f"{name} ({REASONS[float(code)]})"
+            for name, code in zip(self._names, codes, strict=True)
+            if code != RUNNING
+        ]
+        if not down:
+            return ""
+        more = f" and {len(down) - 2} more" if len(down) > 2 else ""
+        verb = "servo had" if len(down) == 1 else "servos had"
+        return f"{len(down)} {verb} shut down: {', '.join(down[:2])}{more}"
+
+
+
