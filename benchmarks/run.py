@@ -48,6 +48,25 @@ def engine_walking(scenario, walk):
     return lambda: rollout(run.model, scratch, state, goals)
 
 
+def engine_replaying(scenario, walk):
+    """The engine's own loop over the same walk, in C, with the torques that the servos gave.
+
+    Torques alone do not hold a robot up for long: the replay starts anew every so many steps.
+    """
+    first, run, block = Run(scenario, walk), Run(scenario, walk), 250
+    first.advance()
+    physics, forces = mujoco.mjtState.mjSTATE_FULLPHYSICS, mujoco.mjtState.mjSTATE_QFRC_APPLIED
+    starts = range(0, first.steps - block + 1, block)
+    states = np.zeros((len(starts), mujoco.mj_stateSize(run.model, physics)))
+    for state, start in zip(states, starts, strict=True):
+        run.data.qpos[:], run.data.qvel[:] = first.log.qpos[start], first.log.qvel[start]
+        mujoco.mj_getState(run.model, run.data, state, physics)
+    torque = first.log.torque[: len(starts) * block].reshape(len(starts), block, -1)
+    table = np.pad(torque, [(0, 0), (0, 0), (6, 0)])
+    scratch = mujoco.MjData(run.model)
+    return lambda: rollout(run.model, scratch, states, table, control_spec=int(forces))
+
+
 def simulation_loop(drive: str, engine) -> None:
     """The recorded loop against the engine's own loop in C, taking turns."""
     scenario = load_scenario("paper").replace(drive=drive)
@@ -110,5 +129,6 @@ if __name__ == "__main__":
     print(f"MuJoCo {mujoco.__version__}, NumPy {np.__version__}, Python {sys.version.split()[0]}")
     simulation_loop("prescribed", engine_standing)
     simulation_loop("ideal-servo", engine_walking)
+    simulation_loop("servo", engine_replaying)
     arrays()
     commands()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import string
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,13 @@ from phasmid.reporting.style import (
 
 LEGS_PER_FIGURE = 3
 MODEL_DASH = (0, (3.2, 1.8))
+SERVO_FIGURES = {
+    "servo_duty": ("Servo output", "output [%]", 100.0),
+    "servo_current": ("Servo current", "current [A]", 1.0),
+    "servo_temperature": ("Servo temperature", "temperature [°C]", 1.0),
+}
+"""Channels of the servos that are drawn: title, label of the axis, and its scale."""
+
 JOINT_ENTRIES: list[tuple[str, str, Any]] = [
     (joint, colour, "-") for joint, colour in zip(JOINTS, JOINT_COLOURS, strict=True)
 ]
@@ -38,13 +46,14 @@ def figures(recording: Recording) -> dict[str, Figure]:
 
     Returns:
         For a hexapod ``fig12`` to ``fig16``, as in the paper. With another number of legs there
-        are as many of a kind as groups of three legs need: ``fig14b`` follows ``fig14``. And
+        are as many of a kind as groups of three legs need: ``fig14b`` follows ``fig14``. Of the
+        robot's own servos ``servo-duty``, ``servo-current`` and ``servo-temperature``. And
         ``sensors``, where sensors were recorded.
     """
     source = read_source(recording)
     recording = finite_part(recording)
     groups = leg_groups(len(source.robot.legs))
-    first = groups if len(groups) > 2 else groups[:1]
+    first, every = groups if len(groups) > 2 else groups[:1], sum(groups, ())
     found: dict[str, Figure] = {}
     angles = ("joint_position", "joint_position_target")
     torques = ("joint_torque", "joint_torque_model")
@@ -55,6 +64,10 @@ def figures(recording: Recording) -> dict[str, Figure]:
         ("fig14", torque_figure, torques, groups[1:]),
         ("fig15", normal_force_figure, forces, groups[:1]),
         ("fig16", normal_force_figure, forces, groups[1:]),
+        *(
+            (name.replace("_", "-"), partial(servo_figure, name=name), (name,), [every])
+            for name in SERVO_FIGURES
+        ),
     ):
         if any(name_of in recording.data_vars for name_of in needed):
             for number, legs in enumerate(members):
@@ -154,6 +167,27 @@ def normal_force_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
         for axis, leg in zip(panel.axes, legs, strict=True):
             _pair(axis, time, seen, model, (leg - 1,), leg_colour(leg - 1))
         legend(panel, _pair_entries(recording, seen, model, "model"))
+    return panel.figure
+
+
+def servo_figure(recording: Recording, legs: tuple[int, ...], name: str) -> Figure:
+    """What the servos of some legs gave over time.
+
+    Args:
+        recording: What was seen.
+        legs: Their numbers, from 1.
+        name: A channel of `SERVO_FIGURES`.
+
+    Raises:
+        InvalidInput: There is no such leg or no such channel.
+    """
+    recording, span = shown_part(recording)
+    values, (what, unit, scale) = _needed(recording, name), SERVO_FIGURES[name]
+    table = read_source(recording).scenario.servo
+    with styled():
+        panel = panels(recording, legs, what, unit, [f"{table.voltage:g} V", span])
+        _draw_joints(panel, recording, legs, values, None, scale=scale)
+        legend(panel, JOINT_ENTRIES + _pair_entries(recording, values, None, ""))
     return panel.figure
 
 

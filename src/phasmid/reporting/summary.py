@@ -10,6 +10,7 @@ import numpy as np
 from phasmid.recording import Recording
 from phasmid.reporting.feet import least_support, load, load_difference, slip
 from phasmid.reporting.joints import STEADY_SHARE, energy, speed, torque, torque_difference
+from phasmid.reporting.servos import servos
 from phasmid.reporting.source import attribute, finite_part, read_source
 from phasmid.reporting.steps import SETTLING
 from phasmid.reporting.travel import travel
@@ -27,8 +28,8 @@ def summarise(recording: Recording) -> Summary:
 
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
-        ``slip``, ``normal_force``, ``torque``, ``speed``, ``support``, ``energy`` and
-        ``model_against_simulation``, and ``warnings``, sentences on what makes the walk doubtful.
+        ``slip``, ``normal_force``, ``torque``, ``speed``, ``servos``, ``support``, ``energy``
+        and ``model_against_simulation``, and ``warnings``, sentences on what makes the walk doubtful.
         What the recording does not tell is absent.
 
     Raises:
@@ -80,6 +81,7 @@ def summarise(recording: Recording) -> Summary:
             "model": torque(recording, source, "joint_torque_model"),
         },
         "speed": speed(recording, source),
+        "servos": servos(recording, source),
         "support": {"least_margin": margin},
         "energy": energy(recording, source, way.get("distance")),
         "model_against_simulation": {

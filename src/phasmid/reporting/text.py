@@ -10,6 +10,7 @@ from typing import IO, Any, Protocol, cast, runtime_checkable
 from phasmid.errors import InvalidInput
 from phasmid.reporting.source import plain
 from phasmid.reporting.summary import Summary
+from phasmid.reporting.warnings import largest_joint
 
 WIDTH = 80
 """Columns for which the tables are laid out; they are no wider where there are more."""
@@ -181,6 +182,28 @@ def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
         if "cost_of_transport" in energy:
             line += f"; cost of transport {energy['cost_of_transport']:.3g}"
         yield "Energy", line
+    yield from _servo_facts(summary)
+
+
+def _servo_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    servos = summary.get("servos")
+    if not servos:
+        return
+    line = f"{servos['voltage']:g} V; "
+    share, joint = largest_joint(summary, "saturated")
+    line += f"at full output {100 * share:.1f} % of the time" if share else "never at full output"
+    line += f" ({joint})" if share else ""
+    if "above_advice" in servos:
+        share, joint = largest_joint(summary, "above_advice")
+        line += f", above stall/5 {100 * share:.0f} %" + (f" ({joint})" if share else "")
+    yield "Servos", f"{line}, at most"
+    peak, joint = largest_joint(summary, "peak_temperature")
+    steady, _ = largest_joint(summary, "steady_temperature")
+    yield (
+        "Heat",
+        f"{peak:.1f} °C at most ({joint}), {steady:.0f} °C if this went on; "
+        f"limit {servos['temperature_limit']:g} °C",
+    )
 
 
 def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:

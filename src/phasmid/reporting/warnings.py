@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from phasmid.recording.channels import JOINTS
 from phasmid.reporting.source import plain
 
 NOTABLE_SLIP = 5e-3
 """Mean slip per step above which feet do not stay where they stand [m]."""
+
+NOTABLE_SATURATION = 0.01
+"""Part of the time at full output above which a servo cannot follow."""
 
 NOTABLE_SWING_LOAD = 0.01
 """Part of the weight above which a swinging leg bears load."""
@@ -21,9 +25,14 @@ def warnings(summary: dict[str, Any]) -> list[str]:
         summary: The sections of `phasmid.reporting.summarise`. Torques are the simulated ones, or
             else the model's.
     """
+    # Servos with a law of their own never get beyond their limits; what that costs is told.
+    limited = bool(summary["servos"])
     found = [
-        _stall(summary),
-        _speed(summary),
+        "" if limited else _stall(summary),
+        "" if limited else _speed(summary),
+        _shutdown(summary),
+        _saturation(summary),
+        _heat(summary),
         _support(summary),
         _swing(summary),
         _slip(summary),
@@ -50,6 +59,56 @@ def _speed(summary: dict[str, Any]) -> str:
     return (
         f"The fastest joint turns at {percent:.0f} % of the {plain(summary['robot']['servo'])}'s "
         "no-load speed: these servos cannot make this walk."
+    )
+
+
+def largest_joint(summary: dict[str, Any], name: str, *, least: bool = False) -> tuple[float, str]:
+    """The largest of the servos' numbers of one name, or the least, and the joint that has it.
+
+    Args:
+        summary: The sections of `phasmid.reporting.summarise`.
+        name: Of a number that all joints have, shape (L, 3); those without one are passed over.
+        least: Whether the least is meant.
+    """
+    found = [
+        (value, f"{plain(leg).replace('_', ' ')} {joint}")
+        for leg, row in zip(
+            summary["robot"]["legs"], summary["servos"].get(name) or (), strict=False
+        )
+        for value, joint in zip(row or (), JOINTS, strict=False)
+        if value is not None and not math.isnan(value)
+    ]
+    best = (min if least else max)(found, key=lambda item: item[0], default=(math.nan, ""))
+    return best
+
+
+def _shutdown(summary: dict[str, Any]) -> str:
+    time, joint = largest_joint(summary, "shutdown_time", least=True)
+    if not joint:
+        return ""
+    rows = summary["servos"]["shutdown_time"]
+    count = sum(not math.isnan(value) for row in rows for value in row)
+    others = f", and {count - 1} more after it" if count > 1 else ""
+    return f"The servo of the {joint} shut down at {time:.2f} s{others}."
+
+
+def _saturation(summary: dict[str, Any]) -> str:
+    share, joint = largest_joint(summary, "saturated")
+    if not joint or share <= NOTABLE_SATURATION:
+        return ""
+    return (
+        f"The servo of the {joint} gives all it has {100 * share:.0f} % of the time and cannot "
+        "follow."
+    )
+
+
+def _heat(summary: dict[str, Any]) -> str:
+    time, joint = largest_joint(summary, "time_to_limit", least=True)
+    if not joint:
+        return ""
+    return (
+        f"The servo of the {joint} would be too hot after {time / 60:.3g} min more of this: "
+        f"{summary['servos']['temperature_limit']:g} °C."
     )
 
 

@@ -1,0 +1,68 @@
+"""What the servos had to give: output, load, heat, and which of them gave up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from phasmid.recording import Recording
+from phasmid.reporting.joints import STEADY_SHARE
+from phasmid.reporting.source import Source, channel
+from phasmid.reporting.steps import durations
+
+
+def servos(recording: Recording, source: Source) -> dict[str, Any]:
+    """How near to their limits the servos were.
+
+    Args:
+        recording: What was seen.
+        source: The experiment.
+
+    Returns:
+        Of each joint, shape (L, 3): ``saturated`` and ``above_advice``, the parts of the time at
+        the largest output and above the steady load that makers advise; ``peak_temperature``,
+        ``final_temperature`` and ``steady_temperature`` [°C], the last that which the mean loss
+        in the winding would lead to; ``time_to_limit`` [s], how long it could go on like this
+        until it is too hot, None where it never is; ``shutdown_time`` [s]. Besides them the
+        supply, the limits and where the joints began. Empty without the servos' channels.
+    """
+    duty, current = channel(recording, "servo_duty"), channel(recording, "servo_current")
+    warmth, down = channel(recording, "servo_temperature"), channel(recording, "servo_shutdown")
+    if duty is None or current is None or warmth is None or down is None:
+        return {}
+    table = source.scenario.servo
+    servo = table.set_up(source.robot.servo)
+    time = np.asarray(recording["time"].values)
+    share = durations(time) / durations(time).sum()
+    found: dict[str, Any] = {
+        "voltage": table.voltage,
+        "torque_limit": servo.torque_limit,
+        "ambient_temperature": table.ambient_temperature,
+        "temperature_limit": servo.temperature_limit,
+        "saturated": _over_time(share, np.abs(duty) >= servo.torque_limit * (1 - 1e-12)).tolist(),
+    }
+    torque = channel(recording, "joint_torque")
+    if torque is not None:
+        above = np.abs(torque) > STEADY_SHARE * servo.stall_torque
+        found["above_advice"] = _over_time(share, above).tolist()
+    resistance, warming = servo.motor.resistance, servo.thermal_resistance
+    steady = table.ambient_temperature + warming * resistance * _over_time(share, current**2)
+    hot, final = steady > servo.temperature_limit, warmth[-1]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # Warming and cooling are exponential: T - steady falls by e in each thermal_resistance
+        # times heat_capacity.
+        ratio = (steady - final) / (steady - servo.temperature_limit)
+        rest = warming * servo.heat_capacity * np.log(np.maximum(ratio, 1.0))
+    first = np.where(down.any(axis=0), time[np.argmax(down, axis=0)], np.nan)
+    return found | {
+        "peak_temperature": warmth.max(axis=0).tolist(),
+        "final_temperature": final.tolist(),
+        "steady_temperature": steady.tolist(),
+        "time_to_limit": np.where(hot, rest, np.nan).tolist(),
+        "shutdown_time": first.tolist(),
+    }
+
+
+def _over_time(share: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.einsum("t,tlj->lj", share, values.astype(float))
