@@ -75,10 +75,10 @@ class Servo:
     viscous_friction: float = 0.0033
     backlash: float = math.radians(0.5)
     gear_stiffness: float = 60.0
-    gear_damping_time: float = 0.5e-3
+    gear_damping_time: float = 1e-3
     resolution: float = math.radians(300 / 1024)
     control_period: float = 1e-3
-    law: Law = "compliance"
+    law: str = "compliance"
     compliance_margin: Directions = (1.0, 1.0)
     compliance_slope: Directions = (32.0, 32.0)
     punch: float = 32.0

@@ -145,7 +145,7 @@ class ServoTable(RobotPart):
     gear_damping_time: Time = Servo.gear_damping_time
     resolution: Angle = Servo.resolution
     control_period: Time = Servo.control_period
-    law: Law = Servo.law
+    law: Law = "compliance"
     compliance_margin: Pair = Servo.compliance_margin
     compliance_slope: Pair = Servo.compliance_slope
     punch: Number = Servo.punch

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from inspect import unwrap
 from typing import Any
 
 from phasmid.batch.compiled import numba
@@ -21,6 +22,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     module = numba()
     if module is None:
         return function
+    # A check of its arguments that is wrapped around it cannot be compiled.
+    function = unwrap(function)
     options = {"nogil": True, "error_model": "numpy"}
     try:
         return module.njit(cache=True, **options)(function)

@@ -1,0 +1,102 @@
+"""The motor behind a data sheet, and servos that are none."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.robot import Servo, load_robot, robot_to_toml, servo_names
+from phasmid.robot.table import ServoTable
+
+RPM = math.pi / 30
+
+
+def servo_of(name):
+    return Servo(**ServoTable.model_validate(name).model_dump())
+
+
+@pytest.mark.parametrize("name", servo_names())
+def test_both_points_of_the_data_sheet_are_met_at_once(name):
+    # k i (1 - c1) - c0 = stall torque, and V = R i0 + k w0 with k i0 (1 - c1) = c0 + b w0: three
+    # equations for three unknowns, solved in closed form, so that only round-off is left.
+    servo = servo_of(name)
+    motor = servo.motor
+    assert motor.stall_torque(12.0) == pytest.approx(servo.stall_torque, rel=1e-12)
+    assert motor.no_load_speed(12.0) == pytest.approx(servo.no_load_speed, rel=1e-12)
+    assert 12.0 / motor.resistance == pytest.approx(servo.stall_current, rel=1e-12)
+    assert 0 < motor.load_loss < 1
+
+
+# The makers' points at other voltages than that of the fit: torque [N m], speed [rpm]. For the
+# AX-12A the maker gives 12 V alone; its row is that point scaled by the voltage.
+OTHER_POINTS = [
+    ("AX-12A", 9.0, 1.125, 44.25),
+    ("XL430-W250", 11.1, 1.4, 57.0),
+    ("MX-28", 11.1, 2.3, 50.0),
+    ("MX-28", 14.8, 3.1, 67.0),
+]
+
+
+@pytest.mark.parametrize(("name", "voltage", "torque", "rpm"), OTHER_POINTS)
+def test_the_makers_points_at_other_voltages_are_met_within_3_percent(name, voltage, torque, rpm):
+    motor = servo_of(name).motor
+    assert motor.stall_torque(voltage) == pytest.approx(torque, rel=0.03)
+    assert motor.no_load_speed(voltage) == pytest.approx(rpm * RPM, rel=0.03)
+
+
+def test_the_xl430_at_9_volt_is_weaker_than_any_motor_with_its_other_points():
+    # The maker's 1.0 N m at 9 V lie below the line through its points at 11.1 and 12 V: a motor
+    # with a constant resistance cannot have all three. The model stays with the line.
+    motor = servo_of("XL430-W250").motor
+    assert motor.stall_torque(9.0) / 1.0 == pytest.approx(1.118, abs=0.002)
+    assert motor.no_load_speed(9.0) / (47 * RPM) == pytest.approx(0.967, abs=0.002)
+
+
+def test_a_servo_of_ones_own_needs_only_what_the_ideal_servo_needs():
+    table = ServoTable.model_validate(
+        {"name": "mine", "stall_torque": 2.0, "no_load_speed": 5.0, "stiffness": 10.0}
+    )
+    servo = Servo(**table.model_dump())
+    assert servo.stall_current is None
+    with pytest.raises(InvalidInput, match="mine has no stall_current; its own law needs one"):
+        _ = servo.motor
+
+
+def test_one_number_stands_for_both_directions_and_a_pair_for_each():
+    own = {"name": "x", "stall_torque": 2.0, "no_load_speed": 5.0, "stiffness": 10.0}
+    assert ServoTable.model_validate(own | {"compliance_margin": 3}).compliance_margin == (3, 3)
+    pair = ServoTable.model_validate(own | {"compliance_slope": [16, 64]})
+    assert pair.compliance_slope == (16, 64)
+
+
+@pytest.mark.parametrize(("written", "counts"), [(0, 2), (3, 2), (25, 16), (32, 32), (254, 128)])
+def test_the_slope_that_counts_is_the_power_of_two_below(written, counts):
+    # The maker's table of the seven values that are used.
+    servo = replace(servo_of("AX-12A"), compliance_slope=(written, 32))
+    assert servo.effective_slope == (counts, 32)
+
+
+@pytest.mark.parametrize("name", servo_names())
+def test_every_number_of_a_servo_survives_its_robots_file(name, tmp_path):
+    robot = replace(load_robot("phantomx-ax"), servo=servo_of(name))
+    (tmp_path / "own.toml").write_text(robot_to_toml(robot), encoding="utf-8")
+    assert load_robot(tmp_path / "own.toml").servo == robot.servo
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"stall_current": 0.5}, "gears cannot win power"),
+        ({"friction": 3.0, "viscous_friction": 1.0}, "the stall torque of 1.5 N·m cannot"),
+        ({"punch": 1024.0}, "punch is 1024.0; it must be 1023 or less"),
+        ({"torque_limit": 1.5}, "torque_limit is 1.5; it must be 1 or less"),
+        ({"resolution": 0.0}, "resolution is 0.0; it must be a finite number, greater than 0"),
+        ({"compliance_margin": (1.0, -1.0)}, "compliance_margin is -1.0"),
+        ({"temperature_limit": math.nan}, "temperature_limit is nan"),
+        ({"law": "magic"}, 'law is "magic"; it must be "compliance" or "pid"'),
+    ],
+)
+def test_a_servo_that_cannot_be_is_refused(changes, said):
+    with pytest.raises(InvalidRobot, match=said):
+        replace(servo_of("AX-12A"), **changes)

@@ -1,0 +1,347 @@
+"""The servo's motor, gears, heat and protection, on a test bench."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from phasmid.robot import Servo, servo_names
+from phasmid.robot.table import ServoTable
+from phasmid.simulation.compiled import compiled
+from phasmid.simulation.servo import FIELDS, longest_servo_step, servo_numbers, servo_step
+from simulation.servo_bench import Bench
+
+
+def servo_of(name):
+    return Servo(**ServoTable.model_validate(name).model_dump())
+
+
+AX = servo_of("AX-12A")
+TICK = AX.resolution
+NEVER = {"overload_time": 1e9, "temperature_limit": 1e9}
+
+
+def step_response(servo, law, goal, inertia, load, until):
+    """The same equations by scipy: angle and speed of rotor and output, at `until`."""
+    m = servo.motor
+    J, K, D = servo.armature, servo.gear_stiffness, servo.gear_stiffness * servo.gear_damping_time
+
+    def rates(_, x):
+        angle, speed, output, turning = x
+        push = m.constant * (12.0 * law(goal - output) - m.constant * speed) / m.resistance
+        gear = K * (angle - output) + D * (speed - turning)
+        friction = (m.coulomb + m.load_loss * abs(push)) * np.sign(speed) + m.viscous * speed
+        return [speed, (push - friction - gear) / J, turning, (gear - load) / inertia]
+
+    # The rotor only moves ahead in this time, so that no corner of the friction is passed.
+    start = [0.0, 1e-9, 0.0, 0.0]
+    return solve_ivp(rates, (0.0, until), start, rtol=1e-10, atol=1e-12, max_step=1e-3).y[:, -1]
+
+
+def compliance(servo, error):
+    """Share of full output at an error [rad], without a margin."""
+    punch, reach = servo.punch / 1023, servo.compliance_slope[1] * servo.resolution
+    return math.copysign(min(punch + (1 - punch) * abs(error) / reach, 1.0), error)
+
+
+def proportional(servo, error):
+    """Share of full output at an error [rad]."""
+    return np.clip(servo.p_gain / 128 / 885 * error / servo.resolution, -1.0, 1.0)
+
+
+@pytest.mark.parametrize(("name", "law"), [("AX-12A", compliance), ("MX-28", proportional)])
+def test_a_step_is_answered_as_an_independent_solution_says(name, law):
+    # Symplectic Euler errs in proportion to the step, so that halving it halves the error. A
+    # finer sensor and no play leave equations that are smooth while the rotor moves ahead.
+    servo = replace(servo_of(name), backlash=0.0, compliance_margin=(0.0, 0.0))
+    scale = servo.resolution / 1e-6
+    servo = replace(servo, resolution=1e-6, p_gain=servo.p_gain / scale)
+    if law is compliance:
+        # Its slope counts in ticks, up to 128: a coarser sensor, and the goal many slopes away.
+        servo = replace(servo, resolution=1e-4, compliance_slope=(128.0, 128.0))
+    goal, inertia, until = 0.3, 3e-3, 0.05
+    expected = step_response(servo, lambda error: law(servo, error), goal, inertia, 0.0, until)
+    assert expected[1] > 0
+    errors = []
+    for dt in (2e-4, 1e-4, 0.5e-4):
+        bench = Bench(replace(servo, control_period=dt), dt, inertia=inertia)
+        bench.run(until, goal)
+        errors.append(max(abs(bench["angle"] - expected[0]), abs(bench.angle[0] - expected[2])))
+    assert errors[0] < 2e-3
+    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.2)
+    assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize("voltage", [12.0, 9.0])
+@pytest.mark.parametrize("name", servo_names())
+def test_a_servo_lifts_what_is_below_its_stall_torque_and_nothing_above(name, voltage):
+    # k (V/R) (1 - c1) - c0, from rest: half a per cent below it turns, half above it does not.
+    servo = replace(servo_of(name), **NEVER, torque_limit=1.0)
+    stall = servo.motor.stall_torque(voltage)
+    moved = []
+    for share in (0.995, 1.005):
+        bench = Bench(servo, voltage=voltage, load=share * stall)
+        bench["angle"] = servo.backlash / 2 + share * stall / servo.gear_stiffness
+        bench.run(1.0, 10.0)
+        moved.append(bench["speed"] > 0)
+        assert bench["current"] <= voltage / servo.motor.resistance * (1 + 1e-12)
+    assert moved == [True, False]
+
+
+@pytest.mark.parametrize("voltage", [12.0, 9.0])
+@pytest.mark.parametrize("name", servo_names())
+def test_an_unloaded_servo_turns_at_its_no_load_speed(name, voltage):
+    # V = R i0 + k w0 with k i0 (1 - c1) = c0 + b w0: the steady state of the discrete step too.
+    servo = replace(servo_of(name), **NEVER, torque_limit=1.0)
+    bench = Bench(servo, voltage=voltage)
+    bench.run(1.0, 100.0)
+    expected = servo.motor.no_load_speed(voltage)
+    assert bench["speed"] == pytest.approx(expected, rel=1e-6)
+    assert bench["current"] == pytest.approx(servo.motor.no_load_current(voltage), rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+@pytest.mark.parametrize("voltage", [12.0, 9.0])
+def test_a_loaded_servo_turns_as_its_line_of_torque_and_speed_says(share, voltage):
+    # (1 - c1) k (V - k w)/R - c0 - b w = load, linear in w.
+    motor = AX.motor
+    load = share * motor.stall_torque(voltage)
+    kept = (1 - motor.load_loss) * motor.constant / motor.resistance
+    speed = (kept * voltage - motor.coulomb - load) / (kept * motor.constant + motor.viscous)
+    bench = Bench(replace(AX, **NEVER), voltage=voltage, load=load)
+    bench.run(1.0, 100.0)
+    assert bench.speed[0] == pytest.approx(speed, rel=1e-6)
+
+
+def sheet_error(load, stall):
+    """Ticks of position error at a load, by the data sheet alone: margin, punch, slope, stall."""
+    punch = 32 / 1023
+    return 1 + 32 * (load / stall - punch) / (1 - punch)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7, 0.9, 0.97])
+@pytest.mark.parametrize("voltage", [12.0, 9.0])
+def test_a_lifted_load_is_held_with_the_error_of_the_data_sheet(voltage, share):
+    # margin + slope (load/stall - punch)/(1 - punch) ticks, stall being 1.5 N m times V/12. The
+    # output stops where its error passes from one tick to the next, so half a tick is not told.
+    load = share * 1.5 * voltage / 12
+    bench = Bench(replace(AX, **NEVER), voltage=voltage, load=load)
+    bench["angle"] = AX.backlash / 2 + load / AX.gear_stiffness
+    for k in range(4000):
+        bench.step(k * 0.02 * TICK)
+    bench.run(1.0, 80 * TICK)
+    assert bench["speed"] == 0.0
+    expected = sheet_error(load, 1.5 * voltage / 12)
+    assert 80 - bench.angle[0] / TICK == pytest.approx(expected, rel=0.03, abs=0.5)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_a_lowered_load_is_held_with_less_since_friction_helps(share):
+    # Slipping down stops where k i (1 + c1) + c0 = load with i = duty V/R: the other side of the
+    # hysteresis. Ends of ticks: it stops within the tick in which the output is enough.
+    motor, load = AX.motor, share * 1.5
+    bench = Bench(replace(AX, **NEVER), load=load)
+    bench.run(4.0, 0.0)
+    duty = (load - motor.coulomb) / (1 + motor.load_loss) / motor.constant * motor.resistance / 12
+    punch = 32 / 1023
+    expected = 1 + 32 * (duty - punch) / (1 - punch)
+    assert -bench.angle[0] / TICK == pytest.approx(expected, abs=1.0)
+    assert -bench.angle[0] / TICK < sheet_error(load, 1.5) - 3
+
+
+def test_within_the_margin_there_is_no_output_and_beyond_it_the_punch():
+    # Error e ticks: 0 for e <= margin, else punch + (1 - punch)(e - margin)/slope, up to the limit;
+    # each direction has its own margin and slope.
+    servo = replace(
+        AX,
+        compliance_margin=(2.0, 1.0),
+        compliance_slope=(64.0, 16.0),
+        punch=100.0,
+        torque_limit=0.9,
+    )
+    p = 100 / 1023
+    up = {1: 0.0, 2: p + (1 - p) / 16, 9: p + (1 - p) / 2, 17: 0.9, 300: 0.9}
+    down = {1: 0.0, 2: 0.0, 3: p + (1 - p) / 64, 34: p + (1 - p) / 2, 66: 0.9}
+    for ticks, expected in [*up.items(), *((-e, -d) for e, d in down.items())]:
+        bench = Bench(servo)
+        bench.step(ticks * TICK)
+        assert bench["duty"] == pytest.approx(expected, abs=1e-15)
+
+
+def test_a_pid_servo_answers_error_and_change_in_its_makers_units():
+    # duty = (P/128 e + D/16 de)/885, de the change per control period, smoothed to first order:
+    # after one period of a jump by e it is e T/(T + tau).
+    servo = servo_of("XL430-W250")
+    bench = Bench(servo)
+    bench.step(10 * servo.resolution)
+    smoothed = 10 * 1e-3 / (1e-3 + 10e-3)
+    assert bench["duty"] == pytest.approx((640 / 128 * 10 + 4000 / 16 * smoothed) / 885, rel=1e-12)
+
+
+def test_goal_and_position_are_seen_in_whole_ticks():
+    # The output follows from round(goal/tick) - round(position/tick).
+    for goal, angle, ticks in [(5.4, 0.4, 5), (5.6, 0.4, 6), (5.4, 0.6, 4), (5.6, -0.6, 7)]:
+        bench = Bench(AX)
+        bench.put(angle * TICK)
+        bench.step(goal * TICK)
+        assert bench["error"] == ticks
+
+
+def test_the_position_is_looked_at_once_in_a_control_period():
+    bench = Bench(replace(AX, control_period=4e-3))
+    seen = []
+    for goal in range(8):
+        bench.step(goal * TICK, blocked=True)
+        seen.append(bench["error"])
+    assert seen == [0, 0, 0, 0, 4, 4, 4, 4]
+
+
+def test_a_goal_beyond_the_joints_limits_is_taken_as_the_limit():
+    bench = Bench(AX)
+    bench.limits[1, 0] = 3 * TICK
+    bench.step(100 * TICK)
+    assert bench["error"] == 3
+
+
+@pytest.mark.parametrize("load", [0.0274, -0.0274])
+def test_friction_holds_a_servo_without_power(load):
+    # |load| < c0 = 0.0275 N m: the rotor does not move at all, not even slowly.
+    bench = Bench(AX, load=load)
+    bench["shutdown"] = 1.0
+    bench.angle[0] = -math.copysign(AX.backlash / 2, load) - load / AX.gear_stiffness
+    bench.run(1.0, 0.0)
+    assert bench["angle"] == 0.0
+    assert bench["speed"] == 0.0
+
+
+def test_without_power_a_load_beyond_the_friction_turns_it():
+    # Constant speed where load = c0 + b w; with both inertias it takes (J + I)/b = 1.2 s to e.
+    bench = Bench(AX, load=-0.05)
+    bench["shutdown"] = 1.0
+    bench.run(20.0, 0.0)
+    assert bench.speed[0] == pytest.approx((0.05 - 0.0275) / 0.0033, rel=1e-6)
+
+
+def test_the_output_is_free_over_the_backlash():
+    # A torque of either sign brings it to the play's end and K^-1 torque further.
+    ends = []
+    for load in (0.02, -0.02):
+        # Friction that holds the rotor when the output strikes it.
+        bench = Bench(replace(AX, friction=0.5), load=load)
+        bench["shutdown"] = 1.0
+        bench.run(3.0, 0.0)
+        ends.append(bench.angle[0])
+    expected = AX.backlash + 2 * 0.02 / AX.gear_stiffness
+    assert ends[1] - ends[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_gears_never_pull():
+    # Inside the play the torque is nothing, and outside of it only away from the rotor's side.
+    bench = Bench(AX, load=0.3, inertia=5e-4)
+    for k in range(2000):
+        bench.load = 0.3 * math.sin(0.05 * k)
+        twist = bench["angle"] - bench.angle[0]
+        bench.step(0.2 * math.sin(0.01 * k))
+        if abs(twist) <= AX.backlash / 2:
+            assert bench["torque"] == 0.0
+        else:
+            assert bench["torque"] * twist >= 0.0
+
+
+def test_a_steady_current_warms_as_its_closed_form_says():
+    # T = Ta + R_th i^2 R (1 - exp(-t/(R_th C))), exact at each step: round-off alone.
+    servo = replace(AX, **NEVER)
+    bench = Bench(servo, ambient=20.0)
+    bench["duty"], bench["wait"] = 0.5, 1e9
+    bench.run(1.0, 0.0, blocked=True)
+    assert bench["speed"] == 0.0
+    bench["temperature"] = 20.0
+    bench.run(30.0, 0.0, blocked=True)
+    loss = (0.5 * 12.0) ** 2 / servo.motor.resistance
+    final = servo.thermal_resistance * loss
+    fading = math.exp(-30.0 / (servo.thermal_resistance * servo.heat_capacity))
+    assert bench["temperature"] == pytest.approx(20.0 + final * (1 - fading), rel=1e-10)
+
+
+def test_full_output_for_too_long_shuts_the_servo_down():
+    # After overload_time at the limit, to a step; then it gives nothing for good.
+    bench = Bench(replace(AX, overload_time=0.5, torque_limit=0.6))
+    bench.run(0.499, 2.0, blocked=True)
+    assert bench["shutdown"] == 0.0
+    bench.run(0.003, 2.0, blocked=True)
+    assert bench["shutdown"] == 1.0
+    bench.run(0.1, 0.0, blocked=True)
+    assert (bench["duty"], bench["current"], bench["shutdown"]) == (0.0, 0.0, 1.0)
+
+
+def test_full_output_now_and_then_does_not_shut_it_down():
+    bench = Bench(replace(AX, overload_time=0.1))
+    for _ in range(20):
+        bench.run(0.09, 2.0, blocked=True)
+        bench.run(0.01, 0.0, blocked=True)
+    assert bench["shutdown"] == 0.0
+
+
+def test_a_servo_that_is_too_hot_shuts_down():
+    # At stall it loses 18 W: (70 - 25) C / 18 W by the heat alone, later by what it gives away:
+    # t = -R_th C ln(1 - 45/(R_th 18 W)).
+    servo = replace(AX, overload_time=1e9, heat_capacity=0.5)
+    late = -10.2 * 0.5 * math.log(1 - 45 / (10.2 * 18))
+    bench = Bench(servo)
+    time = 0.0
+    while bench["shutdown"] == 0.0 and time < 10:
+        bench.step(2.0, blocked=True)
+        time += bench.dt
+    assert bench["shutdown"] == 2.0
+    # It stands still but for the first 50 ms, in which it draws less than at stall.
+    assert late <= time < late + 0.05
+
+
+def test_the_longest_step_is_stable_and_derived_from_the_true_matrices():
+    # Spectral radius of a step of symplectic Euler of joints M, rotors J, gears K, D, and the
+    # motors' own damping, for random legs: at most 1 at the longest step that is allowed.
+    rng = np.random.default_rng(1)
+    for name in servo_names():
+        servo = servo_of(name)
+        motor, K = servo.motor, servo.gear_stiffness
+        brake = motor.constant**2 / motor.resistance + motor.viscous
+        for _ in range(20):
+            root = rng.normal(size=(3, 3)) * 0.02
+            M = root @ root.T + np.diag([2e-4, 1.5e-4, 1.2e-4])
+            dt = longest_servo_step(servo, float(np.linalg.eigvalsh(np.linalg.inv(M)).max()))
+            I, O = np.eye(3), np.zeros((3, 3))
+            inverse = np.block([[np.linalg.inv(M), O], [O, I / servo.armature]])
+            gears = np.block([[I, -I], [-I, I]])
+            K_all = inverse @ (K * gears)
+            C_all = servo.gear_damping_time * K_all
+            C_all += inverse @ np.block([[O, O], [O, brake * I]])
+            speed = np.eye(6) - dt * C_all
+            step = np.block([[np.eye(6) - dt**2 * K_all, dt * speed], [-dt * K_all, speed]])
+            assert np.abs(np.linalg.eigvals(step)).max() <= 1 + 1e-9
+
+
+def test_without_damping_the_limit_of_the_step_is_that_of_symplectic_euler():
+    # One joint against one rotor, no damping: w dt = 2 at the limit, and 3/4 of its square here.
+    servo = replace(AX, gear_damping_time=0.0, stall_current=1.5)
+    k = 60.0 * (5000.0 + 1 / servo.armature)
+    brake = servo.motor.constant**2 / servo.motor.resistance + servo.motor.viscous
+    dt = longest_servo_step(servo, 5000.0)
+    assert k * dt**2 + 2 * dt * brake / servo.armature == pytest.approx(3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["AX-12A", "XL430-W250"])
+def test_the_compiled_step_is_the_plain_one(name):
+    # The same operations in the same order but for fused products: a few units in the last place.
+    rng = np.random.default_rng(0)
+    numbers = servo_numbers(servo_of(name), 1e-3, 11.1, 25.0)
+    limits = np.array([[-2.0] * 18, [2.0] * 18])
+    states = [np.zeros((len(FIELDS), 18)) for _ in range(2)]
+    torques = [np.zeros(18) for _ in range(2)]
+    for _ in range(50):
+        target, angle, speed = rng.normal(size=(3, 18)) * [[0.3], [0.05], [2.0]]
+        for step, state, torque in zip((servo_step, compiled(servo_step)), states, torques):
+            step(target, angle, speed, limits, numbers, state, torque)
+    assert states[1] == pytest.approx(states[0], rel=1e-11, abs=1e-13)
+    assert torques[1] == pytest.approx(torques[0], rel=1e-11, abs=1e-13)
