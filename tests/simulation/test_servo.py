@@ -94,7 +94,7 @@ def test_a_servo_lifts_what_is_below_its_stall_torque_and_nothing_above(name, vo
 @pytest.mark.parametrize("name", servo_names())
 def test_an_unloaded_servo_turns_at_its_no_load_speed(name, voltage):
     # V = R i0 + k w0 with k i0 (1 - c1) = c0 + b w0: the steady state of the discrete step too.
-    servo = replace(servo_of(name), **NEVER, torque_limit=1.0)
+    servo = replace(servo_of(name), **NEVER, torque_limit=1.0, backlash=0.0)
     bench = Bench(servo, voltage=voltage)
     bench.run(1.0, 100.0)
     expected = servo.motor.no_load_speed(voltage)
@@ -121,20 +121,25 @@ def sheet_error(load, stall):
     return 1 + 32 * (load / stall - punch) / (1 - punch)
 
 
-@pytest.mark.parametrize("share", [0.3, 0.5, 0.7, 0.9, 0.97])
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97])
 @pytest.mark.parametrize("voltage", [12.0, 9.0])
 def test_a_lifted_load_is_held_with_the_error_of_the_data_sheet(voltage, share):
-    # margin + slope (load/stall - punch)/(1 - punch) ticks, stall being 1.5 N m times V/12. The
-    # output stops where its error passes from one tick to the next, so half a tick is not told.
+    # margin + slope (load/stall - punch)/(1 - punch) ticks, stall being 1.5 N m times V/12. Lifted
+    # in steps of a fiftieth of a tick, so that no swing carries it further. Below 0.4 of stall the
+    # friction c0, which the sheet does not tell, costs up to 32 c0/(0.75 stall) = 0.8 of a tick.
     load = share * 1.5 * voltage / 12
     bench = Bench(replace(AX, **NEVER), voltage=voltage, load=load)
     bench["angle"] = AX.backlash / 2 + load / AX.gear_stiffness
     for k in range(4000):
         bench.step(k * 0.02 * TICK)
-    bench.run(1.0, 80 * TICK)
+    bench.run(3.0, 80 * TICK)
     assert bench["speed"] == 0.0
     expected = sheet_error(load, 1.5 * voltage / 12)
-    assert 80 - bench.angle[0] / TICK == pytest.approx(expected, rel=0.03, abs=0.5)
+    error = 80 - bench.angle[0] / TICK
+    if share < 0.4:
+        assert error == pytest.approx(expected, abs=0.8)
+    else:
+        assert error == pytest.approx(expected, rel=0.03)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])

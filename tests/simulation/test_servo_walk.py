@@ -1,0 +1,150 @@
+"""Robots that walk on their own servos."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InvalidInput
+from phasmid.motion import plan
+from phasmid.reporting import summarise
+from phasmid.robot import load_robot
+from phasmid.scenario import load_scenario
+from phasmid.simulation import Run, simulate
+
+PAPER = load_scenario("paper").replace(drive="servo", duration=2.0)
+ROBOT = load_robot("phantomx-paper")
+
+
+def with_servo(**changes):
+    """The paper's walk on servos with some numbers of their own."""
+    return PAPER.replace(robot=replace(ROBOT, servo=replace(ROBOT.servo, **changes)))
+
+
+@pytest.fixture(scope="module")
+def weak_walk():
+    """Two seconds at 9 V, with servos that may use 30 % of it."""
+    scenario = PAPER.replace(voltage=9.0, torque_limit=0.3)
+    return simulate(scenario, plan(scenario))
+
+
+@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-ax", "phantomx-mk4"])
+def test_a_robot_walks_on_its_own_servos(preset):
+    # Steps of 40 mm, as many as the plan has; what the servos give way and the feet creep is some
+    # per cent, as with the ideal servo.
+    scenario = PAPER.replace(robot=preset, duration=4.0)
+    run = simulate(scenario, plan(scenario))
+    assert run.attrs["ending"] == "COMPLETED"
+    assert float(run.body_position[-1, 0]) == pytest.approx(0.16, rel=0.1)
+    weight = scenario.load_robot().mass * 9.81
+    # Over a whole cycle the feet carry the weight.
+    carried = run.foot_normal_force.sum("leg").sel(time=slice(2.0, 4.0)).mean()
+    assert float(carried) == pytest.approx(weight, rel=5e-3)
+
+
+def test_no_recorded_sample_exceeds_the_servos_limits(weak_walk):
+    # |duty| <= limit; with w = (duty V - R i)/k a motor that drives (i w > 0) is no faster than
+    # limit V/k, draws no more than limit V/R, and lifts no more than the stall torque at that
+    # voltage; the joints stay within their range.
+    motor = ROBOT.servo.motor
+    duty, current = weak_walk.servo_duty.values, weak_walk.servo_current.values
+    speed = (9.0 * duty - motor.resistance * current) / motor.constant
+    drives = current * speed > 0
+    given = 0.3 * 9.0
+    assert np.abs(duty).max() <= 0.3 + 1e-9
+    assert np.abs(speed[drives]).max() <= given / motor.constant + 1e-9
+    assert np.abs(current[drives]).max() <= given / motor.resistance + 1e-9
+    lifts = (1 - motor.load_loss) * motor.constant * np.abs(current[drives]) - motor.coulomb
+    assert lifts.max() <= motor.stall_torque(given) + 1e-9
+    assert (np.abs(duty) == 0.3).any()
+    limits = np.array([leg.joint_limits for leg in ROBOT.legs])
+    q = weak_walk.joint_position.values
+    assert (q >= limits[..., 0] - 1e-9).all()
+    assert (q <= limits[..., 1] + 1e-9).all()
+
+
+def test_saturation_load_and_heat_are_in_the_summary(weak_walk):
+    # Shares of the time by counting samples, against those by the trapezoidal rule: half a
+    # sample at either end, 1/2000.
+    servos = summarise(weak_walk)["servos"]
+    duty, torque = np.abs(weak_walk.servo_duty.values), np.abs(weak_walk.joint_torque.values)
+    assert np.array(servos["saturated"]) == pytest.approx((duty >= 0.3).mean(0), abs=1e-3)
+    assert np.array(servos["above_advice"]) == pytest.approx((torque > 0.3).mean(0), abs=1e-3)
+    heat = 8.0 * (weak_walk.servo_current.values**2).mean(0)
+    assert np.array(servos["steady_temperature"]) == pytest.approx(25 + 10.2 * heat, rel=2e-3)
+    assert servos["voltage"] == 9.0
+    assert "time_to_limit" not in servos
+    assert "shutdown_time" not in servos
+
+
+def test_a_robot_whose_servos_shut_down_falls_and_says_so():
+    # Overheated as soon as they lift anything: no torque, and the trunk comes down.
+    scenario = with_servo(temperature_limit=25.004)
+    run = simulate(scenario, plan(scenario))
+    assert run.attrs["ending"] == "FELL"
+    reason = run.attrs["ending_reason"]
+    assert "servos had shut down: " in reason
+    assert "(overheating)" in reason
+    assert "the trunk touched the ground" in reason
+    down = run.servo_shutdown.values
+    assert down[-1, :, 1].sum() >= 3
+    assert not (np.diff(down.astype(int), axis=0) < 0).any()
+    assert (run.servo_duty.values[down] == 0).all()
+    found = summarise(run)
+    first = np.argmax(down, axis=0) * 1e-3
+    expected = np.where(down.any(axis=0), first, np.nan)
+    times = [[np.nan if t is None else t for t in row] for row in found["servos"]["shutdown_time"]]
+    assert np.array(times) == pytest.approx(expected, nan_ok=True)
+    assert any("shut down at" in sentence for sentence in found["warnings"])
+
+
+def test_servos_at_full_output_for_too_long_shut_down():
+    scenario = with_servo(overload_time=0.3).replace(torque_limit=0.12)
+    run = simulate(scenario, plan(scenario))
+    assert "(overload)" in run.attrs["ending_reason"]
+
+
+def test_the_walk_begins_with_cold_servos_whatever_settling_did():
+    scenario = PAPER.replace(ambient_temperature=31.0, duration=0.1)
+    run = Run(scenario, plan(scenario))
+    temperature = run.drive.channels(run.drive.state[None])["servo_temperature"]
+    assert (temperature == 31.0).all()
+
+
+def test_the_same_walk_is_the_same_to_the_last_bit():
+    scenario = PAPER.replace(duration=0.5, voltage=9.0)
+    one, two = (simulate(scenario, plan(scenario)) for _ in range(2))
+    assert one.equals(two)
+
+
+def test_the_way_does_not_hang_on_the_time_step():
+    # First-order integration and servos that look at the position each millisecond all the same:
+    # half the step changes the way of a cycle by less than the friction's stick and slip do, 2 mm.
+    ways = []
+    for dt in (1e-3, 0.5e-3):
+        scenario = PAPER.replace(dt=dt)
+        run = simulate(scenario, plan(scenario))
+        ways.append(float(run.body_position[-1, 0]))
+    assert ways[0] == pytest.approx(ways[1], abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "said"),
+    [
+        (PAPER.replace(dt=1.5e-3), "--dt 0.0015 s cannot resolve the gears of the servo AX-12A"),
+        (with_servo(stall_current=None), "servo AX-12A has no stall_current"),
+        (with_servo(armature=0.0), "servo AX-12A has an armature of 0"),
+    ],
+)
+def test_a_servo_that_cannot_be_run_is_refused(scenario, said):
+    with pytest.raises(InvalidInput, match=said):
+        simulate(scenario, plan(scenario))
+
+
+def test_settings_of_the_scenario_replace_the_servos_own():
+    servo = PAPER.replace(compliance_margin=2, compliance_slope=(16, 64), punch=0).servo.set_up(
+        ROBOT.servo
+    )
+    assert (servo.compliance_margin, servo.compliance_slope) == ((2.0, 2.0), (16.0, 64.0))
+    assert servo.punch == 0.0
+    assert servo.torque_limit == ROBOT.servo.torque_limit
