@@ -346,7 +346,9 @@ def test_the_compiled_step_is_the_plain_one(name):
     torques = [np.zeros(18) for _ in range(2)]
     for _ in range(50):
         target, angle, speed = rng.normal(size=(3, 18)) * [[0.3], [0.05], [2.0]]
-        for step, state, torque in zip((servo_step, compiled(servo_step)), states, torques):
+        for step, state, torque in zip(
+            (servo_step, compiled(servo_step)), states, torques, strict=True
+        ):
             step(target, angle, speed, limits, numbers, state, torque)
     assert states[1] == pytest.approx(states[0], rel=1e-11, abs=1e-13)
     assert torques[1] == pytest.approx(torques[0], rel=1e-11, abs=1e-13)

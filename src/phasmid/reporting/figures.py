@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import string
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +52,7 @@ def figures(recording: Recording) -> dict[str, Figure]:
     source = read_source(recording)
     recording = finite_part(recording)
     groups = leg_groups(len(source.robot.legs))
-    first, every = groups if len(groups) > 2 else groups[:1], sum(groups, ())
+    first = groups if len(groups) > 2 else groups[:1]
     found: dict[str, Figure] = {}
     angles = ("joint_position", "joint_position_target")
     torques = ("joint_torque", "joint_torque_model")
@@ -64,14 +63,14 @@ def figures(recording: Recording) -> dict[str, Figure]:
         ("fig14", torque_figure, torques, groups[1:]),
         ("fig15", normal_force_figure, forces, groups[:1]),
         ("fig16", normal_force_figure, forces, groups[1:]),
-        *(
-            (name.replace("_", "-"), partial(servo_figure, name=name), (name,), [every])
-            for name in SERVO_FIGURES
-        ),
     ):
         if any(name_of in recording.data_vars for name_of in needed):
             for number, legs in enumerate(members):
                 found[name + suffix_of(number)] = draw(recording, legs)
+    every = tuple(range(1, len(source.robot.legs) + 1))
+    for name in SERVO_FIGURES:
+        if name in recording.data_vars:
+            found[name.replace("_", "-")] = servo_figure(recording, every, name)
     if has_sensors(recording):
         found["sensors"] = sensor_figure(recording)
     return found

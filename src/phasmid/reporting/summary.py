@@ -29,7 +29,8 @@ def summarise(recording: Recording) -> Summary:
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
         ``slip``, ``normal_force``, ``torque``, ``speed``, ``servos``, ``support``, ``energy``
-        and ``model_against_simulation``, and ``warnings``, sentences on what makes the walk doubtful.
+        and ``model_against_simulation``, and ``warnings``, sentences on what makes the walk
+        doubtful.
         What the recording does not tell is absent.
 
     Raises:

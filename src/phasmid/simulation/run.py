@@ -515,9 +515,7 @@ class Run:
             self.done += len(rows.qpos)
 
 
-def _drive(
-    scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk
-) -> Drive:
+def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk) -> Drive:
     """What moves the joints in this scenario."""
     kind = scenario.simulation.drive
     if kind == "servo":

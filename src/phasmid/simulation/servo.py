@@ -325,6 +325,3 @@ class ServoDrive:
         more = f" and {len(down) - 2} more" if len(down) > 2 else ""
         verb = "servo had" if len(down) == 1 else "servos had"
         return f"{len(down)} {verb} shut down: {', '.join(down[:2])}{more}"
-
-
-
