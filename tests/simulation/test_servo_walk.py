@@ -93,8 +93,8 @@ def test_a_robot_whose_servos_shut_down_falls_and_says_so():
     found = summarise(run)
     first = np.argmax(down, axis=0) * 1e-3
     expected = np.where(down.any(axis=0), first, np.nan)
-    times = [[np.nan if t is None else t for t in row] for row in found["servos"]["shutdown_time"]]
-    assert np.array(times) == pytest.approx(expected, nan_ok=True)
+    rows = [row or [None] * 3 for row in found["servos"]["shutdown_time"]]
+    assert np.array(rows, dtype=float) == pytest.approx(expected, nan_ok=True)
     assert any("shut down at" in sentence for sentence in found["warnings"])
 
 

@@ -70,25 +70,26 @@ def largest_joint(summary: dict[str, Any], name: str, *, least: bool = False) ->
         name: Of a number that all joints have, shape (L, 3); those without one are passed over.
         least: Whether the least is meant.
     """
-    found = [
+    known = _known_joints(summary, name)
+    return (min if least else max)(known, key=lambda item: item[0], default=(math.nan, ""))
+
+
+def _known_joints(summary: dict[str, Any], name: str) -> list[tuple[float, str]]:
+    rows = summary["servos"].get(name) or [None] * len(summary["robot"]["legs"])
+    return [
         (value, f"{plain(leg).replace('_', ' ')} {joint}")
-        for leg, row in zip(
-            summary["robot"]["legs"], summary["servos"].get(name) or (), strict=False
-        )
-        for value, joint in zip(row or (), JOINTS, strict=False)
+        for leg, row in zip(summary["robot"]["legs"], rows, strict=True)
+        for value, joint in zip(row or [None] * 3, JOINTS, strict=True)
         if value is not None and not math.isnan(value)
     ]
-    best = (min if least else max)(found, key=lambda item: item[0], default=(math.nan, ""))
-    return best
 
 
 def _shutdown(summary: dict[str, Any]) -> str:
     time, joint = largest_joint(summary, "shutdown_time", least=True)
     if not joint:
         return ""
-    rows = summary["servos"]["shutdown_time"]
-    count = sum(not math.isnan(value) for row in rows for value in row)
-    others = f", and {count - 1} more after it" if count > 1 else ""
+    more = len(_known_joints(summary, "shutdown_time")) - 1
+    others = f", and {more} more after it" if more else ""
     return f"The servo of the {joint} shut down at {time:.2f} s{others}."
 
 

@@ -1,0 +1,100 @@
+"""What the summary and the figures tell of the servos, against numbers made by hand."""
+
+import io
+import math
+
+import numpy as np
+import pytest
+
+from phasmid.recording import new_recording
+from phasmid.reporting import figures, print_summary, summarise
+from phasmid.robot import load_robot
+
+SERVO = load_robot("phantomx-paper").servo
+
+
+@pytest.fixture
+def loaded(short_walk):
+    """A walk on servos that draw 0.2 A, but the second leg's femur 1.2 A; one of them gives up."""
+    time = short_walk["time"].values
+    channels = {name: short_walk[name].values for name in short_walk.data_vars}
+    shape = (len(time), 6, 3)
+    current = np.full(shape, 0.2)
+    current[:, 1, 1] = 1.2
+    duty = np.full(shape, 0.1)
+    # From 1 s to 2 s of 4 s.
+    duty[(time >= 1.0) & (time < 2.0), 1, 1] = -1.0
+    temperature = 25.0 + np.zeros(shape)
+    temperature[:, 1, 1] = np.linspace(25.0, 31.0, len(time))
+    down = np.zeros(shape, dtype=bool)
+    down[time >= 3.0, 4, 2] = True
+    channels |= {
+        "servo_duty": duty,
+        "servo_current": current,
+        "servo_temperature": temperature,
+        "servo_shutdown": down,
+    }
+    attributes = {str(name): value for name, value in short_walk.attrs.items() if name != "format"}
+    return new_recording(time, channels, attributes | {"drive": "servo"})
+
+
+def test_shares_heat_and_shutdown_are_as_computed_by_hand(loaded):
+    # Steady: Ta + R_th i^2 R = 25 + 10.2 * 1.44 * 8 = 142.5 °C; from 31 °C on it takes
+    # R_th C ln((142.5 - 31)/(142.5 - 70)) to 70 °C. Samples of 10 ms: shares to 1/400.
+    servos = summarise(loaded)["servos"]
+    assert servos["saturated"][1][1] == pytest.approx(0.25, abs=1 / 400)
+    assert servos["saturated"][0] == [0.0, 0.0, 0.0]
+    steady = 25 + 10.2 * 1.44 * 8
+    assert servos["steady_temperature"][1][1] == pytest.approx(steady, rel=1e-12)
+    rest = 10.2 * 49 * math.log((steady - 31) / (steady - 70))
+    assert servos["time_to_limit"][1][1] == pytest.approx(rest, rel=1e-12)
+    assert servos["time_to_limit"][0] is None
+    assert servos["peak_temperature"][1][1] == 31.0
+    assert servos["shutdown_time"][4] == [None, None, 3.0]
+
+
+def test_what_makes_the_servos_doubtful_is_said(loaded):
+    warnings = summarise(loaded)["warnings"]
+    said = [sentence for sentence in warnings if "servo of the" in sentence]
+    rest = 10.2 * 49 * math.log((142.504 - 31) / (142.504 - 70)) / 60
+    assert said == [
+        "The servo of the left middle tibia shut down at 3.00 s.",
+        "The servo of the right middle femur gives all it has 25 % of the time and cannot follow.",
+        f"The servo of the right middle femur would be too hot after {rest:.3g} min more of this: "
+        "70 °C.",
+    ]
+
+
+def test_a_torque_beyond_stall_is_no_fault_of_a_servo_whose_friction_holds(loaded):
+    strong = loaded.assign(joint_torque=loaded.joint_torque * 0 + 2 * SERVO.stall_torque)
+    assert not any(
+        "cannot make this walk" in sentence for sentence in summarise(strong)["warnings"]
+    )
+
+
+def test_the_printed_summary_has_a_line_on_load_and_one_on_heat(loaded):
+    sink = io.StringIO()
+    print_summary(summarise(loaded), file=sink)
+    text = " ".join(sink.getvalue().split())
+    assert "Servos 12 V; at full output 25.0 % of the time (right middle femur)" in text
+    assert "Heat 31.0 °C at most (right middle femur), 143 °C if this went on; limit 70 °C" in text
+
+
+def test_a_recording_without_servos_says_nothing_of_them(short_walk):
+    assert "servos" not in summarise(short_walk)
+    assert not any(name.startswith("servo") for name in figures(short_walk))
+
+
+def test_each_channel_of_the_servos_has_its_figure(loaded):
+    found = figures(loaded)
+    for name, unit in [
+        ("servo-duty", "output [%]"),
+        ("servo-current", "current [A]"),
+        ("servo-temperature", "temperature [°C]"),
+    ]:
+        axes = found[name].axes
+        assert len(axes) == 6
+        assert axes[0].get_ylabel() == unit
+    # The right middle femur's line, in per cent.
+    line = found["servo-duty"].axes[1].lines[1]
+    assert min(line.get_ydata()) == pytest.approx(-100.0)
