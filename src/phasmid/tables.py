@@ -265,6 +265,12 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
             bounds.append(f"less than {scale(m.lt):g}")  # type: ignore[arg-type]
         if isinstance(m, annotated_types.Le):
             bounds.append(f"{scale(m.le):g} or less")  # type: ignore[arg-type]
+    if not bounds:
+        # The bounds of a number that may also be absent stand inside, and are told by its error.
+        within = detail.get("ctx", {})
+        forms = {"gt": "greater than {:g}", "ge": "{:g} or more"}
+        forms |= {"lt": "less than {:g}", "le": "{:g} or less"}
+        bounds = [form.format(scale(within[key])) for key, form in forms.items() if key in within]
     words = " and ".join(bounds)
     if detail["type"] == "string_pattern_mismatch":
         return "a plain name"

@@ -6,21 +6,17 @@ from dataclasses import replace
 import pytest
 
 from phasmid.errors import InvalidInput, InvalidRobot
-from phasmid.robot import Servo, load_robot, robot_to_toml, servo_names
+from phasmid.robot import Servo, load_robot, load_servo, robot_to_toml, servo_names
 from phasmid.robot.table import ServoTable
 
 RPM = math.pi / 30
-
-
-def servo_of(name):
-    return Servo(**ServoTable.model_validate(name).model_dump())
 
 
 @pytest.mark.parametrize("name", servo_names())
 def test_both_points_of_the_data_sheet_are_met_at_once(name):
     # k i (1 - c1) - c0 = stall torque, and V = R i0 + k w0 with k i0 (1 - c1) = c0 + b w0: three
     # equations for three unknowns, solved in closed form, so that only round-off is left.
-    servo = servo_of(name)
+    servo = load_servo(name)
     motor = servo.motor
     assert motor.stall_torque(12.0) == pytest.approx(servo.stall_torque, rel=1e-12)
     assert motor.no_load_speed(12.0) == pytest.approx(servo.no_load_speed, rel=1e-12)
@@ -40,7 +36,7 @@ OTHER_POINTS = [
 
 @pytest.mark.parametrize(("name", "voltage", "torque", "rpm"), OTHER_POINTS)
 def test_the_makers_points_at_other_voltages_are_met_within_3_percent(name, voltage, torque, rpm):
-    motor = servo_of(name).motor
+    motor = load_servo(name).motor
     assert motor.stall_torque(voltage) == pytest.approx(torque, rel=0.03)
     assert motor.no_load_speed(voltage) == pytest.approx(rpm * RPM, rel=0.03)
 
@@ -48,7 +44,7 @@ def test_the_makers_points_at_other_voltages_are_met_within_3_percent(name, volt
 def test_the_xl430_at_9_volt_is_weaker_than_any_motor_with_its_other_points():
     # The maker's 1.0 N m at 9 V lie below the line through its points at 11.1 and 12 V: a motor
     # with a constant resistance cannot have all three. The model stays with the line.
-    motor = servo_of("XL430-W250").motor
+    motor = load_servo("XL430-W250").motor
     assert motor.stall_torque(9.0) / 1.0 == pytest.approx(1.118, abs=0.002)
     assert motor.no_load_speed(9.0) / (47 * RPM) == pytest.approx(0.967, abs=0.002)
 
@@ -73,13 +69,13 @@ def test_one_number_stands_for_both_directions_and_a_pair_for_each():
 @pytest.mark.parametrize(("written", "counts"), [(0, 2), (3, 2), (25, 16), (32, 32), (254, 128)])
 def test_the_slope_that_counts_is_the_power_of_two_below(written, counts):
     # The maker's table of the seven values that are used.
-    servo = replace(servo_of("AX-12A"), compliance_slope=(written, 32))
+    servo = replace(load_servo("AX-12A"), compliance_slope=(written, 32))
     assert servo.effective_slope == (counts, 32)
 
 
 @pytest.mark.parametrize("name", servo_names())
 def test_every_number_of_a_servo_survives_its_robots_file(name, tmp_path):
-    robot = replace(load_robot("phantomx-ax"), servo=servo_of(name))
+    robot = replace(load_robot("phantomx-ax"), servo=load_servo(name))
     (tmp_path / "own.toml").write_text(robot_to_toml(robot), encoding="utf-8")
     assert load_robot(tmp_path / "own.toml").servo == robot.servo
 
@@ -99,4 +95,10 @@ def test_every_number_of_a_servo_survives_its_robots_file(name, tmp_path):
 )
 def test_a_servo_that_cannot_be_is_refused(changes, said):
     with pytest.raises(InvalidRobot, match=said):
-        replace(servo_of("AX-12A"), **changes)
+        replace(load_servo("AX-12A"), **changes)
+
+
+def test_an_unknown_servo_is_answered_with_the_nearest():
+    with pytest.raises(InvalidInput, match='no servo called "MX28"') as caught:
+        load_servo("MX28")
+    assert caught.value.hint == '"MX-28"'

@@ -111,6 +111,18 @@ def test_every_field_has_one_key_of_its_own():
             id="choice",
         ),
         pytest.param(
+            {"torque_limit": 2},
+            "servo.torque_limit is 2; it must be 1 or less.",
+            "",
+            id="torque-limit",
+        ),
+        pytest.param(
+            {"compliance_margin": "wide"},
+            'servo.compliance_margin is "wide"; it must be a list.',
+            "a number of ticks, or two of them, such as [1, 2]",
+            id="compliance-margin",
+        ),
+        pytest.param(
             {"step_length": "far"},
             'stride.step_length is "far"; it must be a number.',
             "",

@@ -7,18 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from phasmid.robot import Servo, servo_names
-from phasmid.robot.table import ServoTable
+from phasmid.robot import load_servo, servo_names
 from phasmid.simulation.compiled import compiled
 from phasmid.simulation.servo import FIELDS, longest_servo_step, servo_numbers, servo_step
 from simulation.servo_bench import Bench
 
-
-def servo_of(name):
-    return Servo(**ServoTable.model_validate(name).model_dump())
-
-
-AX = servo_of("AX-12A")
+AX = load_servo("AX-12A")
 TICK = AX.resolution
 NEVER = {"overload_time": 1e9, "temperature_limit": 1e9}
 
@@ -55,7 +49,7 @@ def proportional(servo, error):
 def test_a_step_is_answered_as_an_independent_solution_says(name, law):
     # Symplectic Euler errs in proportion to the step, so that halving it halves the error. A
     # finer sensor and no play leave equations that are smooth while the rotor moves ahead.
-    servo = replace(servo_of(name), backlash=0.0, compliance_margin=(0.0, 0.0))
+    servo = replace(load_servo(name), backlash=0.0, compliance_margin=(0.0, 0.0))
     scale = servo.resolution / 1e-6
     servo = replace(servo, resolution=1e-6, p_gain=servo.p_gain / scale)
     if law is compliance:
@@ -78,7 +72,7 @@ def test_a_step_is_answered_as_an_independent_solution_says(name, law):
 @pytest.mark.parametrize("name", servo_names())
 def test_a_servo_lifts_what_is_below_its_stall_torque_and_nothing_above(name, voltage):
     # k (V/R) (1 - c1) - c0, from rest: half a per cent below it turns, half above it does not.
-    servo = replace(servo_of(name), **NEVER, torque_limit=1.0)
+    servo = replace(load_servo(name), **NEVER, torque_limit=1.0)
     stall = servo.motor.stall_torque(voltage)
     moved = []
     for share in (0.995, 1.005):
@@ -94,7 +88,7 @@ def test_a_servo_lifts_what_is_below_its_stall_torque_and_nothing_above(name, vo
 @pytest.mark.parametrize("name", servo_names())
 def test_an_unloaded_servo_turns_at_its_no_load_speed(name, voltage):
     # V = R i0 + k w0 with k i0 (1 - c1) = c0 + b w0: the steady state of the discrete step too.
-    servo = replace(servo_of(name), **NEVER, torque_limit=1.0, backlash=0.0)
+    servo = replace(load_servo(name), **NEVER, torque_limit=1.0, backlash=0.0)
     bench = Bench(servo, voltage=voltage)
     bench.run(1.0, 100.0)
     expected = servo.motor.no_load_speed(voltage)
@@ -178,7 +172,7 @@ def test_within_the_margin_there_is_no_output_and_beyond_it_the_punch():
 def test_a_pid_servo_answers_error_and_change_in_its_makers_units():
     # duty = (P/128 e + D/16 de)/885, de the change per control period, smoothed to first order:
     # after one period of a jump by e it is e T/(T + tau).
-    servo = servo_of("XL430-W250")
+    servo = load_servo("XL430-W250")
     bench = Bench(servo)
     bench.step(10 * servo.resolution)
     smoothed = 10 * 1e-3 / (1e-3 + 10e-3)
@@ -309,7 +303,7 @@ def test_the_longest_step_is_stable_and_derived_from_the_true_matrices():
     # motors' own damping, for random legs: at most 1 at the longest step that is allowed.
     rng = np.random.default_rng(1)
     for name in servo_names():
-        servo = servo_of(name)
+        servo = load_servo(name)
         motor, K = servo.motor, servo.gear_stiffness
         brake = motor.constant**2 / motor.resistance + motor.viscous
         for _ in range(20):
@@ -340,7 +334,7 @@ def test_without_damping_the_limit_of_the_step_is_that_of_symplectic_euler():
 def test_the_compiled_step_is_the_plain_one(name):
     # The same operations in the same order but for fused products: a few units in the last place.
     rng = np.random.default_rng(0)
-    numbers = servo_numbers(servo_of(name), 1e-3, 11.1, 25.0)
+    numbers = servo_numbers(load_servo(name), 1e-3, 11.1, 25.0)
     limits = np.array([[-2.0] * 18, [2.0] * 18])
     states = [np.zeros((len(FIELDS), 18)) for _ in range(2)]
     torques = [np.zeros(18) for _ in range(2)]

@@ -1,6 +1,6 @@
 """What the machine is: a body, its legs, their links and servos."""
 
-from phasmid.robot.file import load_robot, preset_names, robot_to_toml, servo_names
+from phasmid.robot.file import load_robot, load_servo, preset_names, robot_to_toml, servo_names
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link
 from phasmid.robot.motor import Motor
@@ -19,6 +19,7 @@ __all__ = [
     "Robot",
     "Servo",
     "load_robot",
+    "load_servo",
     "preset_names",
     "robot_to_toml",
     "servo_names",

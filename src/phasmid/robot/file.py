@@ -16,7 +16,7 @@ from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
 from phasmid.robot.servo import Servo
-from phasmid.robot.table import LegTable, RobotTable, known_servos
+from phasmid.robot.table import LegTable, RobotTable, ServoTable, known_servos
 from phasmid.tables import Locator, dotted, validate
 from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_string
 from phasmid.units import STANDARD_GRAVITY, split_unit
@@ -30,6 +30,15 @@ def preset_names() -> tuple[str, ...]:
 def servo_names() -> tuple[str, ...]:
     """Names of the servos that a robot file can name."""
     return tuple(known_servos())
+
+
+def load_servo(name: str) -> Servo:
+    """A servo by its maker's name, one of `servo_names`.
+
+    Raises:
+        InvalidInput: There is no such servo.
+    """
+    return Servo(**ServoTable.model_validate(name).model_dump())
 
 
 def load_robot(source: str | Path) -> Robot:

@@ -10,10 +10,13 @@ from pydantic import BeforeValidator
 
 from phasmid.robot import Servo
 from phasmid.robot.table import both_directions
-from phasmid.tables import Number, Table, Temperature, Voltage
+from phasmid.tables import Hint, Number, Table, Temperature, Voltage
 
 Ticks = Annotated[Number, Ge(0), Le(254)]
-Pair = Annotated[tuple[Ticks, Ticks], BeforeValidator(both_directions)]
+Pair = Annotated[
+    Annotated[tuple[Ticks, Ticks], BeforeValidator(both_directions)] | None,
+    Hint("a number of ticks, or two of them, such as [1, 2]"),
+]
 
 
 class ServoTable(Table):
@@ -37,8 +40,8 @@ class ServoTable(Table):
     voltage: Annotated[Voltage, Gt(0), Le(100)] = 12.0
     ambient_temperature: Annotated[Temperature, Ge(-50), Le(100)] = 25.0
     torque_limit: Annotated[Number, Gt(0), Le(1)] | None = None
-    compliance_margin: Pair | None = None
-    compliance_slope: Pair | None = None
+    compliance_margin: Pair = None
+    compliance_slope: Pair = None
     punch: Annotated[Number, Ge(0), Le(1023)] | None = None
     p_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
     d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
