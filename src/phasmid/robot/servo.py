@@ -60,7 +60,7 @@ class Servo:
         heat_capacity: Heat that warms it by a degree [J/K].
 
     Raises:
-        InvalidRobot: A number is not finite, has the wrong sign, or fits no motor.
+        InvalidRobot: A number is not finite or has the wrong sign.
     """
 
     name: str
@@ -107,8 +107,6 @@ class Servo:
             raise InvalidRobot(
                 f"servo {self.name}: {name} is {getattr(self, name)}; it must be {most} or less."
             )
-        if self.stall_current is not None:
-            _ = self.motor
 
     def _check(self, name: str, value: float) -> None:
         positive = name in _POSITIVE
@@ -126,6 +124,8 @@ class Servo:
     @property
     def motor(self) -> Motor:
         """The motor and its gears, so that stall and no-load point are both met.
+
+        Ideal servos do without, and may have numbers that fit no motor.
 
         Raises:
             InvalidInput: The stall current is not known.
