@@ -7,11 +7,13 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import check, paper, walk
+from phasmid.cli import check, paper, replay, report, walk
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
+    "report": "make the folder of a recording, or of the log of a run that was cut off",
+    "replay": "run a recorded walk again and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "check": "is this robot or scenario file possible, and if not, why not",
 }
@@ -45,6 +47,12 @@ def build_parser(command: str | None) -> Parser:
     # The scenario's fields are looked up only where they are needed: it takes a while.
     if command == "walk":
         walk.add_options(walking)
+    for name, module in (("report", report), ("replay", replay)):
+        reading = commands.add_parser(
+            name, help=COMMANDS[name], description=f"{COMMANDS[name]}.", allow_abbrev=False
+        )
+        module.add_options(reading)
+        reading.set_defaults(run=module.run)
     grading = commands.add_parser(
         "paper", help=COMMANDS["paper"], description=f"{COMMANDS['paper']}.", allow_abbrev=False
     )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from phasmid.recording import Recording
     from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
@@ -21,28 +22,61 @@ def run(options: argparse.Namespace) -> int:
     """Walk as the options say; returns the exit status."""
     scenario = _scenario(options)
     from phasmid.motion import plan
-    from phasmid.simulation import check_time_step, simulate
+    from phasmid.recording import check_log, load_recording
+    from phasmid.reporting import check_folder
+    from phasmid.simulation import check_time_step, record, with_sensors
 
     walk = plan(scenario)
     check_time_step(scenario, walk.robot)
-    legs = _legs(options.legs, walk.robot)
-    from phasmid.reporting import check_folder, print_summary, report, summarise
-
+    legs = leg_numbers(options.legs, walk.robot)
     folder = Path(options.out or Path("results") / _folder_name(options, scenario))
+    log = log_of(folder)
     check_folder(folder, force=options.force)
-    with _progress(scenario.duration, quiet=options.quiet) as progress:
-        recording = simulate(scenario, walk, progress=progress)
-    ending = recording.attrs["ending"]
-    # Who stops a run wants its end, not its pictures.
-    figures = not options.no_figures and ending != "STOPPED"
+    check_log(log, force=options.force)
+    try:
+        with _progress(scenario.duration, quiet=options.quiet) as progress:
+            trouble = record(scenario, walk, log, progress=progress, force=options.force)
+        if trouble and trouble.ending.name == "STOPPED":
+            # Who stops a run wants its end: numbers and pictures can be made later.
+            print(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
+            return 130
+        recording = with_sensors(scenario, load_recording(log))
+        write_report(recording, folder, options, legs)
+    except KeyboardInterrupt:
+        if log.exists():
+            print(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
+            return 130
+        raise
+    log.unlink(missing_ok=True)
+    if trouble:
+        print(f"phasmid: {trouble.sentence}", file=sys.stderr)
+    return 3 if trouble else 0
+
+
+def log_of(folder: Path) -> Path:
+    """The log that stands beside a result folder while its run goes on."""
+    return folder.with_name(f"{folder.name}.rec")
+
+
+def _later(log: Path) -> str:
+    return f"  try  phasmid report {log}, which makes the folder of what was recorded"
+
+
+def write_report(
+    recording: Recording,
+    folder: Path,
+    options: argparse.Namespace,
+    legs: tuple[int, ...] | None,
+) -> None:
+    """Write a recording's folder and print its summary, as the options say."""
+    from phasmid.reporting import print_summary, report, summarise
+
+    figures = not options.no_figures
     report(recording, folder, force=options.force, figures=figures)
     if not options.quiet:
         print_summary(summarise(recording), legs=legs)
         written = "recording.nc, summary.json, scenario.toml, robot.toml"
         print(f"\nWritten to {folder}{os.sep}: {written}{', figures/' if figures else ''}")
-    if ending != "COMPLETED":
-        print(f"phasmid: {recording.attrs['ending_reason']}", file=sys.stderr)
-    return {"COMPLETED": 0, "STOPPED": 130}.get(ending, 3)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -58,12 +92,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
     )
     parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
-    parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
-    parser.add_argument(
-        "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
-    )
-    parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
+    add_report_options(parser)
     fields = parser.add_argument_group(
         "fields of the scenario", "Each replaces what the scenario says."
     )
@@ -79,6 +108,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
             metavar=_metavar(path),
             help=words,
         )
+
+
+def add_report_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser what is asked of a report."""
+    parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
+    parser.add_argument(
+        "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
+    )
+    parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
 
 
 def _table_of(path: tuple[str, ...]) -> Any:
@@ -173,7 +212,8 @@ def _number(text: str) -> int | float | str:
     return int(number) if number.is_integer() and abs(number) < 1e15 else number
 
 
-def _legs(text: str | None, robot: Robot) -> tuple[int, ...] | None:
+def leg_numbers(text: str | None, robot: Robot) -> tuple[int, ...] | None:
+    """Numbers of a robot's legs, as an option lists them; None where it does not."""
     if text is None:
         return None
     legs = []

@@ -42,7 +42,15 @@ _FRAME_SIZE = _FRAME.size + 4
 
 
 class DamagedRecording(UserWarning):
-    """A recording that was read only in part; what was lost stands in the message."""
+    """A recording that was read only in part; what was lost stands in the message.
+
+    Attributes:
+        wrong: Whether something in it is wrong, and not only missing at its end.
+    """
+
+    def __init__(self, message: str, *, wrong: bool) -> None:
+        super().__init__(message)
+        self.wrong = wrong
 
 
 def opening(header: Mapping[str, Any]) -> bytes:
@@ -157,7 +165,8 @@ def read_log(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, A
         planned = said.get("samples")
         planned = planned if type(planned) is int and planned > 0 else samples
         found = _finding(path.name, frames.damage, count, math.ceil(planned / longest))
-        warnings.warn(DamagedRecording(found), stacklevel=3)
+        wrong = frames.damage not in ("", "ends")
+        warnings.warn(DamagedRecording(found, wrong=wrong), stacklevel=3)
         reason = str(attributes.get("ending_reason", "")).rstrip(".")
         attributes["ending_reason"] = f"{reason}: {found}" if reason else found
     else:

@@ -45,6 +45,11 @@ class Trouble:
     sample: int
     reason: str
 
+    @property
+    def sentence(self) -> str:
+        """How the run ended, where and why."""
+        return f"{self.ending.value[:-1]} {self.reason}."
+
 
 def watch(
     robot: Robot, qpos: Float[np.ndarray, "samples q"], qvel: Float[np.ndarray, "samples v"]

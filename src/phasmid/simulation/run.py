@@ -634,5 +634,5 @@ def _attributes(scenario: Scenario, walk: Walk, run: Run) -> dict[str, str | int
 def _ending(trouble: Trouble | None) -> dict[str, str | int | float]:
     """How a run ended, in a recording's attributes."""
     ending = trouble.ending if trouble else Ending.COMPLETED
-    reason = f"{ending.value[:-1]} {trouble.reason}." if trouble else ending.value
+    reason = trouble.sentence if trouble else ending.value
     return {"ending": ending.name, "ending_reason": reason}

@@ -1,0 +1,19 @@
+"""``phasmid replay``: run a recorded walk again and compare it bit by bit."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the file."""
+    parser.add_argument("file", metavar="FILE", help="a recording.nc, or the .rec of a run")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Replay the file that the options name; returns the exit status."""
+    from phasmid.simulation import replay
+
+    found = replay(options.file)
+    print(found)
+    return 0 if found.equal else 1
