@@ -6,12 +6,14 @@ early (fell, diverged); 70 our own mistake; 130 interrupted.
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from phasmid.cli.parser import COMMANDS, build_parser, flags, join_negative_numbers
@@ -27,7 +29,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit status.
     """
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    status = _status(list(sys.argv[1:] if argv is None else argv))
+    if argv is None and status == 130:
+        # Who stops the command shall not wait until Python has tidied its memory.
+        with suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(status)
+    return status
+
+
+def _status(arguments: list[str]) -> int:
+    """Run the command; returns its exit status, whatever happens."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             # An old terminal's encoding shall not turn a degree sign into a crash.
@@ -60,8 +73,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 @contextmanager
 def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
     """Note each Ctrl-C before it raises: an interrupted import may end as an ImportError."""
+    finished: list[bool] = []
 
     def handle(number: int, frame: Any) -> None:
+        if not noticed:
+            # A thread without the locks of `threading`, which the main thread may just hold.
+            _thread.start_new_thread(_insist, (_thread.get_ident(), finished))
         noticed.append(number)
         signal.default_int_handler(number, frame)
 
@@ -74,7 +91,21 @@ def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
     try:
         yield
     finally:
+        finished.append(True)
         signal.signal(signal.SIGINT, before)
+
+
+def _insist(main: int, finished: list[bool]) -> None:
+    """Raise Ctrl-C again until the command ends: one that is raised while a weak reference is
+    cleared, or a compiled module imported, may be lost there.
+    """
+    while True:
+        time.sleep(0.1)
+        if finished:
+            return
+        # Whoever is just handling an exception is cleaning up after the first.
+        if sys._current_exceptions().get(main) in (None, (None, None, None)):
+            _thread.interrupt_main()
 
 
 def _run(arguments: list[str]) -> int:
