@@ -30,6 +30,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status.
     """
     status = _status(list(sys.argv[1:] if argv is None else argv))
+    if argv is None:
+        # What is done cannot be interrupted.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     if argv is None and status == 130:
         # Who stops the command shall not wait until Python has tidied its memory.
         with suppress(OSError):
@@ -105,7 +108,10 @@ def _insist(main: int, finished: list[bool]) -> None:
             return
         # Whoever is just handling an exception is cleaning up after the first.
         if sys._current_exceptions().get(main) in (None, (None, None, None)):
-            _thread.interrupt_main()
+            if hasattr(signal, "pthread_kill"):
+                signal.pthread_kill(main, signal.SIGINT)
+            else:
+                _thread.interrupt_main()
 
 
 def _run(arguments: list[str]) -> int:

@@ -191,9 +191,9 @@ def _spaced(number: int) -> str:
 
 
 def _check_version(stored: bytes, path: Path) -> None:
-    if len(stored) < _VERSION.size:
+    version = int.from_bytes(stored, "little")
+    if len(stored) < _VERSION.size or version < 1:
         raise InvalidInput(f"{path} is damaged at its beginning; nothing of it can be read.")
-    (version,) = _VERSION.unpack(stored)
     if version > LOG_FORMAT:
         raise InvalidInput(
             f"{path} uses format {version}; this version reads up to {LOG_FORMAT}.",

@@ -1,0 +1,279 @@
+"""A log of a run: what was appended can be read, wherever it was cut, whatever was damaged."""
+
+import contextlib
+import json
+import struct
+import warnings
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from phasmid.errors import InvalidInput, OutputError, PhasmidError
+from phasmid.recording import (
+    CHANNELS,
+    DamagedRecording,
+    RecordingLog,
+    load_recording,
+    log,
+    new_recording,
+)
+
+SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4}
+CUT = {"ending": "CUT", "ending_reason": "The run was cut off."}
+DONE = {"ending": "COMPLETED", "ending_reason": "The walk was completed."}
+FRAME = 28
+
+
+def everything(samples):
+    rng = np.random.default_rng(samples)
+    arrays = {}
+    for name, channel in CHANNELS.items():
+        numbers = rng.standard_normal((samples, *(SIZES[dim] for dim in channel.dims[1:])))
+        arrays[name] = numbers > 0 if channel.kind == "bool" else numbers
+    return arrays
+
+
+def write(path, samples=20, frame=5, *, finish=True, channels=None, **attributes):
+    time = np.arange(samples) * 0.5
+    channels = channels or everything(samples)
+    with RecordingLog(path, channels, CUT | attributes, time=time) as log:
+        for start in range(0, samples, frame):
+            part = slice(start, start + frame)
+            log.append(time[part], {name: array[part] for name, array in channels.items()})
+        if finish:
+            log.finish(DONE)
+    return new_recording(time, channels, attributes | (DONE if finish else CUT))
+
+
+def test_a_log_keeps_every_bit_and_says_how_it_ended(tmp_path):
+    channels = everything(20)
+    # Signed zero, the smallest number and what is no number must come back as they are.
+    channels["body_position"][:5, 0] = [-0.0, 5e-324, np.nan, -np.inf, 1 + 2**-52]
+    written = write(tmp_path / "walk.rec", channels=channels, scenario="é", time_step=0.5, seed=7)
+    read = load_recording(tmp_path / "walk.rec")
+    assert read.identical(written)
+    for name in channels:
+        assert read[name].values.tobytes() == channels[name].tobytes()
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.rec"]
+
+
+def test_a_truncated_log_is_read_up_to_its_last_whole_frame(tmp_path):  # J6
+    path = tmp_path / "walk.rec"
+    written = write(path)
+    # The end frame and a byte of the fourth: 3 of 4 frames of 5 samples are whole.
+    end = FRAME + len(json.dumps(DONE))
+    content = path.read_bytes()[: -end - 1]
+    path.write_bytes(content)
+    with pytest.warns(DamagedRecording) as caught:
+        read = load_recording(path)
+    said = "walk.rec ends mid-frame: 3 of about 4 frames recovered; the original is untouched."
+    assert str(caught[0].message) == said
+    assert read.drop_attrs().identical(written.isel(time=slice(0, 15)).drop_attrs())
+    assert read.attrs["ending"] == "CUT"
+    assert read.attrs["ending_reason"] == f"The run was cut off: {said}"
+    assert path.read_bytes() == content
+
+
+def test_a_log_without_its_end_is_read_whole_and_said_to_be_cut_off(tmp_path):
+    write(tmp_path / "walk.rec", finish=False)
+    with pytest.warns(DamagedRecording, match="walk.rec has no end: 4 of about 4 frames"):
+        assert load_recording(tmp_path / "walk.rec").sizes["time"] == 20
+
+
+def test_a_flipped_bit_ends_the_reading_before_it(tmp_path):  # J7
+    path = tmp_path / "walk.rec"
+    write(path)
+    content = bytearray(path.read_bytes())
+    end = FRAME + len(json.dumps(DONE))
+    content[-end - 1] ^= 16
+    path.write_bytes(content)
+    with pytest.warns(DamagedRecording) as caught:
+        read = load_recording(path)
+    assert str(caught[0].message) == (
+        "walk.rec frame 3 fails its checksum; frames 0 to 2 were read."
+    )
+    assert caught[0].message.wrong
+    assert read.sizes["time"] == 15
+
+
+def test_every_single_flipped_bit_is_noticed(tmp_path):
+    # CRC-32 finds every single bit that is wrong: nothing is ever read as if it were right.
+    path = tmp_path / "walk.rec"
+    position = {"body_position": np.arange(12.0).reshape(4, 3)}
+    whole = write(path, 4, 2, channels=position)
+    content = path.read_bytes()
+    for place in range(len(content)):
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                read = load_recording(path)
+            except InvalidInput:
+                continue
+        assert [w.category for w in caught] == [DamagedRecording]
+        count = read.sizes["time"]
+        assert count in (2, 4)
+        assert np.array_equal(read.body_position, whole.body_position[:count])
+
+
+def test_a_newer_log_is_refused(tmp_path):  # J8
+    path = tmp_path / "walk.rec"
+    write(path)
+    content = bytearray(path.read_bytes())
+    content[12:16] = struct.pack("<I", 3)
+    path.write_bytes(content)
+    with pytest.raises(InvalidInput) as caught:
+        load_recording(path)
+    assert caught.value.what == f"{path} uses format 3; this version reads up to 1."
+    assert caught.value.hint == "upgrade phasmid"
+
+
+def test_a_log_appears_with_its_first_samples_and_not_before(tmp_path):
+    path, arrays = tmp_path / "walk.rec", everything(2)
+    time = np.arange(2.0)
+    with RecordingLog(path, arrays, CUT, time=time) as log:
+        assert not path.exists()
+        log.append(time, arrays)
+        assert path.exists()
+        # What was appended is there for all, without an orderly end.
+        with pytest.warns(DamagedRecording):
+            assert load_recording(path).sizes["time"] == 2
+    assert log.acknowledged == 2
+    (tmp_path / "walk.rec").unlink()
+    with pytest.raises(KeyboardInterrupt), RecordingLog(path, arrays, CUT, time=time):
+        raise KeyboardInterrupt
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_older_log_is_replaced_only_by_force(tmp_path):
+    path, arrays = tmp_path / "walk.rec", everything(2)
+    write(path)
+    before = path.read_bytes()
+    with pytest.raises(InvalidInput) as caught:
+        RecordingLog(path, arrays, CUT, time=np.arange(2.0))
+    assert caught.value.what == f"{path} exists; nothing was written."
+    assert caught.value.hint.startswith(f"phasmid report {path}")
+    assert path.read_bytes() == before
+    with RecordingLog(path, arrays, CUT, time=np.arange(2.0), force=True) as log:
+        assert path.read_bytes() == before
+        log.append(np.arange(2.0), arrays)
+        log.finish(DONE)
+    assert load_recording(path).sizes["time"] == 2
+
+
+def fill_until_full(path, time, arrays, resource, hard):
+    """Append ten frames, with room for seven and a half."""
+    with RecordingLog(path, arrays, CUT, time=time) as log:
+        for start in range(0, 60, 6):
+            part = slice(start, start + 6)
+            log.append(time[part], {name: a[part] for name, a in arrays.items()})
+            if start == 36:
+                limit = path.stat().st_size + 1000
+                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
+
+
+def test_a_full_disk_keeps_what_was_saved_and_says_how_much(tmp_path):  # C6
+    resource = pytest.importorskip("resource")
+    signal = pytest.importorskip("signal")
+    path, arrays = tmp_path / "walk.rec", everything(60)
+    time = np.arange(60.0)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        with pytest.raises(OutputError) as caught:
+            fill_until_full(path, time, arrays, resource, hard)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, handler)
+    assert caught.value.what == (
+        f"cannot write {path}: file too large; 41 s of 59 s were saved and can be read."
+    )
+    assert caught.value.exit_status == 1
+    with pytest.warns(DamagedRecording, match="has no end: 7 of about 10 frames"):
+        assert load_recording(path).sizes["time"] == 42
+
+
+def test_a_disk_without_room_is_found_before_the_run(tmp_path, monkeypatch):
+    # Time and a position: 32 bytes a sample, 3.2 GB for 10^8 of them.
+    monkeypatch.setattr(log.shutil, "disk_usage", lambda _: type("", (), {"free": 10**9})())
+    time = np.broadcast_to(0.0, 10**8)
+    with pytest.raises(OutputError) as caught:
+        RecordingLog(tmp_path / "a.rec", {"body_position": np.zeros((1, 3))}, CUT, time=time)
+    assert (
+        caught.value.what == f"{tmp_path / 'a.rec'} needs about 3.2 GB; 1 GB are free on its disk."
+    )
+
+
+def frame(kind, payload, first=0):
+    head = struct.pack("<4sQQI", kind, len(payload), first, zlib.crc32(payload))
+    return head + struct.pack("<I", zlib.crc32(head)) + payload
+
+
+OPENING = b"\x89PHASMID\r\n\x1a\n" + struct.pack("<I", 1)
+POSITION = {
+    "name": "body_position",
+    "dims": ["time", "axis"],
+    "units": "m",
+    "kind": "float",
+    "shape": [3],
+}
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"",
+        b"[]",
+        b"{}",
+        b"[" * 100_000,
+        json.dumps({"attributes": {}, "channels": 3}).encode(),
+        json.dumps({"attributes": {}, "channels": [{"name": "pressure"}]}).encode(),
+        json.dumps({"attributes": {}, "channels": [POSITION, POSITION]}).encode(),
+        json.dumps({"attributes": {}, "channels": [POSITION | {"shape": [10**12]}]}).encode(),
+        json.dumps({"attributes": {}, "channels": [POSITION | {"units": "mm"}]}).encode(),
+        json.dumps({"attributes": [], "channels": [POSITION]}).encode(),
+        json.dumps({"attributes": {"format": 9}, "channels": [POSITION]}).encode(),
+        json.dumps({"attributes": {"a": [1]}, "channels": [POSITION]}).encode(),
+        b'{"attributes": {"a": 1' + b"0" * 5000 + b'}, "channels": []}',
+        json.dumps({"attributes": {"a": 10**30}, "channels": [POSITION]}).encode(),
+    ],
+)
+def test_a_log_that_lies_about_itself_is_refused(tmp_path, head):
+    path = tmp_path / "a.rec"
+    samples = np.zeros(4, "<f8").tobytes()
+    path.write_bytes(
+        OPENING + frame(b"HEAD", head) + frame(b"DATA", samples) + frame(b"DONE", b"{}", 1)
+    )
+    with pytest.raises(InvalidInput):
+        load_recording(path)
+
+
+@pytest.mark.parametrize("legs", [10**9, 0, -1, 2.0, True])
+def test_a_small_log_cannot_claim_many_legs(tmp_path, legs):
+    path = tmp_path / "a.rec"
+    torque = {"name": "joint_torque", "units": "N·m", "shape": [legs, 3]}
+    head = json.dumps({"attributes": {}, "channels": [torque]}).encode()
+    path.write_bytes(OPENING + frame(b"HEAD", head) + frame(b"DATA", bytes(32)))
+    with pytest.raises(InvalidInput):
+        load_recording(path)
+
+
+@given(st.data())
+def test_damaged_logs_are_refused_or_read_and_nothing_else(tmp_path_factory, data):
+    path = tmp_path_factory.mktemp("log") / "a.rec"
+    write(path, 6, 2, channels={"body_position": np.zeros((6, 3)), "stance": np.ones((6, 4), bool)})
+    content = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(0, 8))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.integers(0, len(content)))
+    extra = data.draw(st.binary(max_size=60))
+    path.write_bytes(content[:cut] + extra)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DamagedRecording)
+        with contextlib.suppress(PhasmidError):
+            assert 0 < load_recording(path).sizes["time"] <= 6
