@@ -1,14 +1,21 @@
 """The command: what it writes, what it prints, what it answers to mistakes."""
 
+import contextlib
+import errno
 import json
+import signal
 import subprocess
 import sys
+import threading
+import time
 
 import pytest
 
 from phasmid.cli import main
-from phasmid.recording import load_recording
-from phasmid.scenario import option_keys
+from phasmid.motion import plan
+from phasmid.recording import DamagedRecording, load_recording, save_recording
+from phasmid.scenario import load_scenario, option_keys
+from phasmid.simulation import Run, record
 
 
 def answered(capsys, *arguments):
@@ -169,25 +176,171 @@ def test_a_fallen_robot_is_status_3_and_its_record_is_kept(here, capsys):
     assert load_recording(here / "fell/recording.nc").attrs["ending"] == "FELL"
 
 
-def test_an_interrupted_walk_is_status_130_and_its_record_is_kept(here, capsys, monkeypatch):
-    from phasmid.simulation import Run
-
+def interrupting(monkeypatch, *, at):
+    """Ctrl-C arrives in the run after so many samples."""
     whole = Run._keep
 
-    def interrupt(run, *arguments):
+    def keep(run, *arguments):
         whole(run, *arguments)
-        if run.done > 1000:
+        if run.done > at:
             monkeypatch.setattr(Run, "_keep", whole)
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(Run, "_keep", interrupt)
+    monkeypatch.setattr(Run, "_keep", keep)
+
+
+def test_an_interrupted_walk_is_status_130_and_its_record_is_kept(here, capsys, monkeypatch):
+    interrupting(monkeypatch, at=1000)
     status, text = answered(capsys, "walk", "--out", "stopped", "--quiet")
     assert status == 130
     assert text.startswith("phasmid: The run was stopped by the user at 1.")
-    recording = load_recording(here / "stopped/recording.nc")
+    assert text.endswith("  try  phasmid report stopped.rec, which makes the folder of it\n")
+    assert [p.name for p in here.iterdir()] == ["stopped.rec"]
+    recording = load_recording(here / "stopped.rec")
     assert recording.attrs["ending"] == "STOPPED"
     assert recording.sizes["time"] > 1000
-    assert not (here / "stopped/figures").exists()
+    # The next walk of that name does not lose it.
+    before = (here / "stopped.rec").read_bytes()
+    status, text = answered(capsys, "walk", "--out", "stopped")  # C5
+    assert status == 2
+    assert text == (
+        "phasmid: stopped.rec exists; nothing was written.\n"
+        "  try  phasmid report stopped.rec, which makes a folder of it, or --force\n"
+    )
+    assert main(["report", "stopped.rec", "--no-figures"]) == 0
+    assert load_recording(here / "stopped/recording.nc").equals(recording)
+    assert (here / "stopped.rec").read_bytes() == before
+    status, text = answered(capsys, "report", "stopped.rec")
+    assert (status, text.splitlines()[0]) == (2, "phasmid: stopped exists; nothing was written.")
+    again = ["walk", "--duration", "1", "--out", "stopped", "--force", "--no-figures", "--quiet"]
+    assert main(again) == 0
+    assert [p.name for p in here.iterdir()] == ["stopped"]
+
+
+def test_an_interrupt_after_the_run_keeps_its_log(here, capsys, monkeypatch):
+    from phasmid.reporting import run_folder
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run_folder, "summarise", interrupted)
+    status, text = answered(capsys, "walk", "--duration", "1", "--out", "a", "--quiet")
+    assert status == 130
+    assert text.startswith("phasmid: stopped.\n  try  phasmid report a.rec")
+    assert [p.name for p in here.iterdir()] == ["a.rec"]
+    assert load_recording(here / "a.rec").attrs["ending"] == "COMPLETED"
+
+
+def test_a_report_of_a_damaged_log_says_what_was_lost(here, capsys):
+    assert main(["walk", "--duration", "2", "--out", "a", "--no-figures", "--quiet"]) == 0
+    scenario = load_scenario("paper").replace(duration=2)
+    record(scenario, plan(scenario), here / "b.rec")
+    whole = (here / "b.rec").read_bytes()
+    cut = whole[: len(whole) // 2]
+    (here / "cut.rec").write_bytes(cut)
+    status, text = answered(capsys, "report", "cut.rec", "--no-figures", "--quiet")  # J6
+    assert status == 0
+    said = "cut.rec ends mid-frame: 1 of about 4 frames recovered; the original is untouched."
+    assert text == f"phasmid: {said}\n"
+    assert (here / "cut.rec").read_bytes() == cut
+    recording = load_recording(here / "cut/recording.nc")
+    assert recording.sizes["time"] == 512
+    assert recording.attrs["ending_reason"] == f"The run was cut off: {said}"
+    flipped = bytearray(whole)
+    flipped[len(whole) // 2] ^= 1
+    (here / "flipped.rec").write_bytes(flipped)
+    status, text = answered(capsys, "report", "flipped.rec", "--no-figures", "--quiet")  # J7
+    assert status == 2
+    assert text == "phasmid: flipped.rec frame 1 fails its checksum; frames 0 to 0 were read.\n"
+    assert (here / "flipped/summary.json").exists()
+
+
+def test_a_full_disk_is_status_1_and_says_what_was_saved(here, capsys, monkeypatch):  # C6
+    from phasmid.recording import RecordingLog
+
+    whole = RecordingLog._write
+
+    def full(log, content):
+        if log._done > 1000:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        whole(log, content)
+
+    monkeypatch.setattr(RecordingLog, "_write", full)
+    status, text = answered(capsys, "walk", "--duration", "4", "--out", "a")
+    assert status == 1
+    assert text == (
+        "phasmid: cannot write a.rec: no space left on device; "
+        "1.02 s of 4 s were saved and can be read.\n"
+    )
+    with pytest.warns(DamagedRecording, match="has no end: 2 of about 8 frames"):
+        assert load_recording(here / "a.rec").sizes["time"] == 1024
+
+
+def test_a_replay_says_whether_the_bits_are_the_same(here, capsys):
+    assert main(["walk", "--duration", "1", "--out", "a", "--no-figures", "--quiet"]) == 0
+    capsys.readouterr()
+    assert main(["replay", "a/recording.nc"]) == 0
+    assert capsys.readouterr().out.startswith("equal: 1001 samples of ")
+    other = load_recording(here / "a/recording.nc")
+    other.joint_torque.values[300] += 1.0
+    save_recording(other, here / "b.nc")
+    assert main(["replay", "b.nc"]) == 1
+    assert capsys.readouterr().out.startswith("different: joint_torque at sample 300 (0.3 s) is ")
+
+
+def started(here, *arguments):
+    command = [sys.executable, "-m", "phasmid", "walk", "--out", "a", "--quiet", *arguments]
+    process = subprocess.Popen(
+        command, cwd=here, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
+    while process.poll() is None and not (here / "a.rec").exists():
+        time.sleep(0.005)
+    return process
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("later", [0.0, 0.03, 0.2])
+def test_a_killed_walk_loses_nothing_that_was_there(here, later):
+    process = started(here, "--duration", "60")
+    time.sleep(later)
+    before = (here / "a.rec").read_bytes()
+    process.kill()
+    process.communicate()
+    after = (here / "a.rec").read_bytes()
+    assert after.startswith(before)
+    (here / "before.rec").write_bytes(before)
+    with pytest.warns(DamagedRecording):
+        there, found = load_recording(here / "before.rec"), load_recording(here / "a.rec")
+    assert found.attrs["ending"] == "CUT"
+    assert found.sizes["time"] >= there.sizes["time"] > 0
+    assert found.isel(time=slice(0, there.sizes["time"])).equals(there)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("later", [0.0, 0.03, 0.2])
+def test_an_interrupted_process_ends_in_order(here, later):
+    process = started(here, "--duration", "60")
+    time.sleep(later)
+    process.send_signal(signal.SIGINT)
+    _, text = process.communicate()
+    assert process.returncode == 130
+    assert text.startswith("phasmid: The run was stopped by the user at ")
+    assert [p.name for p in here.iterdir()] == ["a.rec"]
+    assert load_recording(here / "a.rec").attrs["ending"] == "STOPPED"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+def test_an_interrupt_that_is_swallowed_is_raised_again(monkeypatch, capsys):
+    # Python only prints what is raised while a weak reference is cleared.
+    def swallowing(_):
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        threading.Event().wait(60)
+        return 0
+
+    monkeypatch.setattr("phasmid.cli._run", swallowing)
+    assert main([]) == 130
+    assert capsys.readouterr().err == "phasmid: stopped.\n"
 
 
 @pytest.mark.parametrize("name", ["phantomx-paper", "phantomx-ax", "phantomx-mk4", "paper"])

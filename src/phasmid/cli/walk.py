@@ -59,7 +59,7 @@ def log_of(folder: Path) -> Path:
 
 
 def _later(log: Path) -> str:
-    return f"  try  phasmid report {log}, which makes the folder of what was recorded"
+    return f"  try  phasmid report {log}, which makes the folder of it"
 
 
 def write_report(

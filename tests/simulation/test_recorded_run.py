@@ -1,0 +1,212 @@
+"""Runs that are recorded to a log, repeated, continued, and made side by side."""
+
+import signal
+import threading
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid import replay, simulate_many
+from phasmid.errors import FailedRuns, InvalidInput
+from phasmid.forces import analyse
+from phasmid.motion import plan
+from phasmid.recording import DamagedRecording, load_recording, save_recording
+from phasmid.robot import load_robot
+from phasmid.scenario import load_scenario
+from phasmid.simulation import Run, record, simulate
+
+PAPER = load_scenario("paper").replace(duration=1.2)
+DRIVES = ("prescribed", "ideal-servo")
+
+
+def bits(recording):
+    """All numbers of a recording, as bytes."""
+    return {name: recording[name].values.tobytes() for name in [*recording, "time"]}
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_run_through_a_log_gives_the_bits_of_one_in_memory(tmp_path, drive):
+    scenario = PAPER.replace(drive=drive, record_interval=0.003, measured="everything")
+    walk = plan(scenario)
+    memory = simulate(scenario, walk)
+    file = simulate(scenario, walk, log=tmp_path / "walk.rec")
+    assert file.identical(memory)
+    assert "imu_acceleration" in file
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.rec"]
+
+
+def test_an_interrupted_run_is_whole_in_its_log(tmp_path):
+    def interrupt(done):
+        if done > 0.6:
+            signal.raise_signal(signal.SIGINT)
+
+    trouble = record(PAPER, plan(PAPER), tmp_path / "walk.rec", progress=interrupt)
+    assert trouble.ending.name == "STOPPED"
+    recording = load_recording(tmp_path / "walk.rec")
+    assert recording.attrs["ending_reason"] == trouble.sentence
+    assert 600 < recording.sizes["time"] < 1200
+    whole = simulate(PAPER, plan(PAPER)).isel(time=slice(0, recording.sizes["time"]))
+    assert bits(recording) == bits(whole)
+
+
+def test_a_second_interrupt_ends_the_run_at_once_and_its_log_is_readable(tmp_path):
+    def interrupt(done):
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        record(PAPER, plan(PAPER), tmp_path / "walk.rec", progress=interrupt)
+    with pytest.warns(DamagedRecording, match="has no end"):
+        assert load_recording(tmp_path / "walk.rec").attrs["ending"] == "CUT"
+
+
+def test_the_state_that_ends_a_run_is_its_last_sample(tmp_path):
+    robot = load_robot("phantomx-paper")
+    weak = replace(robot, servo=replace(robot.servo, stall_torque=0.2))
+    scenario = PAPER.replace(robot=weak, drive="ideal-servo")
+    walk = plan(scenario)
+    run = Run(scenario, walk)
+    # Put low above the ground with servos that cannot hold it: it comes down within the run.
+    run.trouble = None
+    run.data.qpos[2] = 0.08
+    trouble = run.advance()
+    assert trouble.ending.name == "FELL"
+    last, before = run.log.qpos[run.done - 1], run.log.qpos[run.done - 2]
+    # The box is 50 mm high and nearly level: its underside is on the ground below 25 mm.
+    w, x, y, z = last[3:7]
+    up = np.abs([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    assert last[2] < robot.body.size / 2 @ up < before[2] + 1e-3
+    at = run.time[run.done - 1]
+    assert trouble.reason.startswith(f"at {at:.3f} s, the recording's last sample: the trunk")
+
+
+def test_samples_after_the_last_number_are_dropped_and_the_sentence_says_where():
+    run = Run(PAPER, plan(PAPER))
+    run.advance(until=700)
+    run.data.qvel[5] = np.nan
+    trouble = run.advance()
+    assert run.done == 700
+    assert trouble.reason.startswith("at 0.700 s, after the recording's last sample at 0.699 s: ")
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_saved_state_goes_on_to_the_same_bits(tmp_path, drive):
+    scenario = PAPER.replace(drive=drive)
+    walk = plan(scenario)
+    whole = simulate(scenario, walk)
+    run = Run(scenario, walk)
+    run.advance(until=777)
+    assert run.done == 777
+    np.save(tmp_path / "state.npy", run.state())
+    state = np.load(tmp_path / "state.npy", allow_pickle=False)
+    rest = simulate(scenario, walk, start=state)
+    assert bits(rest) == bits(whole.isel(time=slice(777, None)))
+    # And it is repeated from what it says of itself.
+    assert replay(rest).equal
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda s: s[:-1], "start has shape"),
+        (lambda s: s * np.nan, "finite numbers"),
+        (lambda s: np.r_[5000.0, s[1:]], "start is at step 5000; it must be one of 0 to 1200"),
+        (lambda s: np.r_[0.5, s[1:]], "start is at step 0.5"),
+    ],
+)
+def test_what_is_no_state_of_the_run_is_refused(spoil, words):
+    walk = plan(PAPER)
+    state = Run(PAPER, walk).state()
+    with pytest.raises(InvalidInput, match=words):
+        simulate(PAPER, walk, start=spoil(state))
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_a_recording_is_repeated_from_its_own_header_bit_by_bit(tmp_path, drive):
+    scenario = PAPER.replace(drive=drive, gait="ripple", step_length_mm=31, record_interval=0.004)
+    recording = simulate(scenario, plan(scenario))
+    save_recording(recording, tmp_path / "a.nc")
+    found = replay(tmp_path / "a.nc")
+    assert found.equal
+    assert str(found) == "equal: 301 samples of 18 channels, bit by bit."
+
+
+def test_a_replay_tells_where_the_first_bit_differs_and_which_versions(tmp_path):
+    recording = simulate(PAPER, plan(PAPER)).assign_attrs(mujoco_version="3.9")
+    torque = recording.joint_torque.values
+    torque[800, 2, 1] = np.nextafter(torque[800, 2, 1], np.inf)
+    recording.joint_velocity.values[900] = 0.0
+    found = replay(recording)
+    assert (found.difference.channel, found.difference.sample) == ("joint_torque", 800)
+    assert found.difference.time == 0.8
+    assert found.difference.recorded == torque[800, 2, 1]
+    assert set(found.versions) == {"mujoco_version"}
+    assert str(found).startswith("different: joint_torque at sample 800 (0.8 s) is ")
+    assert str(found).endswith("3.9 then.")
+
+
+def test_a_log_that_was_cut_off_is_repeated_as_far_as_it_goes(tmp_path):
+    path = tmp_path / "walk.rec"
+    record(PAPER, plan(PAPER), path)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DamagedRecording)
+        assert replay(path).equal
+
+
+def test_what_was_not_simulated_is_not_repeated():
+    with pytest.raises(InvalidInput, match="only a simulation can be run again"):
+        replay(analyse(PAPER, plan(PAPER)))
+
+
+def test_runs_side_by_side_give_the_bits_of_runs_one_by_one():
+    scenarios = [
+        PAPER,
+        PAPER.replace(gait="wave"),
+        PAPER.replace(drive="ideal-servo"),
+        PAPER.replace(step_length_mm=20),
+    ]
+    told = []
+    many = simulate_many(
+        [scenarios[0], (scenarios[1], plan(scenarios[1])), *scenarios[2:]],
+        workers=3,
+        progress=told.append,
+    )
+    assert told == [1, 2, 3, 4]
+    for scenario, recording in zip(scenarios, many, strict=True):
+        assert recording.identical(simulate(scenario, plan(scenario)))
+
+
+def test_a_run_that_is_refused_is_named_and_the_others_are_kept():
+    bad = PAPER.replace(name="far", step_length_mm=400)
+    with pytest.raises(FailedRuns) as caught:
+        simulate_many([PAPER, bad, PAPER], workers=2)
+    assert caught.value.what.startswith("run 2 of 3 (far): ")
+    assert list(caught.value.errors) == [1]
+    first, refused, last = caught.value.recordings
+    assert refused is None
+    assert first.identical(last)
+    with pytest.raises(InvalidInput, match="workers is 0"):
+        simulate_many([PAPER], workers=0)
+    assert simulate_many([]) == []
+
+
+def test_the_engine_complains_to_the_thread_whose_run_it_is(capfd, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    robot = load_robot("phantomx-paper")
+    wild = replace(robot.servo, stiffness=1e7, damping=0.0, armature=0.0, stall_torque=1e7)
+    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="ideal-servo", dt=0.0033)
+    good, bad = simulate_many([PAPER, scenario], workers=2)
+    assert (good.attrs["ending"], bad.attrs["ending"]) == ("COMPLETED", "DIVERGED")
+    assert list(tmp_path.iterdir()) == []
+    assert capfd.readouterr().err == ""
+
+
+def test_a_run_in_another_thread_needs_no_signals():
+    done = []
+    thread = threading.Thread(target=lambda: done.append(simulate(PAPER, plan(PAPER))))
+    thread.start()
+    thread.join()
+    assert done[0].attrs["ending"] == "COMPLETED"
