@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper test lint bench lock clean
+.PHONY: help setup walk paper test lint bench stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -49,6 +49,9 @@ bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, suc
 	@"$(BIN)/python" benchmarks/run.py
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
 	@"$(BIN)/python" benchmarks/forces.py
+
+stress: $(READY) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
+	@"$(BIN)/python" benchmarks/stress.py $(ARGS)
 
 UV_LOCK = uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --only-binary :all: \
 	--generate-hashes --no-header --no-annotate --no-emit-index-url --no-emit-find-links

@@ -5,22 +5,27 @@ Read the ratios: on a shared machine the times of one run to the next differ.
 
 from __future__ import annotations
 
+import ctypes
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import mujoco
+import numba
+import numba.extending
 import numpy as np
 from mujoco.rollout import rollout
+from numba.core import cgutils
 
 from phasmid import dynamics, kinematics
 from phasmid.forces import analyse
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run
+from phasmid.simulation import Run, simulate_many
 
 ROUNDS = 7
 
@@ -67,23 +72,99 @@ def engine_replaying(scenario, walk):
     return lambda: rollout(run.model, scratch, states, table, control_spec=int(forces))
 
 
-def simulation_loop(drive: str, engine) -> None:
-    """The recorded loop against the engine's own loop in C, taking turns."""
+def engine_prescribed(scenario, walk):
+    """The engine's own loop over the same walk, in C, with targets set by compiled code."""
+    run = Run(scenario, walk)
+    run.drive.command(run.targets(0, 1)[0])
+    begin, targets = run.state(), run.targets(1, run.steps + 1)
+    step = np.zeros(1, np.int64)
+    joints, width = targets.shape[1], run.model.eq_data.shape[1]
+    places = (run.model.eq_data.ctypes.data, targets.ctypes.data, step.ctypes.data)
+    eq_at, targets_at, step_at = places
+    rows = len(targets)
+
+    @numba.cfunc(numba.void(numba.types.voidptr, numba.types.voidptr))
+    def set_targets(model, data):
+        # The engine has read this step's targets by now: these are the next one's.
+        now = numba.carray(address_as_void_pointer(step_at), 1, np.int64)
+        table = numba.carray(address_as_void_pointer(targets_at), (rows, joints), np.float64)
+        held = numba.carray(address_as_void_pointer(eq_at), (joints, width), np.float64)
+        for joint in range(joints):
+            held[joint, 0] = table[now[0], joint]
+        now[0] += 1
+
+    callback = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(set_targets.address)
+
+    def work():
+        step[0] = 0
+        run.restore(begin)
+        mujoco.set_mjcb_control(callback)
+        try:
+            mujoco.mj_step(run.model, run.data, run.steps)
+        finally:
+            mujoco.set_mjcb_control(None)
+
+    # What the compiled code looks at must not be collected.
+    work.keeps = run, targets, set_targets
+    return work
+
+
+@numba.extending.intrinsic
+def address_as_void_pointer(typing, address):
+    """A whole number as a pointer, which numba itself does not offer."""
+
+    def generate(context, builder, signature, arguments):
+        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+
+    return numba.types.voidptr(address), generate
+
+
+def simulation_loop(drive: str, engines) -> None:
+    """The recorded loop against the engine's own loops in C, taking turns."""
     scenario = load_scenario("paper").replace(drive=drive)
     walk = plan(scenario)
-    in_c = engine(scenario, walk)
-    ours, limits = [], []
+    in_c = {name: engine(scenario, walk) for name, engine in engines.items()}
+    ours, limits = [], {name: [] for name in engines}
     for _ in range(ROUNDS):
         run = Run(scenario, walk)
         ours.append(seconds(run.advance) / run.steps)
-        limits.append(seconds(in_c) / 10_000)
+        for name, work in in_c.items():
+            limits[name].append(seconds(work) / 10_000)
     # The quickest round of each is the one that other work on the machine disturbed least.
-    best, limit = min(ours), min(limits)
-    rounds = statistics.median(e / o for e, o in zip(limits, ours, strict=True))
+    best = min(ours)
     print(f"simulation loop, {drive} joints, every channel at every step")
-    print(f"  phasmid            {1e6 * best:7.1f} us a step  ({1 / best:,.0f} steps/s)")
-    print(f"  MuJoCo alone, in C {1e6 * limit:7.1f} us a step")
-    print(f"  rate against C     {limit / best:7.2f}  (median of rounds {rounds:.2f})")
+    print(f"  phasmid                    {1e6 * best:7.1f} us a step  ({1 / best:,.0f} steps/s)")
+    for name, times in limits.items():
+        rounds = statistics.median(e / o for e, o in zip(times, ours, strict=True))
+        print(
+            f"  MuJoCo in C, {name:<13} {1e6 * min(times):7.1f} us a step, rate against it "
+            f"{min(times) / best:.2f} (median of rounds {rounds:.2f})"
+        )
+
+
+def side_by_side() -> None:
+    """Independent runs on two threads against one, taking turns."""
+    scenario = load_scenario("paper").replace(duration=30.0)
+    pairs = [(scenario, plan(scenario))] * 4
+    one, two = [], []
+    for _ in range(3):
+        one.append(seconds(lambda: simulate_many(pairs, workers=1)))
+        two.append(seconds(lambda: simulate_many(pairs, workers=2)))
+    engine = [Run(scenario, pairs[0][1]) for _ in range(2)]
+
+    def in_c(run):
+        mujoco.mj_step(run.model, run.data, 20_000)
+
+    def both():
+        with ThreadPoolExecutor(2) as pool:
+            list(pool.map(in_c, engine))
+
+    limit = 2 * min(seconds(lambda: in_c(engine[0])) for _ in range(3))
+    limit /= min(seconds(both) for _ in range(3))
+    print(f"simulate_many, four walks of {scenario.duration:g} s")
+    print(f"  one worker  {min(one):6.2f} s")
+    print(f"  two workers {min(two):6.2f} s, {min(one) / min(two):.2f} times as fast")
+    print(f"  MuJoCo in C, two threads, {limit:.2f} times as fast as one")
 
 
 def arrays() -> None:
@@ -127,8 +208,9 @@ def commands() -> None:
 
 if __name__ == "__main__":
     print(f"MuJoCo {mujoco.__version__}, NumPy {np.__version__}, Python {sys.version.split()[0]}")
-    simulation_loop("prescribed", engine_standing)
-    simulation_loop("ideal-servo", engine_walking)
-    simulation_loop("servo", engine_replaying)
+    simulation_loop("prescribed", {"standing": engine_standing, "the same walk": engine_prescribed})
+    simulation_loop("ideal-servo", {"the same walk": engine_walking})
+    simulation_loop("servo", {"the same walk": engine_replaying})
+    side_by_side()
     arrays()
     commands()

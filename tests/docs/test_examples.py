@@ -36,7 +36,10 @@ def test_the_readmes_python_code_runs(tmp_path):
     assert (tmp_path / "results/my-walk/figures/fig12.svg").exists()
 
 
-@pytest.mark.parametrize("page", ["docs/forces.md", "docs/performance.md", "docs/servos.md"])
+PAGES = ["docs/forces.md", "docs/performance.md", "docs/recordings.md", "docs/servos.md"]
+
+
+@pytest.mark.parametrize("page", PAGES)
 def test_the_python_code_of_a_page_runs(page, tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text("utf-8"), re.DOTALL)
     assert blocks

@@ -7,6 +7,7 @@ import math
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -600,6 +601,7 @@ def _channels(
     return channels | run.drive.channels(log.drive)
 
 
+@cache
 def versions() -> dict[str, str]:
     """What a run's bits depend on besides its scenario and its robot, by attribute."""
     import mujoco
