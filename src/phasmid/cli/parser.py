@@ -7,12 +7,13 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import check, paper, walk
+from phasmid.cli import check, paper, verify, walk
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
+    "verify": "the physics against closed forms and conservation laws, on this machine",
     "check": "is this robot or scenario file possible, and if not, why not",
 }
 
@@ -50,6 +51,11 @@ def build_parser(command: str | None) -> Parser:
     )
     paper.add_options(grading)
     grading.set_defaults(run=paper.run)
+    verifying = commands.add_parser(
+        "verify", help=COMMANDS["verify"], description=f"{COMMANDS['verify']}.", allow_abbrev=False
+    )
+    verify.add_options(verifying)
+    verifying.set_defaults(run=verify.run)
     checking = commands.add_parser(
         "check", help=COMMANDS["check"], description=f"{COMMANDS['check']}.", allow_abbrev=False
     )

@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     """Walk as the options say; returns the exit status."""
     scenario = _scenario(options)
     from phasmid.motion import plan
-    from phasmid.simulation import check_time_step, simulate
+    from phasmid.simulation import check_time_step, simulate, time_step_refinement
 
     walk = plan(scenario)
     check_time_step(scenario, walk.robot)
@@ -33,6 +33,9 @@ def run(options: argparse.Namespace) -> int:
     with _progress(scenario.duration, quiet=options.quiet) as progress:
         recording = simulate(scenario, walk, progress=progress)
     ending = recording.attrs["ending"]
+    if options.check_time_step and ending == "COMPLETED":
+        refinement = time_step_refinement(scenario, walk)
+        recording.attrs |= refinement.attributes() if refinement else {}
     # Who stops a run wants its end, not its pictures.
     figures = not options.no_figures and ending != "STOPPED"
     report(recording, folder, force=options.force, figures=figures)
@@ -63,6 +66,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
     )
     parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
+    parser.add_argument(
+        "--check-time-step",
+        action="store_true",
+        help="simulate two cycles again at half the time step, and tell the difference",
+    )
     parser.add_argument("--quiet", action="store_true", help="print only errors")
     fields = parser.add_argument_group(
         "fields of the scenario", "Each replaces what the scenario says."

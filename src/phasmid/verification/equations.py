@@ -30,10 +30,12 @@ SLOPE = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 
 
 def power(laboratory: Laboratory) -> list[Reading]:
-    """Power of joints and of what holds the trunk, beside the rate of energy, in a made-up flight."""
+    """Power of joints and of what holds the trunk, beside the rate of energy, in flight."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(9)
     legs = (len(robot.legs), 3)
-    size, rate, start = rng.uniform([[[0.3]], [[0.5]], [[-3]]], [[[1]], [[2]], [[3]]], (3, *legs))
+    size, rate, start = (
+        rng.uniform(low, high, legs) for low, high in ((0.3, 1), (0.5, 2), (-3, 3))
+    )
     axis = rng.normal(size=3)
 
     def joints(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -54,7 +56,7 @@ def power(laboratory: Laboratory) -> list[Reading]:
 
     def energy(t: float) -> np.ndarray:
         body, (q, qd, _) = trunk(t), joints(t)
-        return kinetic_energy(robot, body, q, qd) + potential_energy(robot, body, q)
+        return np.asarray(kinetic_energy(robot, body, q, qd) + potential_energy(robot, body, q))
 
     given, gained = [], []
     for t in np.linspace(0.1, 3.0, 20):
@@ -189,7 +191,7 @@ def _engine_inverse(
 
 
 def _derivative(f: Callable[[float], np.ndarray], t: float, h: float = 0.01) -> np.ndarray:
-    """d f / d t by the central difference of eighth order."""
+    """The rate of f at t by the central difference of eighth order."""
     terms = (c * (f(t + k * h) - f(t - k * h)) for k, c in enumerate(SLOPE, start=1))
     return np.asarray(sum(terms)) / h
 

@@ -64,8 +64,8 @@ def symmetry(laboratory: Laboratory) -> list[Reading]:
 
 
 def replay(laboratory: Laboratory) -> list[Reading]:
-    """A second of walk: run twice, saved and reloaded, and run again from what the file says."""
-    scenario = laboratory.scenario.replace(duration=1.0)
+    """Half a second of walk: run twice, saved and reloaded, and run again from what the file says."""
+    scenario = laboratory.scenario.replace(duration=0.5)
     first, again = (simulate(scenario, plan(scenario)) for _ in range(2))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "recording.nc"
@@ -85,8 +85,7 @@ def replay(laboratory: Laboratory) -> list[Reading]:
     counts["continued from its saved middle"] = _continued(scenario)
     why = "The same steps with the same numbers: not one bit may differ."
     return [
-        Reading(float(count), 0.0, why, unit="numbers", case=case)
-        for case, count in counts.items()
+        Reading(float(count), 0.0, why, unit="numbers", case=case) for case, count in counts.items()
     ]
 
 

@@ -48,8 +48,8 @@ def _excesses(robot: Robot, recording: Recording) -> dict[str, tuple[float, str]
     line = servo.stall_torque * np.maximum(1 - np.abs(speed) / servo.no_load_speed, 0.0)
     lower, upper = np.moveaxis(robot.arrays.joint_limits, -1, 0)
     return {
-        "torque beyond stall": (float(np.abs(torque).max() - servo.stall_torque), "N·m"),
-        "beyond the torque-speed line": (float((driving - line).max()), "N·m"),
+        "torque": (float(np.abs(torque).max() - servo.stall_torque), "N·m"),
+        "torque at speed": (float((driving - line).max()), "N·m"),
         "speed": (float(np.abs(speed).max() - servo.no_load_speed), "rad/s"),
         "range": (float(np.maximum(lower - angle, angle - upper).max()), "rad"),
     }

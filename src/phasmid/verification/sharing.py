@@ -21,9 +21,7 @@ def force_sharing(laboratory: Laboratory) -> list[Reading]:
     del laboratory
     contacts, wrench = _loads()
     force = share_load(contacts, wrench, "friction-cone")
-    given = np.concatenate(
-        [force.sum(axis=1), np.cross(contacts.feet, force).sum(axis=1)], axis=-1
-    )
+    given = np.concatenate([force.sum(axis=1), np.cross(contacts.feet, force).sum(axis=1)], axis=-1)
     local = np.einsum("nlij,nli->nlj", contacts.axes, force)
     other = _second_method(contacts, wrench)
     other_local = np.einsum("nlij,nli->nlj", contacts.axes, other)
@@ -129,5 +127,7 @@ def _into_cones(f: Float[np.ndarray, "loads axes"]) -> Float[np.ndarray, "loads 
     onto = np.maximum((normal + FRICTION * size) / (1 + FRICTION**2), 0.0)
     inside = size <= FRICTION * normal
     scale = np.where(inside, 1.0, FRICTION * onto / np.where(size > 0, size, 1.0))
-    nearest = np.concatenate([np.where(inside, normal, onto)[..., None], scale[..., None] * along], -1)
+    nearest = np.concatenate(
+        [np.where(inside, normal, onto)[..., None], scale[..., None] * along], -1
+    )
     return nearest.reshape(f.shape)

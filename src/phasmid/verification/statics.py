@@ -52,7 +52,9 @@ def _model_error(laboratory: Laboratory) -> float:
     """Largest difference of the force model's share of a middle foot from that by areas."""
     walk = plan(laboratory.scenario)
     rotation = quaternion_rotation(yaw_quaternion(walk.trunk.yaw))
-    centre = walk.trunk.position + (rotation @ centre_of_mass(walk.robot, walk.q)[..., None])[..., 0]
+    centre = (
+        walk.trunk.position + (rotation @ centre_of_mass(walk.robot, walk.q)[..., None])[..., 0]
+    )
     weight = walk.robot.mass * laboratory.scenario.model.gravity
     # About the centre of mass the weight has no moment.
     wrench = np.array([0.0, 0.0, weight, 0.0, 0.0, 0.0])

@@ -70,6 +70,24 @@ CHECKS: dict[int, Check] = {
 }
 """Every check by its number."""
 
+
+def check_numbers(rows: Iterable[int]) -> list[int]:
+    """The numbers in order, each once.
+
+    Raises:
+        InvalidInput: There are none, or there is no check of a number.
+    """
+    chosen = sorted(set(rows))
+    for number in chosen or [0]:
+        if number not in CHECKS:
+            raise InvalidInput(
+                f"there is no row {number}; rows are {min(CHECKS)} to {max(CHECKS)}."
+                if chosen
+                else "no row is named; there must be one at least."
+            )
+    return chosen
+
+
 Progress = Callable[[Check], None]
 """Is told which check begins."""
 
@@ -87,12 +105,7 @@ def verify(rows: Iterable[int] | None = None, *, progress: Progress | None = Non
     Raises:
         InvalidInput: There is no check of a number.
     """
-    chosen = sorted(CHECKS if rows is None else set(rows))
-    for number in chosen:
-        if number not in CHECKS:
-            raise InvalidInput(
-                f"there is no row {number}; rows are {min(CHECKS)} to {max(CHECKS)}."
-            )
+    chosen = sorted(CHECKS) if rows is None else check_numbers(rows)
     laboratory, found = Laboratory(), []
     for number in chosen:
         if progress:

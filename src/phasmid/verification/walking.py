@@ -18,6 +18,7 @@ from phasmid.simulation.refinement import CYCLES
 from phasmid.verification.laboratory import CannotMeasure, Laboratory
 from phasmid.verification.row import Reading
 
+
 def mean_load(laboratory: Laboratory) -> list[Reading]:
     """Mean sum of all normal forces over whole cycles, beside the weight."""
     scenario, recording = laboratory.scenario, laboratory.walk()
