@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
+import os
 import sys
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -79,11 +81,15 @@ def _numbers(text: str | None) -> list[int] | None:
 
 
 def _check_place(path: Path, *, force: bool) -> None:
-    """Refuse a file that exists; to be asked before the work."""
+    """Refuse a file that exists or cannot be written; to be asked before the work."""
+    from phasmid.recording.file import cannot_write
+
     if path.is_dir():
         raise InvalidInput(f"{path} is a folder; it must be a file.")
     if not force and (path.exists() or path.is_symlink()):
         raise InvalidInput(f"{path} exists; nothing was written.", hint="--force, or another file")
+    if not path.parent.is_dir():
+        raise cannot_write(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
 
 
 def _print_table(rows: Sequence[Row], *, explain: bool) -> None:

@@ -193,7 +193,7 @@ def _engine_inverse(
 def _derivative(f: Callable[[float], np.ndarray], t: float, h: float = 0.01) -> np.ndarray:
     """The rate of f at t by the central difference of eighth order."""
     terms = (c * (f(t + k * h) - f(t - k * h)) for k, c in enumerate(SLOPE, start=1))
-    return np.asarray(sum(terms)) / h
+    return np.asarray(sum(terms) / h)
 
 
 def _rotation(turn: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:

@@ -64,7 +64,7 @@ def symmetry(laboratory: Laboratory) -> list[Reading]:
 
 
 def replay(laboratory: Laboratory) -> list[Reading]:
-    """Half a second of walk: run twice, saved and reloaded, and run again from what the file says."""
+    """Half a second of walk: run twice, reloaded, run again from its file, and continued."""
     scenario = laboratory.scenario.replace(duration=0.5)
     first, again = (simulate(scenario, plan(scenario)) for _ in range(2))
     with tempfile.TemporaryDirectory() as folder:
