@@ -96,12 +96,6 @@ def light_tibia(model):
     model.body_mass[model.body("right_front.tibia").id] *= 0.999
 
 
-def exploding(model):
-    # A hundred times as stiff as a millisecond resolves: it gives back more than it takes.
-    points = model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE
-    model.geom_solref[points, 0] *= 100
-
-
 @pytest.mark.parametrize(
     ("number", "change", "case"),
     [
@@ -123,7 +117,6 @@ def exploding(model):
         (17, creeping_less, "300 N·s/m a point"),
         (18, rougher, "way, μ = 0.3"),
         (19, rougher, "beyond μ times the normal force"),
-        (20, exploding, "most that any impact gained"),
         (27, lopsided, "mirror image"),
         (27, tilted, "world turned by 0.7 rad"),
     ],
@@ -229,6 +222,11 @@ def test_a_foot_that_lifts_early_is_found_out(monkeypatch):
 
 def test_feet_that_drag_in_swing_are_found_out():
     assert failing(26, Laboratory(PAPER.replace(step_height=0, duration=4.0)))
+
+
+def test_contact_that_gives_back_more_than_it_takes_is_found_out():
+    # Friction's inertia in the engine gives energy that so little damping does not take.
+    assert failing(20, Laboratory(PAPER.replace(damping=3.0)))
 
 
 def test_a_time_step_that_is_too_long_is_found_out():

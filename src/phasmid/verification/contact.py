@@ -32,8 +32,11 @@ INSTANTS = (0.1, 0.37, 1.05, 1.62)
 SOLVED = 1e-24
 """The solver's tolerance at which its iterations end in round-off."""
 
-DROPS = ((0.02, 0.0, 0.0), (0.05, 0.1, 0.0), (0.05, 0.1, 0.15), (0.10, 0.0, -0.2))
-"""From how high the robot is dropped [m], and rolled and pitched by how much [rad]."""
+DROPS = 12
+"""How often the robot is dropped, from random heights and askew."""
+
+HIGHEST, STEEPEST = 0.15, 0.4
+"""From how high at the most [m], and rolled and pitched by how much [rad]."""
 
 
 def forward_and_inverse(laboratory: Laboratory) -> list[Reading]:
@@ -119,11 +122,14 @@ def standing(laboratory: Laboratory) -> list[Reading]:
 
 def impact_energy(laboratory: Laboratory) -> list[Reading]:
     """Energy from the last instant before each touch to the first after it; drops, joints held."""
-    gained = -math.inf
-    for height, roll, pitch in DROPS:
+    gained, rng = -math.inf, np.random.default_rng(20)
+    for _ in range(DROPS):
+        height = rng.uniform(0.01, HIGHEST)
+        roll, pitch = rng.uniform(-STEEPEST, STEEPEST, 2)
         run = laboratory.standing()
         data = run.data
-        data.qpos[2] += height + 0.2 * (abs(roll) + abs(pitch))
+        # No foot is farther than 0.3 m from the middle.
+        data.qpos[2] += height + 0.3 * (abs(roll) + abs(pitch))
         data.qpos[3:7] = _quaternion(roll, pitch)
         data.qpos[7:] = run.walk.q[0].ravel()
         data.qvel[:] = 0.0

@@ -50,6 +50,8 @@ than the project's charter of physics tests asks for.
 - **The beginning and end of a slide.** Along the ground a point resists its own acceleration with
   `friction_damping` / `damping` times the mass with which it does so upwards, 1.5 kg on the paper's
   robot. Friction therefore comes and goes within 5 ms, and a stop is longer by 0.1 mm.
+- **Bouncing feet.** What that mass gives at a touchdown askew, the damper must take: with 20 N·s/m
+  and more no impact gained energy (row 20, 30 N·s/m), with 15 and less some did.
 - **The engine's solver** stops by its own tolerance, which leaves up to 1 mN unbalanced at single
   instants (row 12 tells it for four); solved to the end, forces and accelerations agree to
   round-off.
