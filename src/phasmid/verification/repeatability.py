@@ -12,10 +12,11 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.motion import plan
-from phasmid.recording import Recording, load_recording, save_recording
+from phasmid.recording import load_recording, save_recording
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario, load_scenario
-from phasmid.simulation import Run, simulate
+from phasmid.scenario import Scenario
+from phasmid.simulation import Run, replay, simulate
+from phasmid.simulation.repetition import first_difference
 from phasmid.verification.laboratory import CannotMeasure, Laboratory
 from phasmid.verification.row import Reading
 
@@ -63,67 +64,36 @@ def symmetry(laboratory: Laboratory) -> list[Reading]:
     ]
 
 
-def replay(laboratory: Laboratory) -> list[Reading]:
-    """Half a second of walk: run twice, reloaded, run again from its file, and continued."""
+def repetition(laboratory: Laboratory) -> list[Reading]:
+    """Half a second of walk: run twice, reloaded, run again from its file, and gone on with."""
     scenario = laboratory.scenario.replace(duration=0.5)
-    first, again = (simulate(scenario, plan(scenario)) for _ in range(2))
+    walk = plan(scenario)
+    first, again = (simulate(scenario, walk) for _ in range(2))
+    run = Run(scenario, walk)
+    run.advance(until=run.steps // 2)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "recording.nc"
+        path, state = Path(folder) / "recording.nc", Path(folder) / "state.npy"
         save_recording(first, path)
-        reloaded = load_recording(path)
-        for name in ("scenario", "robot"):
-            text = str(reloaded.attrs[name])
-            (Path(folder) / f"{name}.toml").write_text(text, encoding="utf-8")
-        told = load_scenario(Path(folder) / "scenario.toml")
-        from_file = simulate(told, plan(told))
-    cases = {
-        "run twice": again,
-        "saved and reloaded": reloaded,
-        "run again from the file's own words": from_file,
+        reloaded, repeated = load_recording(path), replay(path)
+        np.save(state, run.state())
+        rest = simulate(scenario, walk, start=np.load(state, allow_pickle=False))
+    late = first.isel(time=slice(first.sizes["time"] - rest.sizes["time"], None))
+    same = {
+        "run twice": first_difference(first, again) is None,
+        "saved and reloaded": first_difference(first, reloaded) is None,
+        "run again from the file's own words": repeated.equal,
+        "gone on with from its saved middle": first_difference(late, rest) is None,
     }
-    counts = {case: _different(first, other) for case, other in cases.items()}
-    counts["continued from its saved middle"] = _continued(scenario)
-    why = "The same steps with the same numbers: not one bit may differ."
     return [
-        Reading(float(count), 0.0, why, unit="numbers", case=case) for case, count in counts.items()
+        Reading(
+            float(not equal),
+            0.0,
+            "The same steps with the same numbers: not one bit may differ.",
+            unit="run",
+            case=case,
+        )
+        for case, equal in same.items()
     ]
-
-
-def _continued(scenario: Scenario) -> int:
-    """How many numbers of the last state differ where a run is continued from its middle."""
-    import mujoco
-
-    kind = mujoco.mjtState.mjSTATE_INTEGRATION
-    whole, half, rest = (Run(each, plan(each)) for each in (scenario, _half(scenario), scenario))
-    whole.advance()
-    half.advance()
-    state = np.empty(mujoco.mj_stateSize(half.model, kind))
-    mujoco.mj_getState(half.model, half.data, state, kind)
-    with tempfile.TemporaryDirectory() as folder:
-        np.save(Path(folder) / "state.npy", state)
-        state = np.load(Path(folder) / "state.npy", allow_pickle=False)
-    mujoco.mj_setState(rest.model, rest.data, state, kind)
-    for target in rest.targets(half.steps, rest.steps):
-        rest.drive.command(target)
-        mujoco.mj_step(rest.model, rest.data)
-    pairs = ((whole.data.qpos, rest.data.qpos), (whole.data.qvel, rest.data.qvel))
-    return sum(int(np.not_equal(a.view(np.uint64), b.view(np.uint64)).sum()) for a, b in pairs)
-
-
-def _half(scenario: Scenario) -> Scenario:
-    return scenario.replace(duration=scenario.duration / 2)
-
-
-def _different(a: Recording, b: Recording) -> int:
-    """How many of a recording's numbers differ from another's in any bit; all, if shapes do."""
-    if set(a.data_vars) != set(b.data_vars) or a.sizes != b.sizes:
-        return int(sum(channel.size for channel in a.data_vars.values()))
-    count = 0
-    for name in ("time", *a.data_vars):
-        ours, theirs = a[name].values, b[name].values
-        bits = (x.view(np.uint64) if x.dtype == np.float64 else x for x in (ours, theirs))
-        count += int(np.not_equal(*bits).sum())
-    return count
 
 
 def _with_order(scenario: Scenario, order: tuple[int, ...]) -> Scenario:

@@ -59,7 +59,7 @@ CHECKS: dict[int, Check] = {
         Check(26, "swing legs", "F = 0", walking.swing_load),
         Check(27, "symmetry", "mirror, leg order, yaw of the world", repeatability.symmetry),
         Check(28, "time-step refinement of a walk", "x(Δt) ≈ x(Δt/2)", walking.refinement),
-        Check(29, "replay", "the same bits", repeatability.replay),
+        Check(29, "replay", "runs that differ in a bit: none", repeatability.repetition),
         Check(
             30,
             "model against simulation, torques",
