@@ -38,7 +38,7 @@ def floating_momentum(laboratory: Laboratory) -> list[Reading]:
             "An error of first order: legs that turn by 2 rad/s lose their part of it at each "
             "step, some 1e-3 of the whole in a second.",
         ),
-        "RK4": (1e-9, "An error of fourth order: (ω Δt)⁴ = 4e-7 of what the servos move."),
+        "RK4": (1e-9, "Of fourth order: 1.1e-8 was measured at 1 ms, so 4e-11 at a quarter of it."),
     }
     readings = []
     for integrator in INTEGRATORS:

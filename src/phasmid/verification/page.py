@@ -78,9 +78,7 @@ def page(rows: Sequence[Row]) -> str:
                 row.verdict.value,
             )
             lines.append(f"| | {' | '.join(cells)} |")
-        for why, cases in groupby(some, key=lambda row: row.why):
-            named = ", ".join(row.case for row in cases if row.case)
-            reasons.append(f"- **{number}**{f' ({named})' if named else ''}: {why}")
+        reasons += _reasons(number, some)
     return _PAGE.format(
         tally=tally(rows),
         phasmid=version("phasmid"),
@@ -88,6 +86,16 @@ def page(rows: Sequence[Row]) -> str:
         table="\n".join(lines),
         reasons="\n".join(reasons),
     )
+
+
+def _reasons(number: int, rows: Sequence[Row]) -> list[str]:
+    """Where a check's tolerances come from, each reason once, with the cases that it is for."""
+    cases: dict[str, list[str]] = {}
+    for row in rows:
+        cases.setdefault(row.why, []).append(row.case)
+    if len(cases) == 1:
+        return [f"- **{number}**: {rows[0].why}"]
+    return [f"- **{number}** ({'; '.join(named)}): {why}" for why, named in cases.items()]
 
 
 def tally(rows: Sequence[Row]) -> str:
