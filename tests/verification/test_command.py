@@ -115,6 +115,7 @@ def cells(text):
     return [[line[0], line[1], *line[4:]] for line in table]
 
 
+@pytest.mark.slow
 def test_the_page_is_that_of_the_present_checks(measured):
     # What was measured differs from machine to machine in its last digits; checks, cases,
     # tolerances and verdicts do not.

@@ -261,6 +261,21 @@ def test_a_walk_that_ends_early_is_a_row_that_fails():
     assert row.why.startswith("The robot fell")
 
 
+def test_ctrl_c_ends_the_verification_and_not_only_a_walk_of_it(monkeypatch):
+    import signal
+
+    right = phasmid.simulation.run.simulate_part
+
+    def interrupt(*arguments, **options):
+        signal.raise_signal(signal.SIGINT)
+        return right(*arguments, **options)
+
+    monkeypatch.setattr(phasmid.simulation.run, "simulate_part", interrupt)
+    for number in (25, 28):
+        with pytest.raises(KeyboardInterrupt):
+            CHECKS[number].rows(Laboratory(PAPER.replace(duration=0.1)))
+
+
 def test_the_complex_step_is_written_without_our_kinematics():
     # Its own chain, at real angles, is the closed form: sums of lengths below 0.3 m.
     leg = phasmid.load_robot("phantomx-mk4").legs[1]

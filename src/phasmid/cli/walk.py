@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,8 +34,10 @@ def run(options: argparse.Namespace) -> int:
         recording = simulate(scenario, walk, progress=progress)
     ending = recording.attrs["ending"]
     if options.check_time_step and ending == "COMPLETED":
-        refinement = time_step_refinement(scenario, walk)
-        recording.attrs |= refinement.attributes() if refinement else {}
+        # The walk is whole: Ctrl-C now ends the comparison alone.
+        with suppress(KeyboardInterrupt):
+            refinement = time_step_refinement(scenario, walk)
+            recording.attrs |= refinement.attributes() if refinement else {}
     # Who stops a run wants its end, not its pictures.
     figures = not options.no_figures and ending != "STOPPED"
     report(recording, folder, force=options.force, figures=figures)

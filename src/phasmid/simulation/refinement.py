@@ -9,6 +9,7 @@ import numpy as np
 from phasmid.motion import Walk
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
+from phasmid.simulation.ending import Ending
 from phasmid.simulation.run import simulate
 
 CYCLES = 2
@@ -57,16 +58,21 @@ def time_step_refinement(scenario: Scenario, walk: Walk) -> Refinement | None:
     Raises:
         InvalidInput: As for `simulate`.
         InfeasibleLoad: As for `simulate`.
+        KeyboardInterrupt: It was stopped by Ctrl-C.
     """
     duration = min(scenario.duration, CYCLES * scenario.stride.period)
     dt = scenario.simulation.dt
     changes = {"duration": duration, "record_interval": dt * scenario.record_steps}
-    coarse, fine = (
-        simulate(shorter, walk)
-        for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2))
-    )
-    if {coarse.attrs["ending"], fine.attrs["ending"]} != {"COMPLETED"}:
-        return None
+    runs = []
+    for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2)):
+        run = simulate(shorter, walk)
+        if run.attrs["ending"] == Ending.STOPPED.name:
+            # A run that is stopped keeps what it has; here there is nothing to keep.
+            raise KeyboardInterrupt
+        if run.attrs["ending"] != Ending.COMPLETED.name:
+            return None
+        runs.append(run)
+    coarse, fine = runs
     apart = np.linalg.norm(coarse["body_position"].values - fine["body_position"].values, axis=1)
     return Refinement(
         time_step=dt,

@@ -8,11 +8,26 @@ from phasmid.errors import PhasmidError
 from phasmid.motion import plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario, load_scenario
-from phasmid.simulation import Run, simulate
+from phasmid.simulation import Ending, Run, simulate
 
 
 class CannotMeasure(PhasmidError):
     """An experiment that did not come to its end."""
+
+
+def walked(scenario: Scenario) -> Recording:
+    """The simulated walk of a scenario.
+
+    Raises:
+        CannotMeasure: It ended early.
+        KeyboardInterrupt: It was stopped by Ctrl-C.
+    """
+    recording = simulate(scenario, plan(scenario))
+    if recording.attrs["ending"] == Ending.STOPPED.name:
+        raise KeyboardInterrupt
+    if recording.attrs["ending"] != Ending.COMPLETED.name:
+        raise CannotMeasure(str(recording.attrs["ending_reason"]))
+    return recording
 
 
 class Laboratory:
@@ -34,11 +49,7 @@ class Laboratory:
         """
         key = repr(sorted(changes.items()))
         if key not in self._walks:
-            scenario = self.scenario.replace(**changes)
-            recording = simulate(scenario, plan(scenario))
-            if recording.attrs["ending"] != "COMPLETED":
-                raise CannotMeasure(str(recording.attrs["ending_reason"]))
-            self._walks[key] = recording
+            self._walks[key] = walked(self.scenario.replace(**changes))
         return self._walks[key]
 
     def standing(self, **changes: Any) -> Run:

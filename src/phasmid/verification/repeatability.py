@@ -17,7 +17,7 @@ from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.repetition import first_difference
-from phasmid.verification.laboratory import CannotMeasure, Laboratory
+from phasmid.verification.laboratory import CannotMeasure, Laboratory, walked
 from phasmid.verification.row import Reading
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def repetition(laboratory: Laboratory) -> list[Reading]:
     """Half a second of walk: run twice, reloaded, run again from its file, and gone on with."""
     scenario = laboratory.scenario.replace(duration=0.5)
     walk = plan(scenario)
-    first, again = (simulate(scenario, walk) for _ in range(2))
+    first, again = (walked(scenario) for _ in range(2))
     run = Run(scenario, walk)
     run.advance(until=run.steps // 2)
     with tempfile.TemporaryDirectory() as folder:
