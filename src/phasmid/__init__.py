@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
     from phasmid.simulation import replay, simulate, simulate_many
+    from phasmid.verification import verify
 
     __version__: str
 
@@ -64,6 +65,7 @@ _ROOM_OF = {
     "simulate": "simulation",
     "simulate_many": "simulation",
     "summarise": "reporting",
+    "verify": "verification",
 }
 _ROOMS = ("batch", "dynamics", "forces", "gait", "kinematics", "motion", "robot", "simulation")
 
@@ -99,6 +101,7 @@ __all__ = [
     "simulate",
     "simulate_many",
     "summarise",
+    "verify",
 ]
 
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import check, paper, replay, report, walk
+from phasmid.cli import check, paper, replay, report, verify, walk
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
@@ -15,6 +15,7 @@ COMMANDS = {
     "report": "make the folder of a recording, or of the log of a run that was cut off",
     "replay": "run a recorded walk again and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
+    "verify": "the physics against closed forms and conservation laws, on this machine",
     "check": "is this robot or scenario file possible, and if not, why not",
 }
 
@@ -58,6 +59,11 @@ def build_parser(command: str | None) -> Parser:
     )
     paper.add_options(grading)
     grading.set_defaults(run=paper.run)
+    verifying = commands.add_parser(
+        "verify", help=COMMANDS["verify"], description=f"{COMMANDS['verify']}.", allow_abbrev=False
+    )
+    verify.add_options(verifying)
+    verifying.set_defaults(run=verify.run)
     checking = commands.add_parser(
         "check", help=COMMANDS["check"], description=f"{COMMANDS['check']}.", allow_abbrev=False
     )

@@ -24,7 +24,12 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.motion import plan
     from phasmid.recording import check_log, load_recording
     from phasmid.reporting import check_folder
-    from phasmid.simulation import check_time_step, record, with_sensors
+    from phasmid.simulation import (
+        check_time_step,
+        record,
+        time_step_refinement,
+        with_sensors,
+    )
 
     walk = plan(scenario)
     check_time_step(scenario, walk.robot)
@@ -41,6 +46,9 @@ def run(options: argparse.Namespace) -> int:
             print(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
             return 130
         recording = with_sensors(scenario, load_recording(log))
+        if options.check_time_step and not trouble:
+            refinement = time_step_refinement(scenario, walk)
+            recording.attrs |= refinement.attributes() if refinement else {}
         write_report(recording, folder, options, legs)
     except KeyboardInterrupt:
         if log.exists():
@@ -92,6 +100,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
     )
     parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+    parser.add_argument(
+        "--check-time-step",
+        action="store_true",
+        help="simulate two cycles again at half the time step, and tell the difference",
+    )
     add_report_options(parser)
     fields = parser.add_argument_group(
         "fields of the scenario", "Each replaces what the scenario says."

@@ -19,6 +19,10 @@ from phasmid.reporting.warnings import warnings
 Summary: TypeAlias = dict[str, Any]
 """Numbers in SI by name, as JSON holds them."""
 
+REFINEMENT = ("time_step", "duration", "normal_force", "joint_torque", "way")
+"""What a recording may tell, as attributes, of the same walk at half its time step: relative rms
+differences of forces and torques, and the largest distance between the trunks [m]."""
+
 
 def summarise(recording: Recording) -> Summary:
     """The numbers that tell how a walk went.
@@ -28,10 +32,9 @@ def summarise(recording: Recording) -> Summary:
 
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
-        ``slip``, ``normal_force``, ``torque``, ``speed``, ``servos``, ``support``, ``energy``
-        and ``model_against_simulation``, and ``warnings``, sentences on what makes the walk
-        doubtful.
-        What the recording does not tell is absent.
+        ``slip``, ``normal_force``, ``torque``, ``speed``, ``servos``, ``support``, ``energy``,
+        ``time_step_refinement`` and ``model_against_simulation``, and ``warnings``, sentences on
+        what makes the walk doubtful. What the recording does not tell is absent.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
@@ -85,6 +88,9 @@ def summarise(recording: Recording) -> Summary:
         "servos": servos(recording, source),
         "support": {"least_margin": margin},
         "energy": energy(recording, source, way.get("distance")),
+        "time_step_refinement": {
+            name: recording.attrs.get(f"refinement_{name}") for name in REFINEMENT
+        },
         "model_against_simulation": {
             "left_out_about_switches": SETTLING if normal_difference else None,
             "torque": torque_difference(recording),

@@ -9,7 +9,7 @@ from typing import IO, Any, Protocol, cast, runtime_checkable
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting.source import plain
-from phasmid.reporting.summary import Summary
+from phasmid.reporting.summary import REFINEMENT, Summary
 from phasmid.reporting.warnings import largest_joint
 
 WIDTH = 80
@@ -137,6 +137,7 @@ def _facts(summary: Summary) -> Iterator[tuple[str, str]]:
     yield from _force_facts(summary)
     yield from _joint_facts(summary)
     yield from _difference_facts(summary)
+    yield from _refinement_facts(summary)
 
 
 def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -228,6 +229,17 @@ def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
             for name, value in zip(("coxa", "femur", "tibia"), joints, strict=True)
         )
         yield label, f"{named} {unit}, the worst legs"
+
+
+def _refinement_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    found = summary.get("time_step_refinement", {})
+    if len(found) == len(REFINEMENT):
+        yield (
+            "Time step",
+            f"{1000 * found['time_step']:g} ms against half of it, the first "
+            f"{found['duration']:g} s: normal forces {100 * found['normal_force']:.2g} %, "
+            f"torques {100 * found['joint_torque']:.2g} % (rms), way {1e6 * found['way']:.2g} µm",
+        )
 
 
 def _leg_row(summary: Summary, leg: int, name: str) -> list[str]:

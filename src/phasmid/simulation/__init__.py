@@ -4,6 +4,7 @@ from phasmid.simulation.contact import CONTACT_POINTS
 from phasmid.simulation.ending import Ending
 from phasmid.simulation.many import simulate_many
 from phasmid.simulation.model import build_model
+from phasmid.simulation.refinement import Refinement, time_step_refinement
 from phasmid.simulation.repetition import Difference, Replay, replay
 from phasmid.simulation.run import (
     Run,
@@ -19,6 +20,7 @@ __all__ = [
     "CONTACT_POINTS",
     "Difference",
     "Ending",
+    "Refinement",
     "Replay",
     "Run",
     "build_model",
@@ -29,5 +31,6 @@ __all__ = [
     "replay",
     "simulate",
     "simulate_many",
+    "time_step_refinement",
     "with_sensors",
 ]

@@ -1,0 +1,147 @@
+"""``phasmid verify``: the physics against closed forms, on this machine."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import json
+import os
+import sys
+import textwrap
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from phasmid.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from phasmid.verification import Row
+
+COLOURS = {"PASSES": "green", "FAILS": "bold red", "REPORTED": "yellow"}
+
+WIDTH = 100
+"""Columns of the table."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the rows and the output."""
+    parser.add_argument("--rows", metavar="1,2,...", help="checks to run; default: all")
+    parser.add_argument(
+        "--explain", action="store_true", help="tell where each tolerance comes from"
+    )
+    parser.add_argument("--json", metavar="FILE", help="write the rows to a file, too")
+    parser.add_argument("--page", metavar="FILE", help="write them as a page in Markdown, too")
+    parser.add_argument("--force", action="store_true", help="replace files of those names")
+    parser.add_argument("--quiet", action="store_true", help="print only what fails")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Verify as the options say; returns the exit status."""
+    numbers = _numbers(options.rows)
+    files = [Path(name) for name in (options.json, options.page) if name is not None]
+    for path in files:
+        _check_place(path, force=options.force)
+    from phasmid.recording.file import write_whole
+    from phasmid.verification import CHECKS, Verdict, verify
+    from phasmid.verification.page import page
+
+    with _progress(len(CHECKS) if numbers is None else len(numbers), options.quiet) as progress:
+        rows = verify(numbers, progress=progress)
+    failed = [row for row in rows if row.verdict is Verdict.FAILS]
+    if options.json is not None:
+        text = json.dumps(
+            {"passed": not failed, "rows": [row.as_dict() for row in rows]},
+            indent=2,
+            ensure_ascii=False,
+            allow_nan=False,
+        )
+        write_whole(Path(options.json), f"{text}\n".encode())
+    if options.page is not None:
+        write_whole(Path(options.page), page(rows).encode())
+    if failed or not options.quiet:
+        _print_table(failed if options.quiet else rows, explain=options.explain)
+    if not options.quiet:
+        _print_tally(rows)
+    return 1 if failed else 0
+
+
+def _numbers(text: str | None) -> list[int] | None:
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isascii() and part.isdigit() for part in parts):
+        raise InvalidInput(
+            f'--rows is "{text}"; it must be row numbers with commas between.',
+            hint="--rows 1,5,25",
+        )
+    from phasmid.verification.table import check_numbers
+
+    return check_numbers(int(part) for part in parts)
+
+
+def _check_place(path: Path, *, force: bool) -> None:
+    """Refuse a file that exists or cannot be written; to be asked before the work."""
+    from phasmid.recording.file import cannot_write
+
+    if path.is_dir():
+        raise InvalidInput(f"{path} is a folder; it must be a file.")
+    if not force and (path.exists() or path.is_symlink()):
+        raise InvalidInput(f"{path} exists; nothing was written.", hint="--force, or another file")
+    if not path.parent.is_dir():
+        raise cannot_write(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
+
+
+def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    from phasmid.verification.page import expectation, margin, result
+
+    console = Console(highlight=False, markup=False)
+
+    def show(line: Text) -> None:
+        console.print(line, soft_wrap=True)
+
+    titles = ("row", "", "expected", "got", "tolerance", "verdict")
+    show(Text(_columns(*titles), style="cyan"))
+    before = None
+    for row in rows:
+        if row.number != before:
+            head = Text(f"{row.number:>3} ").append(row.title, style="bold")
+            show(head.append(f"   {row.equation}", style="dim"))
+        before = row.number
+        line = Text(_columns("", row.case, expectation(row), result(row), margin(row), ""))
+        show(line.append(row.verdict.value, style=COLOURS[row.verdict.name]))
+        if explain:
+            for part in textwrap.wrap(row.why, WIDTH - 6):
+                show(Text(f"      {part}", style="dim"))
+
+
+def _columns(number: str, case: str, expected: str, got: str, tolerance: str, verdict: str) -> str:
+    """A line of the table, at most `WIDTH` wide with the verdict."""
+    return f"{number:>3} {case:<37} {expected:<15} {got:<16} {tolerance:<10} {verdict}"
+
+
+def _print_tally(rows: Sequence[Row]) -> None:
+    from phasmid.verification.page import tally
+
+    spent = {row.number: row.seconds for row in rows}
+    print(f"\n{tally(rows)} {sum(spent.values()):.0f} s.")
+
+
+@contextmanager
+def _progress(count: int, quiet: bool) -> Iterator[Any]:
+    """A bar on a terminal; nothing where the output is piped."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task, begun = bar.add_task("", total=count), iter(range(count + 1))
+        yield lambda check: bar.update(
+            task, completed=next(begun), description=f"{check.number} {check.title}"
+        )

@@ -1,0 +1,273 @@
+"""Bodies in free motion: falling, swinging, and how the error falls with the time step."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.dynamics import leg_matrices
+from phasmid.kinematics import centre_of_mass, quaternion_rotation
+from phasmid.robot import Leg, Link
+from phasmid.scenario import Scenario
+from phasmid.simulation import Run
+from phasmid.simulation.model import X_AXIS_UP
+from phasmid.verification.engine import INTEGRATORS, Integrator, compiled, hold, with_integrator
+from phasmid.verification.laboratory import Laboratory
+from phasmid.verification.row import Reading
+
+if TYPE_CHECKING:
+    import mujoco
+
+STEP = 0.001
+"""Time step of these experiments [s]; where the order counts, half and twice of it too."""
+
+SWING = 0.5
+"""Amplitude of the pendulum [rad]."""
+
+ROD = 1.5
+"""Length of the rod that is hung by its end [m]: it swings as a point on a thread of 1 m."""
+
+PERIODS = 10
+"""Periods for which the pendulum is watched."""
+
+SWUNG = 0.1
+"""Time for which femur and tibia fall about their fixed axis, by about 0.6 rad [s]."""
+
+
+def fall(laboratory: Laboratory) -> list[Reading]:
+    """The whole robot thrown up and ahead, its joints held, until 0.5 s after."""
+    time, g = 0.5, laboratory.scenario.model.gravity
+    speed = np.array([1.0, 0.0, 2.0])
+    way = speed * time - np.array([0.0, 0.0, g * time**2 / 2])
+    errors = {}
+    for integrator in INTEGRATORS:
+        run = laboratory.standing()
+        data = run.data
+        with_integrator(run.model, integrator, STEP)
+        data.qpos[2] += 1.0
+        data.qpos[7:] = run.walk.q[0].ravel()
+        data.qvel[:] = 0.0
+        data.qvel[:3] = speed
+        start = _mass_centre(run)
+        for _ in hold(run, round(time / STEP)):
+            pass
+        errors[integrator] = _mass_centre(run) - start - way
+    first, fourth = (errors[integrator] for integrator in INTEGRATORS)
+    known = g * STEP * time / 2
+    return [
+        Reading(
+            -float(first[2]),
+            0.01 * known,
+            "The method is of first order and its error is known, ½ g Δt t: 1 % of that.",
+            expected=known,
+            unit="m",
+            case="too low, semi-implicit Euler",
+        ),
+        Reading(
+            float(np.abs(first[:2]).max()),
+            1e-12,
+            "Nothing acts sideways: 500 sums of numbers below 1 m, each rounded by 1e-16 m.",
+            unit="m",
+            case="sideways",
+        ),
+        Reading(
+            float(np.abs(fourth).max()),
+            1e-12,
+            "A parabola is exact for RK4: 500 sums of numbers below 2 m, rounded by 2e-16 m each.",
+            unit="m",
+            case="off the parabola, RK4",
+        ),
+    ]
+
+
+def pendulum_period(laboratory: Laboratory) -> list[Reading]:
+    """The time between passages of a rod through its lowest place."""
+    g = laboratory.scenario.model.gravity
+    exact = 4 * math.sqrt(2 * ROD / (3 * g)) * _elliptic_k(math.sin(SWING / 2))
+    bounds = {
+        "the project's": (
+            1e-6,
+            "Semi-implicit Euler swings faster by (ω Δt)²/24 = 4e-7 at ω = 3.1 rad/s.",
+        ),
+        "RK4": (1e-9, "RK4 errs by less than (ω Δt)⁴ = 1e-10."),
+    }
+    readings = []
+    for integrator in INTEGRATORS:
+        angle, _ = _swing(laboratory.scenario, integrator, STEP)
+        tolerance, why = bounds[integrator]
+        readings.append(
+            Reading(
+                _period(angle, STEP) / exact - 1,
+                tolerance,
+                why,
+                case=f"relative error, {_short(integrator)}",
+            )
+        )
+    return readings
+
+
+def pendulum_energy(laboratory: Laboratory) -> list[Reading]:
+    """How far kinetic and potential energy of the rod are from their sum at the start."""
+    scenario = laboratory.scenario
+    g = scenario.model.gravity
+    worst: dict[tuple[Integrator, float], float] = {}
+    runs: tuple[tuple[Integrator, float], ...]
+    runs = (("RK4", STEP), ("the project's", STEP), ("the project's", STEP / 2))
+    for integrator, step in runs:
+        angle, speed = _swing(scenario, integrator, step)
+        # Per mass of the rod.
+        energy = ROD**2 * speed**2 / 6 + g * ROD / 2 * (1 - np.cos(angle))
+        worst[integrator, step] = float(np.abs(energy / energy[0] - 1).max())
+    return [
+        Reading(
+            worst["RK4", STEP],
+            1e-8,
+            "RK4 loses (ω Δt)⁵/72 a step, over 20 000 steps below 1e-9.",
+            case="relative, RK4",
+        ),
+        Reading(
+            worst["the project's", STEP],
+            2e-3,
+            "Semi-implicit Euler keeps an energy that differs by ½ ω Δt = 1.6e-3 at the most.",
+            case="relative, semi-implicit",
+        ),
+        Reading(
+            worst["the project's", STEP] / worst["the project's", STEP / 2],
+            0.1,
+            "Proportional to the time step: the next order is Δt², a thousandth of it here.",
+            expected=2.0,
+            case="at Δt over at Δt/2",
+        ),
+    ]
+
+
+def convergence(laboratory: Laboratory) -> list[Reading]:
+    """Femur and tibia of leg 1, swinging from a fixed axis, against the leg's own equations."""
+    leg = laboratory.scenario.load_robot().legs[0]
+    exact = _integrate_equations(leg, laboratory.scenario.model.gravity, steps=400)
+    readings = []
+    for integrator, order, coarse in zip(INTEGRATORS, (1, 4), (STEP, 2 * STEP), strict=True):
+        errors = [
+            np.linalg.norm(_double_pendulum(laboratory.scenario, leg, integrator, step) - exact)
+            for step in (coarse, coarse / 2)
+        ]
+        readings.append(
+            Reading(
+                math.log2(errors[0] / errors[1]),
+                0.1,
+                "log2 of the errors at Δt and Δt/2; the next power of Δt adds some percent.",
+                expected=float(order),
+                case=f"order, {_short(integrator)}",
+            )
+        )
+    return readings
+
+
+def _short(integrator: Integrator) -> str:
+    return "RK4" if integrator == "RK4" else "semi-implicit"
+
+
+def _mass_centre(run: Run) -> Float[np.ndarray, "3"]:
+    data = run.data
+    inside = centre_of_mass(run.robot, data.qpos[7:].reshape(-1, 3).copy())
+    return data.qpos[:3] + quaternion_rotation(data.qpos[3:7].copy()) @ inside
+
+
+def _elliptic_k(modulus: float) -> float:
+    """Complete elliptic integral of the first kind, by the arithmetic-geometric mean (Gauss)."""
+    a, b = 1.0, math.sqrt(1 - modulus**2)
+    while abs(a - b) > 1e-15:
+        a, b = (a + b) / 2, math.sqrt(a * b)
+    return math.pi / (a + b)
+
+
+def _swing(
+    scenario: Scenario, integrator: Integrator, step: float
+) -> tuple[Float[np.ndarray, " time"], Float[np.ndarray, " time"]]:
+    """Angles [rad] and speeds [rad/s] of the rod for a little more than ten periods."""
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    rod = spec.worldbody.add_body(name="rod")
+    rod.explicitinertial = True
+    rod.mass, rod.ipos = 1.0, [0.0, 0.0, -ROD / 2]
+    rod.inertia = [ROD**2 / 12, ROD**2 / 12, 1e-6]
+    rod.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0])
+    model = compiled(spec, scenario, integrator=integrator, dt=step)
+    data = mujoco.MjData(model)
+    data.qpos[0] = SWING
+    # An amplitude of 0.5 rad swings by 1.6 % slower than a small one.
+    period = 1.02 * 2 * math.pi * math.sqrt(2 * ROD / (3 * scenario.model.gravity))
+    count = round(PERIODS * period / step)
+    angle, speed = np.empty((2, count + 1))
+    for k in range(count + 1):
+        angle[k], speed[k] = data.qpos[0], data.qvel[0]
+        mujoco.mj_step(model, data)
+    return angle, speed
+
+
+def _period(angle: Float[np.ndarray, " time"], step: float) -> float:
+    """Mean time between passages through 0 in one direction [s]."""
+    before = np.flatnonzero((angle[:-1] < 0) & (angle[1:] >= 0))
+    passages = []
+    for k in (before[0], before[-1]):
+        # Time as a polynomial of the angle through six samples about the passage (Lagrange).
+        near = np.arange(k - 2, k + 4)
+        x = angle[near]
+        weights = [np.prod(x[x != own] / (x[x != own] - own)) for own in x]
+        passages.append(step * float(np.dot(weights, near)))
+    return (passages[1] - passages[0]) / (len(before) - 1)
+
+
+def _double_pendulum(
+    scenario: Scenario, leg: Leg, integrator: Integrator, step: float
+) -> Float[np.ndarray, "2"]:
+    """Angles of femur and tibia in the engine, let go level and stretched [rad]."""
+    import mujoco
+
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    parent = _add_link(spec.worldbody, leg.femur, [0.0, 0.0, 0.0], X_AXIS_UP)
+    _add_link(parent, leg.tibia, [leg.femur.length, 0.0, 0.0], (1.0, 0.0, 0.0, 0.0))
+    model = compiled(spec, scenario, integrator=integrator, dt=step)
+    data = mujoco.MjData(model)
+    for _ in range(round(SWUNG / step)):
+        mujoco.mj_step(model, data)
+    return data.qpos.copy()
+
+
+def _add_link(
+    parent: mujoco.MjsBody, link: Link, at: list[float], turn: tuple[float, float, float, float]
+) -> mujoco.MjsBody:
+    import mujoco
+
+    body, i = parent.add_body(pos=at, quat=turn), link.inertia
+    body.explicitinertial = True
+    body.mass, body.ipos = link.mass, link.com
+    body.fullinertia = [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
+    body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
+    return body
+
+
+def _integrate_equations(leg: Leg, gravity: float, *, steps: int) -> Float[np.ndarray, "2"]:
+    """The same by Eqs. 10-11, corrected, with the coxa held, and Runge and Kutta's method."""
+
+    def rates(state: Float[np.ndarray, "4"]) -> Float[np.ndarray, "4"]:
+        femur, tibia = state[2:]
+        M, B, C, G = leg_matrices(leg, np.array([0.0, *state[:2]]), gravity=gravity)
+        # The products of coxa and femur, coxa and tibia, femur and tibia; then the squares.
+        needed = B @ [0.0, 0.0, femur * tibia] + C @ [0.0, femur**2, tibia**2] + G
+        return np.concatenate([state[2:], np.linalg.solve(M[1:, 1:], -needed[1:])])
+
+    state, h = np.zeros(4), SWUNG / steps
+    for _ in range(steps):
+        a = rates(state)
+        b = rates(state + h / 2 * a)
+        c = rates(state + h / 2 * b)
+        d = rates(state + h * c)
+        state = state + h / 6 * (a + 2 * b + 2 * c + d)
+    return state[:2]

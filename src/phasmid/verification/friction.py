@@ -1,0 +1,190 @@
+"""Friction: sticking, creeping, sliding and stopping."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from phasmid.simulation import Run
+from phasmid.verification.engine import hold, touching
+from phasmid.verification.laboratory import Laboratory
+from phasmid.verification.row import Reading
+
+FRICTIONS = (0.3, 0.7)
+"""Coefficients of friction that are tried."""
+
+HALVINGS = 5
+"""Halvings of the 4° in which the steepest slope is sought: it is found to 0.06°."""
+
+SLIDING = 0.5
+"""Time after which a slope's robot is looked at [s]."""
+
+CREEP_SLOPE = math.radians(20)
+"""Slope on which creep is measured."""
+
+CREEPLESS = 5000.0
+"""Friction damping with which creep at 20° stays below 1e-4 m/s [N·s/m]."""
+
+RUN_UP = 0.8
+"""Speed from which the robot stops [m/s]."""
+
+BRAKING_STEP = 0.00025
+"""Time step of stopping [s]."""
+
+
+def incline(laboratory: Laboratory) -> list[Reading]:
+    """The steepest slope that holds the robot, found by halving; six feet, joints held."""
+    readings = []
+    for friction in FRICTIONS:
+        critical = math.atan(friction)
+        low, high = critical - math.radians(2), critical + math.radians(2)
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            run = laboratory.standing(friction=friction)
+            # Twice the speed at which it could creep with all friction that there is.
+            limit = 2 * friction * _weight(run) / _damping(run)
+            slides = _speed_on_slope(run, middle) > limit
+            low, high = (low, middle) if slides else (middle, high)
+        readings.append(
+            Reading(
+                math.degrees((low + high) / 2),
+                0.5,
+                "The charter's; after 0.5 s a slope steeper by 0.1° shows, found to 0.06°.",
+                expected=math.degrees(critical),
+                unit="°",
+                case=f"steepest that holds, μ = {friction:g}",
+            )
+        )
+    return readings
+
+
+def creep(laboratory: Laboratory) -> list[Reading]:
+    """How fast the robot goes down a slope of 20° on which it sticks."""
+    readings = []
+    for damping in (laboratory.scenario.contact.friction_damping, CREEPLESS):
+        run = laboratory.standing(friction_damping=damping)
+        speed = _speed_on_slope(run, CREEP_SLOPE)
+        law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
+        readings.append(
+            Reading(
+                speed,
+                1e-3 * law,
+                "Stated: friction that sticks is a damper here. Joints are held to a thousandth.",
+                expected=law,
+                unit="m/s",
+                case=f"{damping:g} N·s/m a point",
+            )
+        )
+    readings.append(
+        Reading(
+            readings[-1].got,
+            1e-4,
+            "The charter's 1e-4 m/s; it takes more friction damping than the default.",
+            unit="m/s",
+            case=f"bound, {CREEPLESS:g} N·s/m a point",
+        )
+    )
+    return readings
+
+
+def stopping(laboratory: Laboratory) -> list[Reading]:
+    """The way of the robot that slides on six feet, joints held, until it rests."""
+    readings = []
+    for friction in FRICTIONS:
+        run = laboratory.standing(friction=friction, dt=BRAKING_STEP)
+        g = run.scenario.model.gravity
+        run.data.qvel[0] = RUN_UP
+        start, aloft = float(run.data.qpos[0]), 0
+        steps = round(RUN_UP / (friction * g) / BRAKING_STEP)
+        for k in hold(run, steps + round(0.1 / BRAKING_STEP)):
+            aloft += k < steps and run.data.ncon == 0
+        expected = RUN_UP**2 / (2 * friction * g)
+        readings += [
+            Reading(
+                float(run.data.qpos[0]) - start,
+                0.005 * expected,
+                "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
+                "0.1 mm, 0.2 %.",
+                expected=expected,
+                unit="m",
+                case=f"way, μ = {friction:g}",
+            ),
+            Reading(
+                100 * aloft / steps,
+                None,
+                "A point that slips by v is pushed up by μ · damping · v besides, as engines with "
+                "convex contact have it: above load / (μ · damping), here some 0.1 m/s, feet hop.",
+                unit="%",
+                case=f"time off the ground, μ = {friction:g}",
+            ),
+        ]
+    return readings
+
+
+def cone(laboratory: Laboratory) -> list[Reading]:
+    """Every point's friction while the robot slides and stops, at every step."""
+    over, along = -math.inf, -math.inf
+    for friction in FRICTIONS:
+        run = laboratory.standing(friction=friction)
+        run.data.qvel[:2] = [0.6, -0.8]
+        slipping = 2 * friction * _weight(run) / _damping(run)
+        for _ in hold(run, 300):
+            found = _friction(run, friction, slipping)
+            over, along = max(over, found[0]), max(along, found[1])
+    return [
+        Reading(
+            max(over, 0.0),
+            1e-9,
+            "The cone is exact in the engine; forces below 30 N round by 1e-14 N.",
+            unit="N",
+            case="beyond μ times the normal force",
+        ),
+        Reading(
+            max(along, 0.0),
+            1e-9,
+            "Friction takes energy from a point that slips, and never gives.",
+            unit="N",
+            case="along the slip",
+        ),
+    ]
+
+
+def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float]:
+    """Excess over the cone, and the largest friction along the slip of a point that slips [N]."""
+    import mujoco
+
+    # Contacts, forces and velocities of one instant.
+    mujoco.mj_forward(run.model, run.data)
+    touch = touching(run.robot, run.model, run.data)
+    if not len(touch.leg):
+        return -math.inf, -math.inf
+    normal = np.sum(touch.force * touch.normal, axis=1)
+    tangential = touch.force - normal[:, None] * touch.normal
+    slip = touch.velocity - np.sum(touch.velocity * touch.normal, axis=1)[:, None] * touch.normal
+    speed = np.linalg.norm(slip, axis=1)
+    over = np.linalg.norm(tangential, axis=1) - friction * normal
+    fast = speed > slipping
+    along = np.sum(tangential * slip, axis=1)[fast] / speed[fast]
+    return float(over.max()), float(along.max(initial=-math.inf))
+
+
+def _weight(run: Run) -> float:
+    return run.robot.mass * run.scenario.model.gravity
+
+
+def _damping(run: Run) -> float:
+    """Friction damping of all points that touch [N·s/m]."""
+    return float(run.data.ncon * run.scenario.contact.friction_damping)
+
+
+def _speed_on_slope(run: Run, slope: float) -> float:
+    """Speed downhill, half a second after level ground has become a slope [m/s].
+
+    Gravity is turned, not the ground: seen from the ground it is the same.
+    """
+    g = run.scenario.model.gravity
+    run.model.opt.gravity[:] = [g * math.sin(slope), 0.0, -g * math.cos(slope)]
+    for _ in hold(run, round(SLIDING / run.dt)):
+        pass
+    return float(run.data.qvel[0])

@@ -1,0 +1,61 @@
+"""Where the rows are measured: the walks that several of them share, each made once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from phasmid.errors import PhasmidError
+from phasmid.motion import plan
+from phasmid.recording import Recording
+from phasmid.scenario import Scenario, load_scenario
+from phasmid.simulation import Ending, Run, simulate
+
+
+class CannotMeasure(PhasmidError):
+    """An experiment that did not come to its end."""
+
+
+def walked(scenario: Scenario) -> Recording:
+    """The simulated walk of a scenario.
+
+    Raises:
+        CannotMeasure: It ended early.
+        KeyboardInterrupt: It was stopped by Ctrl-C.
+    """
+    recording = simulate(scenario, plan(scenario))
+    if recording.attrs["ending"] == Ending.STOPPED.name:
+        raise KeyboardInterrupt
+    if recording.attrs["ending"] != Ending.COMPLETED.name:
+        raise CannotMeasure(str(recording.attrs["ending_reason"]))
+    return recording
+
+
+class Laboratory:
+    """The paper's robot and walk, on the bench and in the engine.
+
+    Attributes:
+        scenario: What the experiments vary.
+    """
+
+    def __init__(self, scenario: Scenario | None = None) -> None:
+        self.scenario = load_scenario("paper") if scenario is None else scenario
+        self._walks: dict[str, Recording] = {}
+
+    def walk(self, **changes: Any) -> Recording:
+        """The simulated walk with these changes; made once.
+
+        Raises:
+            CannotMeasure: It ended early.
+        """
+        key = repr(sorted(changes.items()))
+        if key not in self._walks:
+            self._walks[key] = walked(self.scenario.replace(**changes))
+        return self._walks[key]
+
+    def standing(self, **changes: Any) -> Run:
+        """The robot at rest on all its feet at their neutral places, its joints held.
+
+        A new one at each call: experiments push it about.
+        """
+        scenario = self.scenario.replace(**{"step_length": 0.0, "step_height": 0.0, **changes})
+        return Run(scenario, plan(scenario))

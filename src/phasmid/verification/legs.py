@@ -1,0 +1,94 @@
+"""The legs' kinematics against themselves, against Table 1's chain and a complex step."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from phasmid.kinematics import foot_position, jacobian, joint_angles, leg_frames
+from phasmid.robot import Leg, load_robot, preset_names
+from phasmid.verification.laboratory import Laboratory
+from phasmid.verification.row import Reading
+
+STATES = 10_000
+"""Random angles per robot."""
+
+SHORT = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
+"""Parts by which a leg may miss full stretch."""
+
+
+def round_trip(laboratory: Laboratory) -> list[Reading]:
+    """Foot to angles to foot, and angles to foot to angles, over the workspace of all presets."""
+    del laboratory
+    there, back, stretched = 0.0, 0.0, 0.0
+    for leg in _legs():
+        q = _random_angles()
+        coxa, femur, tibia = leg.lengths
+        r = coxa + femur * np.cos(q[:, 1]) + tibia * np.cos(q[:, 1] + q[:, 2])
+        # A leg reaches outwards. Near its own axis, stretch and fold, angles tell the foot's place
+        # better than the foot tells them.
+        q = q[(r > 0.01) & (np.abs(np.sin(q[:, 2])) > 0.05)]
+        p = foot_position(leg, q)
+        found = joint_angles(leg, p)
+        there = max(there, float(np.abs(foot_position(leg, found) - p).max()))
+        back = max(back, float(np.abs(found - q).max() * sum(leg.lengths)))
+        for short in SHORT:
+            up = np.linspace(-1.5, 1.5, 301)
+            length = (femur + tibia) * (1 - short)
+            far = np.stack([coxa + length * np.cos(up), 0 * up, length * np.sin(up)], axis=-1)
+            again = foot_position(leg, joint_angles(leg, far))
+            stretched = max(stretched, float(np.abs(again - far).max()))
+    why = "Sums of a few terms below 0.3 m, each rounded by 3e-17 m: 1e-12 leaves four orders."
+    return [
+        Reading(there, 1e-12, why, unit="m", case="FK(IK(p)) - p"),
+        Reading(back, 1e-12, why, unit="m", case="IK(FK(q)) - q, times the leg's length"),
+        Reading(stretched, 1e-12, why, unit="m", case="within 1e-6 of full stretch"),
+    ]
+
+
+def chain(laboratory: Laboratory) -> list[Reading]:
+    """Table 1's chain of transforms beside the closed form."""
+    del laboratory
+    q = _random_angles()
+    worst = max(
+        float(np.abs(leg_frames(leg, q)[:, 3, :3, 3] - foot_position(leg, q)).max())
+        for leg in _legs()
+    )
+    why = "Products of four transforms: fewer than 20 operations on terms below 0.3 m."
+    return [Reading(worst, 1e-14, why, unit="m", case="foot, all presets")]
+
+
+def slopes(laboratory: Laboratory) -> list[Reading]:
+    """The Jacobian beside the complex step of Table 1's chain, written out here once more."""
+    del laboratory
+    q, step, worst = _random_angles(), 1e-30, 0.0
+    for leg in _legs():
+        J = jacobian(leg, q)
+        for joint in range(3):
+            moved = q + 1j * step * np.eye(3)[joint]
+            worst = max(worst, float(np.abs(_foot(leg, moved).imag / step - J[..., joint]).max()))
+    why = "A complex step has no truncation; some ten operations on lengths below 0.3 m."
+    return [Reading(worst, 1e-13, why, unit="m", case="all presets")]
+
+
+def _legs() -> list[Leg]:
+    return [load_robot(preset).legs[0] for preset in preset_names()]
+
+
+def _random_angles() -> Float[np.ndarray, "states 3"]:
+    """Knee-up angles over the whole range."""
+    rng = np.random.default_rng(0)
+    return rng.uniform([-3.0, -1.5, -np.pi], [3.0, 1.5, 0.0], (STATES, 3))
+
+
+def _foot(leg: Leg, q: Complex[np.ndarray, "states 3"]) -> Complex[np.ndarray, "states 3"]:
+    """The foot by the product of Table 1's transforms, for complex angles."""
+    point = np.array([leg.tibia.length, 0.0, 0.0]) + np.zeros_like(q)
+    coxa, femur = leg.coxa.length, leg.femur.length
+    for angle, at, upright in ((q[:, 2], femur, 0), (q[:, 1], coxa, 1), (q[:, 0], 0.0, 0)):
+        x, y, z = point.T
+        c, s = np.cos(angle), np.sin(angle)
+        x, y = c * x - s * y + at, s * x + c * y
+        # The femur's axis lies level: a quarter turn about x.
+        point = np.stack([x, -z, y] if upright else [x, y, z], axis=-1)
+    return point

@@ -1,0 +1,133 @@
+"""How feet share a load, against the laws of the optimum and a second method."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.forces import Contacts, share_load
+from phasmid.verification.laboratory import Laboratory
+from phasmid.verification.row import Reading
+
+LOADS, FRICTION = 20, 0.6
+"""Number of loads on six feet, and the friction under them."""
+
+ROUNDS = 4000
+"""Steps of the second method."""
+
+
+def force_sharing(laboratory: Laboratory) -> list[Reading]:
+    """Least forces within friction cones, on uneven ground."""
+    del laboratory
+    contacts, wrench = _loads()
+    force = share_load(contacts, wrench, "friction-cone")
+    given = np.concatenate([force.sum(axis=1), np.cross(contacts.feet, force).sum(axis=1)], axis=-1)
+    local = np.einsum("nlij,nli->nlj", contacts.axes, force)
+    other = _second_method(contacts, wrench)
+    other_local = np.einsum("nlij,nli->nlj", contacts.axes, other)
+    return [
+        Reading(
+            float(np.abs(given - wrench).max()),
+            1e-9,
+            "Equilibrium is eliminated first, so that it holds to round-off of 100 N.",
+            unit="N, N·m",
+            case="equilibrium",
+        ),
+        Reading(
+            float(_stationarity(contacts, local)),
+            1e-9,
+            "F = Aᵀλ + z with z on the cones' inner normals where they are touched; the program is "
+            "solved to 1e-11 of some 10 N.",
+            unit="N",
+            case="KKT residual",
+        ),
+        Reading(
+            float(np.abs(local - other_local).max()),
+            1e-7,
+            f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum.",
+            unit="N",
+            case="off a second method",
+        ),
+    ]
+
+
+def _loads() -> tuple[Contacts, Float[np.ndarray, "loads 6"]]:
+    """Six feet on slopes, and the load of forces that use up to 95 % of the friction."""
+    rng = np.random.default_rng(22)
+    angle = 2 * np.pi * np.arange(6) / 6
+    feet = np.stack([0.25 * np.cos(angle), 0.2 * np.sin(angle), -0.1 + 0 * angle], axis=-1)
+    feet = feet + rng.normal(scale=0.03, size=(LOADS, 6, 3))
+    normals = np.array([0, 0, 1.0]) + rng.normal(scale=0.2, size=feet.shape)
+    contacts = Contacts(feet, np.ones(feet.shape[:2]), normals, FRICTION)
+    normal = rng.uniform(0.5, 10.0, size=feet.shape[:2])
+    along = FRICTION * normal * rng.uniform(0, 0.95, size=normal.shape)
+    turn = rng.uniform(0, 2 * np.pi, size=normal.shape)
+    force = np.stack([normal, along * np.cos(turn), along * np.sin(turn)], axis=-1)
+    force = (contacts.axes @ force[..., None])[..., 0]
+    wrench = [force.sum(axis=1), np.cross(feet, force).sum(axis=1)]
+    return contacts, np.concatenate(wrench, axis=-1)
+
+
+def _grasps(contacts: Contacts) -> Float[np.ndarray, "loads 6 18"]:
+    """From forces in contact axes to force and moment."""
+    count, legs = contacts.feet.shape[:2]
+    columns = np.swapaxes(contacts.axes, -1, -2)
+    moments = np.cross(contacts.feet[:, :, None], columns)
+    both = np.concatenate([columns, moments], axis=-1)
+    return np.swapaxes(both.reshape(count, 3 * legs, 6), 1, 2)
+
+
+def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
+    """What of the forces no multiplier explains; multipliers of the wrong sign count, too."""
+    worst = 0.0
+    for A, f in zip(_grasps(contacts), local, strict=True):
+        columns = []
+        for foot, (normal, *along) in enumerate(f):
+            size = float(np.hypot(*along))
+            at = np.zeros((len(f), 3))
+            if normal < 1e-8:
+                for axis in np.eye(3):
+                    at = np.zeros((len(f), 3))
+                    at[foot] = axis
+                    columns.append(at.ravel())
+            elif FRICTION * normal - size < 1e-8:
+                at[foot] = [FRICTION, -along[0] / size, -along[1] / size]
+                columns.append(at.ravel())
+        basis = np.column_stack([A.T, *columns])
+        fitted = np.linalg.lstsq(basis, f.ravel(), rcond=None)[0]
+        worst = max(worst, float(np.abs(basis @ fitted - f.ravel()).max()))
+    return worst
+
+
+def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:
+    """The same forces by alternating directions of multipliers (Boyd et al. 2011), in the world.
+
+    One half makes the least squares within equilibrium, the other projects on the cones.
+    """
+    A = _grasps(contacts)
+    inverse = np.linalg.pinv(A)
+    fixed = (inverse @ wrench[..., None])[..., 0]
+    free = np.eye(A.shape[-1]) - inverse @ A
+    z = np.zeros_like(fixed)
+    u = np.zeros_like(fixed)
+    for _ in range(ROUNDS):
+        # The least of |x|² + |x - (z - u)|² within equilibrium.
+        x = fixed + (free @ ((z - u) / 2)[..., None])[..., 0]
+        z = _into_cones(x + u)
+        u = u + x - z
+    local = z.reshape(*contacts.feet.shape[:2], 3)
+    return np.einsum("nlij,nlj->nli", contacts.axes, local)
+
+
+def _into_cones(f: Float[np.ndarray, "loads axes"]) -> Float[np.ndarray, "loads axes"]:
+    """The nearest forces within the friction cones."""
+    local = f.reshape(len(f), -1, 3)
+    normal, along = local[..., 0], local[..., 1:]
+    size = np.hypot(along[..., 0], along[..., 1])
+    onto = np.maximum((normal + FRICTION * size) / (1 + FRICTION**2), 0.0)
+    inside = size <= FRICTION * normal
+    scale = np.where(inside, 1.0, FRICTION * onto / np.where(size > 0, size, 1.0))
+    nearest = np.concatenate(
+        [np.where(inside, normal, onto)[..., None], scale[..., None] * along], -1
+    )
+    return nearest.reshape(f.shape)

@@ -1,0 +1,112 @@
+"""The paper's walk in the engine: what the ground carries, and what the time step costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.motion import plan
+from phasmid.recording import Recording
+from phasmid.reporting import summarise
+from phasmid.reporting.steps import away_from_switches
+from phasmid.robot import JOINTS
+from phasmid.scenario import Scenario
+from phasmid.simulation import time_step_refinement
+from phasmid.simulation.refinement import CYCLES
+from phasmid.verification.laboratory import CannotMeasure, Laboratory
+from phasmid.verification.row import Reading
+
+
+def mean_load(laboratory: Laboratory) -> list[Reading]:
+    """Mean sum of all normal forces over whole cycles, beside the weight."""
+    scenario, recording = laboratory.scenario, laboratory.walk()
+    weight = scenario.load_robot().mass * scenario.model.gravity
+    # The last sample begins the next cycle.
+    total = recording["foot_normal_force"].sum("leg").values[:-1]
+    return [
+        Reading(
+            float(total.mean()) / weight,
+            0.002,
+            "The body ends each cycle as high and as fast as it began it, so that the mean force "
+            "is the weight; touchdowns leave it 0.1 mm and some mm/s beside.",
+            expected=1.0,
+            case=f"over {scenario.duration / scenario.stride.period:g} cycles",
+        )
+    ]
+
+
+def swing_load(laboratory: Laboratory) -> list[Reading]:
+    """The largest force on any foot in its swing, 80 ms away from its switches."""
+    recording = laboratory.walk()
+    force = np.linalg.norm(recording["foot_force"].values, axis=-1)
+    swinging = ~recording["stance"].values & calm(recording)
+    return [
+        Reading(
+            float(force[swinging].max()),
+            0.0,
+            "A foot in the air touches nothing: exactly none.",
+            unit="N",
+            case="largest on any foot",
+        )
+    ]
+
+
+def refinement(laboratory: Laboratory) -> list[Reading]:
+    """The first two cycles at the scenario's time step and at half of it."""
+    scenario = laboratory.scenario
+    found = time_step_refinement(scenario, plan(scenario))
+    if found is None:
+        raise CannotMeasure("the walk did not come to its end at half the time step.")
+    why = "The charter's 0.5 %: rms of the difference over rms, touchdowns included."
+    half = f"{1000 * found.time_step:g} ms and half"
+    return [
+        Reading(100 * found.normal_force, 0.5, why, unit="%", case=f"normal forces, {half}"),
+        Reading(100 * found.joint_torque, 0.5, why, unit="%", case=f"joint torques, {half}"),
+        Reading(
+            100 * found.way / float(np.linalg.norm(_way(scenario))),
+            0.5,
+            "The charter's 0.5 %, of the way itself.",
+            unit="%",
+            case=f"way of the body, {half}",
+        ),
+    ]
+
+
+def model_against_simulation(laboratory: Laboratory) -> list[Reading]:
+    """Rms difference of torques, model and simulation, amid stance; the worst leg of each joint."""
+    compared = summarise(laboratory.walk())["model_against_simulation"]["torque"]
+    readings = []
+    for name, key in (("whole walk", "rms"), ("mid-stance", "rms_mid_stance")):
+        worst = np.array(compared[key], dtype=float).max(axis=0)
+        for joint, value in zip(JOINTS, worst, strict=True):
+            readings.append(
+                Reading(
+                    float(value),
+                    None,
+                    "Reported: how the feet squeeze each other no statics tells, so nothing is "
+                    "claimed beyond this number.",
+                    unit="N·m",
+                    case=f"{joint}, {name}, worst leg",
+                )
+            )
+    return readings
+
+
+def calm(recording: Recording) -> Bool[np.ndarray, "time legs"]:
+    """Samples of each leg that are 80 ms and more away from its switches."""
+    return away_from_switches(recording["time"].values, recording["stance"].values)
+
+
+def amid_stance(recording: Recording, legs: Sequence[int]) -> Bool[np.ndarray, " time"]:
+    """Samples in which exactly these legs (from 0) stand, away from all switches."""
+    wanted = np.zeros(recording.sizes["leg"], dtype=bool)
+    wanted[list(legs)] = True
+    return (recording["stance"].values == wanted).all(axis=1) & calm(recording).all(axis=1)
+
+
+def _way(scenario: Scenario) -> Float[np.ndarray, "3"]:
+    """The body's planned way in the cycles that are compared [m]."""
+    end = min(scenario.duration, CYCLES * scenario.stride.period)
+    return plan(scenario).sample(np.array([end])).trunk.position[0] * [1, 1, 0]
