@@ -12,6 +12,7 @@ from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.gait import Gait, load_gait
 from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
 from phasmid.scenario.contact import ContactTable
+from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.gait import GaitTable
 from phasmid.scenario.model import ModelTable
 from phasmid.scenario.sensors import SensorsTable
@@ -57,6 +58,7 @@ class Scenario(Table):
         duration: Length of the walk [s].
         gait: Which legs stand, when.
         stride: How the feet travel.
+        footing: How the walk fits itself to ground that the planner knows.
         model: What is taken as the robot and its mechanics.
         simulation: How the engine runs.
         contact: Feet on the ground.
@@ -82,6 +84,7 @@ class Scenario(Table):
     duration: Annotated[Time, Gt(0)] = 10.0
     gait: GaitTable = GaitTable()
     stride: StrideTable = StrideTable()
+    footing: FootingTable = FootingTable()
     model: ModelTable = ModelTable()
     simulation: SimulationTable = SimulationTable()
     contact: ContactTable = ContactTable()

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.forces.analysis import model_channels, recording_attributes
-from phasmid.kinematics import quaternion_rotation, yaw_quaternion
+from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
 from phasmid.robot import Robot
@@ -209,16 +209,19 @@ def check_time_step(scenario: Scenario, robot: Robot) -> None:
 
 
 def check_load(scenario: Scenario, walk: Walk) -> None:
-    """Refuse a walk whose load the scenario's force model cannot share, by a look at one cycle.
+    """Refuse a walk whose load the scenario's force model cannot share.
+
+    Where all cycles are alike, one of them is looked at.
 
     Raises:
         InvalidInput: The load transfer takes longer than the gait allows.
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
-    # Seen from the body all cycles are alike.
     interval = scenario.simulation.dt * scenario.record_steps
-    duration = min(scenario.duration, scenario.stride.period)
-    model_channels(scenario, walk.sample(np.arange(0.0, duration, interval)))
+    period, duration = scenario.stride.period, scenario.duration
+    for start in np.arange(0.0, period if walk.is_periodic else duration, period):
+        stop = min(start + period, duration)
+        model_channels(scenario, walk.sample(np.arange(start, stop, interval)))
 
 
 def longest_time_step(scenario: Scenario, mass: float) -> float:
@@ -346,8 +349,10 @@ class Run:
     def _repeated_targets(self) -> Float[np.ndarray, "samples joints"] | None:
         """The targets of one cycle, where it is a whole number of steps and not too many.
 
-        Seen from the body all cycles are alike, so these serve them all.
+        Where all cycles are alike, seen from the body, these serve them all.
         """
+        if not self.walk.is_periodic:
+            return None
         cycle = self.scenario.stride.period / self.dt
         steps = round(cycle)
         if steps > PLAN_STEPS or abs(cycle - steps) > 1e-9 * cycle:
@@ -362,7 +367,7 @@ class Run:
         mujoco.mj_resetData(self.model, data)
         data.qpos[:3] = start.trunk.position[0]
         data.qpos[2] += raised(self.scenario, start)
-        data.qpos[3:7] = yaw_quaternion(start.trunk.yaw)[0]
+        data.qpos[3:7] = start.trunk.quaternion[0]
         data.qpos[7:] = start.q[0].ravel()
         self.drive.command(start.q[0].ravel())
         if self.footing.needed:
@@ -380,9 +385,12 @@ class Run:
             trouble = self._look(WATCH_STEPS)
             if trouble:
                 return Trouble(trouble.ending, 0, f"before its first step: {trouble.reason}")
-        data.qpos[:2] = start.trunk.position[0, :2]
+        # On a slope it creeps meanwhile; put back, its feet would stand in the ground.
+        if self.ground.is_level:
+            data.qpos[:2] = start.trunk.position[0, :2]
         data.qvel[:3] = start.trunk.velocity[0]
-        data.qvel[3:6] = [0.0, 0.0, start.trunk.yaw_rate[0]]
+        # The engine takes a free body's angular velocity in the body's own axes.
+        data.qvel[3:6] = start.trunk.rotation[0].T @ start.trunk.angular_velocity[0]
         data.qvel[6:] = start.qd[0].ravel()
         self.drive.begin(start.qd[0].ravel())
         data.time = 0.0
