@@ -212,6 +212,23 @@ def test_an_interrupt_that_a_library_turns_into_another_error_is_still_one(monke
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_check_says_what_a_walk_does_on_its_terrain(here, capsys):
+    # The plane through the feet rises with them; the numbers are the walk's own.
+    (here / "s.toml").write_text('terrain = "slope"\nduration = 4\n', encoding="utf-8")
+    assert main(["check", "s.toml"]) == 0
+    # 160 mm ahead on a slope of 10 degrees: 28.2 mm.
+    assert (
+        "terrain slope, known to the planner: the trunk rises by 28.2 mm, pitches by 10.0° and "
+        "rolls by 0.0° at most\n    0 of "
+    ) in capsys.readouterr().out
+    stairs = '[terrain]\nkind = "stairs"\nplanned_on = "level"\n'
+    (here / "s.toml").write_text(stairs, encoding="utf-8")
+    assert main(["check", "s.toml"]) == 0
+    assert "terrain stairs, which the planner takes for level\n" in capsys.readouterr().out
+    assert main(["check", "paper"]) == 0
+    assert "terrain" not in capsys.readouterr().out
+
+
 def test_check_says_why_a_file_is_not(here, capsys):
     (here / "s.toml").write_text("[stride]\nstep_length_mm = 400\n", encoding="utf-8")
     status, text = answered(capsys, "check", "s.toml")
