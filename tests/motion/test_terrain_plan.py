@@ -5,8 +5,10 @@ import pytest
 
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.motion import Course, LevelCourse, plan
+from phasmid.motion.footholds import choose_footholds
 from phasmid.motion.swing import CLEARANCE
 from phasmid.scenario import load_scenario
+from phasmid.terrain import Ground, Steps
 from terrains import SLOPES, TERRAINS
 
 PAPER = load_scenario("paper").replace(step_length_mm=80, duration=6.0)
@@ -107,6 +109,29 @@ def test_no_foot_stands_in_a_gap_or_on_ice():
     x, y, _ = walk.foot_position[walk.stance].T
     assert terrain.friction(x, y).min() == 0.7
     assert walk.course.moved > 0
+
+
+def test_of_places_equally_near_a_foot_takes_the_one_ahead_then_the_one_further_out():
+    # A ditch of 18 mm with the nominal place in its middle: 20 mm to either side is good.
+    ditch = Ground(Steps.gap(-0.009, width=0.018, depth=0.1), 0.7)
+    across = Ground(ditch.shape, 0.7, yaw=np.pi / 2)
+    nominal, out = np.zeros((1, 1, 2)), np.array([[[0.0, 1.0]]])
+    for ground, ahead, place in (
+        (ditch, [1.0, 0.0], [0.02, 0.0]),
+        (ditch, [-1.0, 0.0], [-0.02, 0.0]),
+        (across, [1.0, 0.0], [0.0, 0.02]),
+    ):
+        found = choose_footholds(ground, PAPER.footing, nominal, np.array([[ahead]]), out)
+        assert found.moved.all()
+        assert np.abs(found.place[0, 0, :2] - place).max() < 1e-12
+
+
+def test_a_walk_steps_over_a_gap_ahead():
+    # The right front foot's second stance is 120 mm ahead of its neutral place, amid the gap.
+    x = 0.1248 + 0.150 * np.sqrt(0.5) + 0.120
+    gap = {"terrain": "gap", "gap_width_mm": 18, "terrain_start": x - 0.009}
+    feet = plan(PAPER.replace(**gap)).sample(np.array([1.5])).foot_position
+    assert feet[0, 0] == pytest.approx([x + 0.020, -0.06164 - 0.150 * np.sqrt(0.5), 0], abs=1e-12)
 
 
 def test_a_foot_moves_no_farther_than_the_search_radius():

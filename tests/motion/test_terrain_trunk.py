@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from phasmid.kinematics import quaternion_rotation
+from phasmid.gait import support_margin
+from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.motion import plan
 from phasmid.motion.curves import Path
 from phasmid.motion.rules import arctan, cos_and_sin, inverse, product, root
@@ -97,14 +98,14 @@ def test_the_trunk_leans_no_farther_than_it_may():
     assert np.abs(np.degrees(walk.trunk.attitude) - [0, -10, 0]).max() < 1e-10
 
 
-def test_the_support_margin_on_a_slope_is_seen_along_the_vertical():
-    # Feet and centre of mass on the map: with the trunk level or leaning the margin differs only
-    # by where the legs' masses are, below 5 mm on 8 degrees.
-    leaning, level = (
-        plan(PAPER.replace(terrain="slope", slope_deg=8, trunk_attitude=attitude)).support_margin
-        for attitude in ("follow-terrain", "level")
-    )
-    assert np.abs(leaning - level).max() < 0.005
+@pytest.mark.parametrize("name", ["slope-up", "slope-sideways", "stairs"])
+def test_the_support_margin_is_that_of_feet_and_centre_of_mass_on_the_map(name):
+    # The polygon in world axes, which the heading does not change: 1e-12.
+    walk = plan(PAPER.replace(**TERRAINS[name], step_turn_deg=5, period=3.0))
+    com = np.einsum("tij,tj->ti", walk.trunk.rotation, centre_of_mass(walk.robot, walk.q))
+    com += walk.trunk.position
+    on_map = support_margin(walk.foot_position[..., :2], walk.stance, com[:, :2])
+    assert np.abs(walk.support_margin - on_map).max() < 1e-12
 
 
 def test_the_rules_of_differentiation_are_those_of_a_complex_step():

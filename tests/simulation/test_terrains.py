@@ -3,6 +3,7 @@
 import math
 from functools import cache
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -10,6 +11,7 @@ from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
+from phasmid.simulation.run import Run
 from terrains import TERRAINS
 
 PAPER = load_scenario("paper").replace(step_length_mm=80, duration=6.0)
@@ -104,6 +106,31 @@ def test_a_planner_that_is_not_told_of_stairs_does_not_climb_them_as_one_that_is
     assert abs(told.body_position.values[-1, 0] - walk.trunk.position[-1, 0]) < 0.0048
     reached = untold.body_position.values[-1, 0]
     assert untold.attrs["ending"] == "FELL" or reached < level.trunk.position[-1, 0] - 0.048
+
+
+def test_a_run_begins_with_the_plans_velocities():
+    # Turning at constant speed on a slope the trunk turns about all its axes. The engine's own
+    # figure in world axes is the plan's, to round-off.
+    changes = {"stance_timing": "constant-speed", "step_length_mm": 40, "step_turn_deg": 6}
+    scenario = PAPER.replace(**TERRAINS["slope-up"], **changes)
+    walk = plan(scenario)
+    run = Run(scenario, walk)
+    mujoco.mj_forward(run.model, run.data)
+    velocity, trunk = np.empty(6), walk.sample(np.zeros(1)).trunk
+    mujoco.mj_objectVelocity(
+        run.model,
+        run.data,
+        mujoco.mjtObj.mjOBJ_XBODY,
+        run.model.body("trunk").id,
+        velocity,
+        0,
+    )
+    R_settled = quaternion_rotation(run.data.qpos[3:7])
+    # It settled by a fraction of a degree, and turns as planned in its own axes.
+    planned = R_settled @ trunk.rotation[0].T @ trunk.angular_velocity[0]
+    assert np.abs(trunk.angular_velocity[0]).max() > 0.05
+    assert np.abs(velocity[:3] - planned).max() < 1e-12
+    assert np.abs(velocity[3:] - trunk.velocity[0]).max() < 1e-12
 
 
 def test_a_slope_steeper_than_friction_holds_is_slid_down():
