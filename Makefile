@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper verify test lint bench stress lock clean
+.PHONY: help setup walk paper terrain verify test lint bench stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -34,6 +34,9 @@ paper: $(READY) ## grade the paper anew: docs/paper.md, docs/errata.md and their
 
 verify: $(READY) ## run the physics against closed forms and write docs/verification.md
 	@"$(BIN)/phasmid" verify --page docs/verification.md --force $(ARGS)
+
+terrain: $(READY) ## walk the ten terrains anew: docs/terrain.md and its pictures
+	@"$(BIN)/python" docs/terrain_page.py
 
 test: lint ## run every check, the tests last
 	@echo "== tests"

@@ -365,6 +365,23 @@ def test_an_interrupt_that_a_library_turns_into_another_error_is_still_one(monke
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_check_says_what_a_walk_does_on_its_terrain(here, capsys):
+    # The plane through the feet rises with them; the numbers are the walk's own.
+    (here / "s.toml").write_text('terrain = "slope"\nduration = 4\n', encoding="utf-8")
+    assert main(["check", "s.toml"]) == 0
+    # 160 mm ahead on a slope of 10 degrees: 28.2 mm.
+    assert (
+        "terrain slope, known to the planner: the trunk rises by 28.2 mm, pitches by 10.0° and "
+        "rolls by 0.0° at most\n    0 of "
+    ) in capsys.readouterr().out
+    stairs = '[terrain]\nkind = "stairs"\nplanned_on = "level"\n'
+    (here / "s.toml").write_text(stairs, encoding="utf-8")
+    assert main(["check", "s.toml"]) == 0
+    assert "terrain stairs, which the planner takes for level\n" in capsys.readouterr().out
+    assert main(["check", "paper"]) == 0
+    assert "terrain" not in capsys.readouterr().out
+
+
 def test_check_says_why_a_file_is_not(here, capsys):
     (here / "s.toml").write_text("[stride]\nstep_length_mm = 400\n", encoding="utf-8")
     status, text = answered(capsys, "check", "s.toml")
@@ -394,3 +411,22 @@ def test_every_public_name_can_be_imported():
         assert getattr(phasmid, name) is not None
     with pytest.raises(AttributeError):
         phasmid.nothing  # noqa: B018
+
+
+def test_one_option_chooses_the_terrain(here):
+    # --terrain names the kind; other options of the terrain go with it, and the folder keeps both.
+    arguments = ["walk", "--terrain", "step", "--rise-mm", "25", "--duration", "0.1"]
+    assert main([*arguments, "--planned-on", "level", "--no-figures", "--quiet"]) == 0
+    (folder,) = (here / "results").iterdir()
+    table = load_scenario(folder / "scenario.toml").terrain
+    assert (table.kind, table.rise, table.friction) == ("step", 0.025, 0.7)
+
+
+def test_lists_of_the_terrain_are_written_with_commas(here):
+    arguments = ["walk", "--terrain", "steps", "--edge-x-mm", "400,500", "--edge-z-mm=-10,0"]
+    arguments += ["--patches", "0,1,-1,1,0.5;0.5,1,-1,1,0.2", "--duration", "0.1"]
+    assert main([*arguments, "--planned-on", "level", "--no-figures", "--quiet"]) == 0
+    (folder,) = (here / "results").iterdir()
+    table = load_scenario(folder / "scenario.toml").terrain
+    assert (table.edge_x, table.edge_z) == ((0.4, 0.5), (-0.01, 0.0))
+    assert table.patches == ((0.0, 1.0, -1.0, 1.0, 0.5), (0.5, 1.0, -1.0, 1.0, 0.2))

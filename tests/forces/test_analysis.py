@@ -133,9 +133,9 @@ def test_torques_are_those_of_a_second_inverse_dynamics_with_the_forces():
         position=trunk.position,
         rotation=rotation_rpy(zero, zero, trunk.yaw),
         velocity=trunk.velocity,
-        angular_velocity=np.stack([zero, zero, trunk.yaw_rate], axis=-1),
+        angular_velocity=np.stack([zero, zero, trunk.attitude_rate[:, 2]], axis=-1),
         acceleration=trunk.acceleration,
-        angular_acceleration=np.stack([zero, zero, trunk.yaw_acceleration], axis=-1),
+        angular_acceleration=np.stack([zero, zero, trunk.attitude_acceleration[:, 2]], axis=-1),
     )
     again, wrench = inverse_dynamics(
         walk.robot, body, walk.q, walk.qd, walk.qdd, foot_force=run.foot_force_model.values

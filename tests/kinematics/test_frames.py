@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from phasmid.kinematics import (
+    angular_motion,
     body_from_hip,
     centre_of_mass,
     hip_from_body,
@@ -14,6 +15,7 @@ from phasmid.kinematics import (
     quaternion_rotation,
     quaternion_yaw,
     rotation_rpy,
+    rpy_quaternion,
     step_pose,
     step_twist,
     yaw_quaternion,
@@ -82,3 +84,32 @@ def test_one_step_is_the_displacement_that_was_asked(turn):
     # The twist is the pose's derivative at the start; the difference errs by h |turn|^2 |step|.
     slope = step_pose(step, np.array(1e-7)) / 1e-7
     assert step_twist(step) == pytest.approx(slope, abs=1e-7)
+
+
+def test_the_quaternion_of_roll_pitch_and_yaw_is_their_rotation():
+    # Products of three sines and cosines: 1e-15.
+    rng = np.random.default_rng(5)
+    angles = rng.uniform(-1.4, 1.4, size=(3, 50))
+    R = quaternion_rotation(rpy_quaternion(*angles))
+    assert np.abs(R - rotation_rpy(*angles)).max() < 1e-15
+
+
+def test_angular_motion_is_the_derivative_of_the_rotation():
+    # dR/dt = [w] R and dw/dt, for angles a + b t + c t^2 / 2 at t = 0. Central differences of
+    # 1e-4: h^2/6 times third derivatives below 20, 3e-8.
+    rng = np.random.default_rng(6)
+    a, b, c = rng.uniform(-1, 1, size=(3, 40, 3))
+    h = 1e-4
+
+    def at(t):
+        return a + b * t + c * t**2 / 2, b + c * t, c
+
+    def R(t):
+        return rotation_rpy(*np.moveaxis(at(t)[0], -1, 0))
+
+    w, dw = angular_motion(*at(0.0))
+    turning = (R(h) - R(-h)) / (2 * h) @ np.swapaxes(R(0.0), 1, 2)
+    seen = np.stack([turning[:, 2, 1], turning[:, 0, 2], turning[:, 1, 0]], axis=-1)
+    assert np.abs(seen - w).max() < 1e-7
+    faster = (angular_motion(*at(h))[0] - angular_motion(*at(-h))[0]) / (2 * h)
+    assert np.abs(faster - dw).max() < 1e-7

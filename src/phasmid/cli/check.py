@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from phasmid.motion import Walk
     from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
@@ -83,5 +84,30 @@ def _check_scenario(scenario: Scenario) -> int:
         f"{walk.robot.servo.no_load_speed:.2f} rad/s"
     )
     print(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
+    for line in _on_terrain(scenario, walk):
+        print(f"  {line}")
     print("possible.")
     return 0
+
+
+def _on_terrain(scenario: Scenario, walk: Walk) -> list[str]:
+    """What a walk does on its terrain, where that is not level ground."""
+    import numpy as np
+
+    from phasmid.motion import Course
+
+    ground, planned = scenario.load_terrain(), scenario.planned_terrain()
+    kind = scenario.terrain.kind
+    if isinstance(walk.course, Course):
+        height, steepest = walk.trunk.position[:, 2], np.degrees(np.abs(walk.trunk.attitude))
+        roll, pitch, _ = steepest.max(axis=0)
+        return [
+            f"terrain {kind}, known to the planner: the trunk rises by "
+            f"{1000 * (height[-1] - height[0]):.1f} mm, pitches by {pitch:.1f}° and rolls by "
+            f"{roll:.1f}° at most",
+            f"  {walk.course.moved} of {int(walk.course.counted.sum())} footholds are moved to a "
+            "better place",
+        ]
+    if ground.is_level == planned.is_level and ground.patches == planned.patches:
+        return []
+    return [f"terrain {kind}, which the planner takes for level"]

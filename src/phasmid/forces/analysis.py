@@ -17,7 +17,7 @@ from phasmid.forces.family import (
 )
 from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
-from phasmid.kinematics import jacobian, rotation_rpy, yaw_quaternion
+from phasmid.kinematics import jacobian
 from phasmid.motion import Walk
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import robot_to_toml
@@ -57,37 +57,41 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
 
 def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
     """The channels of a recording that follow from the plan alone, shapes as in a recording."""
-    torque, force = _torque_and_force(scenario, walk)
+    torque, force, normal_force = _torque_and_force(scenario, walk)
     return {
         "joint_position_target": walk.q,
         "joint_velocity_target": walk.qd,
         "joint_acceleration_target": walk.qdd,
         "joint_torque_model": torque,
         "foot_force_model": force,
-        "foot_normal_force_model": force[..., 2],
+        "foot_normal_force_model": normal_force,
         "foot_position": walk.foot_position,
         "stance": walk.stance,
         "body_position": walk.trunk.position,
         "body_velocity": walk.trunk.velocity,
-        "body_orientation": yaw_quaternion(walk.trunk.yaw),
+        "body_orientation": walk.trunk.quaternion,
     }
 
 
 def planned_body(walk: Walk) -> BodyMotion:
     """The trunk's planned pose and motion."""
-    trunk, zero = walk.trunk, np.zeros(len(walk.time))
+    trunk = walk.trunk
     return BodyMotion(
         position=trunk.position,
-        rotation=rotation_rpy(zero, zero, trunk.yaw),
+        rotation=trunk.rotation,
         velocity=trunk.velocity,
-        angular_velocity=np.stack([zero, zero, trunk.yaw_rate], axis=-1),
+        angular_velocity=trunk.angular_velocity,
         acceleration=trunk.acceleration,
-        angular_acceleration=np.stack([zero, zero, trunk.yaw_acceleration], axis=-1),
+        angular_acceleration=trunk.angular_acceleration,
     )
 
 
-def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.ndarray]:
-    """Joint torques [N·m] and forces of the ground on the feet in world axes [N], (N, L, 3)."""
+def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joint torques [N·m], forces of the ground on the feet [N], and their normal parts [N].
+
+    Torques and forces, in world axes, have the shape (N, L, 3). The ground is the planner's, which
+    may take it for level.
+    """
     model = scenario.model
     moving = 1.0 if model.body_acceleration == "included" else 0.0
     body = planned_body(walk)
@@ -106,14 +110,16 @@ def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.nd
         torque=free_torque,
         limit=walk.robot.servo.stall_torque if counted else np.inf,
     )
+    feet, ground = walk.foot_position, scenario.planned_terrain()
     contacts = Contacts(
-        feet=walk.foot_position - body.position[:, None],
+        feet=feet - body.position[:, None],
         share=share,
-        friction=scenario.terrain.friction,
+        normals=ground.normal(feet[..., 0], feet[..., 1]),
+        friction=ground.friction(feet[..., 0], feet[..., 1]),
         leg_names=walk.robot.leg_names,
     )
     force = share_load(contacts, wrench, _chosen(scenario), joints=joints, time=walk.time)
-    return joints.with_ground(force), force
+    return joints.with_ground(force), force, np.sum(force * contacts.normals, axis=-1)
 
 
 def _chosen(scenario: Scenario) -> ForceModel:

@@ -3,6 +3,7 @@
 from phasmid.kinematics.arguments import HasLengths
 from phasmid.kinematics.frames import (
     LinkFrames,
+    angular_motion,
     body_from_hip,
     centre_of_mass,
     dh_transform,
@@ -13,6 +14,7 @@ from phasmid.kinematics.frames import (
     quaternion_rotation,
     quaternion_yaw,
     rotation_rpy,
+    rpy_quaternion,
     step_pose,
     step_twist,
     yaw_quaternion,
@@ -28,6 +30,7 @@ from phasmid.kinematics.workspace import longest_stride, reach, within_reach
 __all__ = [
     "HasLengths",
     "LinkFrames",
+    "angular_motion",
     "body_from_hip",
     "centre_of_mass",
     "dh_transform",
@@ -44,6 +47,7 @@ __all__ = [
     "quaternion_yaw",
     "reach",
     "rotation_rpy",
+    "rpy_quaternion",
     "step_pose",
     "step_twist",
     "within_reach",

@@ -153,6 +153,53 @@ def yaw_quaternion(yaw: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batc
     return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
 
 
+def rpy_quaternion(
+    roll: Float[np.ndarray, "*batch"],
+    pitch: Float[np.ndarray, "*batch"],
+    yaw: Float[np.ndarray, "*batch"],
+) -> Float[np.ndarray, "*batch 4"]:
+    """Quaternion (w, x, y, z) of the rotation that `rotation_rpy` makes of these angles [rad]."""
+    halves = [angle / 2 for angle in alike(roll=roll, pitch=pitch, yaw=yaw)]
+    (cr, cp, cy), (sr, sp, sy) = (tuple(f(half) for half in halves) for f in (np.cos, np.sin))
+    return np.stack(
+        [
+            cr * cp * cy + sr * sp * sy,
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+        ],
+        axis=-1,
+    )
+
+
+def angular_motion(
+    attitude: Float[np.ndarray, "*batch 3"],
+    rate: Float[np.ndarray, "*batch 3"],
+    acceleration: Float[np.ndarray, "*batch 3"],
+) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch 3"]]:
+    """Angular velocity and acceleration of a body whose roll, pitch and yaw change.
+
+    Args:
+        attitude: Roll, pitch and yaw as in `rotation_rpy` [rad], shape (..., 3).
+        rate: Their first derivatives by time [rad/s], shape (..., 3).
+        acceleration: Their second derivatives [rad/s²], shape (..., 3).
+
+    Returns:
+        Angular velocity [rad/s] and acceleration [rad/s²] in world axes, each of shape (..., 3).
+    """
+    _, p, y = np.moveaxis(attitude, -1, 0)
+    (dr, dp, dy), (ddr, ddp, ddy) = (np.moveaxis(v, -1, 0) for v in (rate, acceleration))
+    cp, sp, cy, sy = np.cos(p), np.sin(p), np.cos(y), np.sin(y)
+    # Roll turns about the body's own x, pitch about the heading's left, yaw about the vertical.
+    w = [cy * cp * dr - sy * dp, sy * cp * dr + cy * dp, dy - sp * dr]
+    dw = [
+        cy * cp * ddr - sy * ddp - (sy * cp * dy + cy * sp * dp) * dr - cy * dy * dp,
+        sy * cp * ddr + cy * ddp + (cy * cp * dy - sy * sp * dp) * dr - sy * dy * dp,
+        ddy - sp * ddr - cp * dp * dr,
+    ]
+    return np.stack(w, axis=-1), np.stack(dw, axis=-1)
+
+
 def quaternion_yaw(quaternion: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*batch"]:
     """Heading of a body pose: the angle of its x axis about the vertical [rad]."""
     w, x, y, z = _entries(quaternion)

@@ -1,13 +1,17 @@
 """How feet, body and joints travel: curves, steps, and the plan of a walk."""
 
+from phasmid.motion.course import Course
 from phasmid.motion.curves import Path, blend, join, lift
+from phasmid.motion.level import LevelCourse
 from phasmid.motion.trajectory import JointTrajectory
 from phasmid.motion.trajectory_file import load_trajectory
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.motion.walk import Walk, plan
 
 __all__ = [
+    "Course",
     "JointTrajectory",
+    "LevelCourse",
     "Path",
     "TrunkMotion",
     "Walk",

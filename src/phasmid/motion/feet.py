@@ -38,13 +38,13 @@ def straight_feet(
     Source: Fig. 6; the quintics of the results section. A foot swings between footholds in world
     axes, so that it lands without velocity whatever the body does.
     """
-    cycle, u = _swing_fraction(gait, stride, time)
+    cycle, u = swing_fraction(gait, stride, time)
     # The stance that ends the swing: the body is half a step further when it is half over.
     landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
     neutral = neutral_feet(robot)
     p1, p0 = (
-        _foothold(step, landing, neutral),
-        _foothold(step, landing - 1 / gait.duty_factor, neutral),
+        foothold(step, landing, neutral),
+        foothold(step, landing - 1 / gait.duty_factor, neutral),
     )
     s, h = blend(stride.curve, u), lift(stride.curve, u)
     swing = gait.swing_fraction * stride.period
@@ -60,10 +60,10 @@ def straight_feet(
 
     grounded = np.where(u[..., None] < 1.0, p0, p1)
     position = np.stack([grounded[..., 0], grounded[..., 1], np.zeros(u.shape)], axis=-1)
-    return _in_body(Path(position + world(0, 1.0), world(1, swing), world(2, swing**2)), trunk)
+    return in_body(Path(position + world(0, 1.0), world(1, swing), world(2, swing**2)), trunk)
 
 
-def _swing_fraction(
+def swing_fraction(
     gait: Gait, stride: StrideTable, time: Float[np.ndarray, " time"]
 ) -> tuple[Float[np.ndarray, "time legs"], Float[np.ndarray, "time legs"]]:
     """Number of the leg's cycle, and how much of its swing is over; 1 in stance."""
@@ -74,7 +74,7 @@ def _swing_fraction(
     return number, np.clip(u, 0.0, 1.0)
 
 
-def _foothold(
+def foothold(
     step: Float[np.ndarray, "3"],
     steps: Float[np.ndarray, "time legs"],
     neutral: Float[np.ndarray, "legs axes"],
@@ -86,24 +86,34 @@ def _foothold(
     return np.stack([pose[..., 0] + c * x - s * y, pose[..., 1] + s * x + c * y], axis=-1)
 
 
-def _in_body(world: Path, trunk: TrunkMotion) -> Path:
+def in_body(world: Path, trunk: TrunkMotion) -> Path:
     """A motion in world axes as seen from the body frame."""
-    c, s = np.cos(trunk.yaw)[:, None], np.sin(trunk.yaw)[:, None]
+    R_body_world = np.swapaxes(trunk.rotation, -1, -2)[:, None]
 
     def turn(v: np.ndarray) -> np.ndarray:
-        x, y = v[..., 0], v[..., 1]
-        return np.stack([c * x + s * y, c * y - s * x, v[..., 2]], axis=-1)
+        return rotated(R_body_world, v)
 
-    def cross(rate: np.ndarray, v: np.ndarray) -> np.ndarray:
-        w = rate[:, None]
-        return np.stack([-w * v[..., 1], w * v[..., 0], np.zeros(v.shape[:-1])], axis=-1)
-
-    w = trunk.yaw_rate
+    w, dw = turn(trunk.angular_velocity[:, None]), turn(trunk.angular_acceleration[:, None])
     p = turn(world.position - trunk.position[:, None])
-    v = turn(world.velocity - trunk.velocity[:, None]) - cross(w, p)
+    v = turn(world.velocity - trunk.velocity[:, None]) - _cross(w, p)
     a = turn(world.acceleration - trunk.acceleration[:, None])
-    a = a - cross(trunk.yaw_acceleration, p) - 2 * cross(w, v) - cross(w, cross(w, p))
+    a = a - _cross(dw, p) - 2 * _cross(w, v) - _cross(w, _cross(w, p))
     return Path(p, v, a)
+
+
+def rotated(
+    R: Float[np.ndarray, "*#batch 3 3"], v: Float[np.ndarray, "*#batch 3"]
+) -> Float[np.ndarray, "*batch 3"]:
+    """R v, summed in one order whatever the shapes, so that single samples are the same bits."""
+    rows = [R[..., i, 0] * v[..., 0] + R[..., i, 1] * v[..., 1] for i in range(3)]
+    return np.stack([row + R[..., i, 2] * v[..., 2] for i, row in enumerate(rows)], axis=-1)
+
+
+def _cross(
+    w: Float[np.ndarray, "*#batch 3"], v: Float[np.ndarray, "*#batch 3"]
+) -> Float[np.ndarray, "*batch 3"]:
+    (a, b, c), (x, y, z) = np.moveaxis(w, -1, 0), np.moveaxis(v, -1, 0)
+    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)
 
 
 def coxa_only_feet(
@@ -140,7 +150,7 @@ def coxa_only_feet(
     middle = np.arctan2(*(neutral - hips).T[::-1])
     half = _coxa_half_angle(robot, step, neutral, middle, radius)
 
-    cycle, u = _swing_fraction(gait, stride, time)
+    cycle, u = swing_fraction(gait, stride, time)
     landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor
     steps = progress(gait, stride, time)
     sigma = np.clip(steps.position[:, None] - landing, 0.0, 1.0)
@@ -179,7 +189,7 @@ def _coxa_half_angle(
 ) -> np.ndarray:
     """Half the coxa's turn in stance, signed with the turn from touchdown to lift-off [rad]."""
     ahead, behind = (
-        _foothold(step, np.full((1, len(neutral)), at), neutral)[0] for at in (0.5, -0.5)
+        foothold(step, np.full((1, len(neutral)), at), neutral)[0] for at in (0.5, -0.5)
     )
     way = ahead - behind
     length = np.hypot(*way.T)

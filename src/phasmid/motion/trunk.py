@@ -1,14 +1,21 @@
-"""How the trunk travels over level ground."""
+"""How the trunk travels."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from phasmid.gait import Gait
-from phasmid.kinematics import step_pose, step_twist
+from phasmid.kinematics import (
+    angular_motion,
+    rotation_rpy,
+    rpy_quaternion,
+    step_pose,
+    step_twist,
+)
 from phasmid.motion.curves import Path, blend
 from phasmid.scenario.stride import StrideTable
 
@@ -28,12 +35,9 @@ def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"])
     if stride.stance_timing == "constant-speed":
         rate = 1 / (gait.duty_factor * stride.period)
         return Path(cycles / gait.duty_factor, np.full(cycles.shape, rate), np.zeros(cycles.shape))
+    whole, index, s = between_events(gait, stride, cycles)
     events = np.append(gait.events, 1.0)
-    whole = np.floor(cycles + 1e-12)
-    part = np.maximum(cycles - whole, 0.0)
-    index = np.clip(np.searchsorted(events, part, side="right") - 1, 0, len(events) - 2)
     start, length = events[index], np.diff(events)[index]
-    s = blend(stride.curve, np.clip((part - start) / length, 0.0, 1.0))
     share, seconds = length / gait.duty_factor, length * stride.period
     return Path(
         (whole + start) / gait.duty_factor + share * s.position,
@@ -42,33 +46,87 @@ def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"])
     )
 
 
+def between_events(
+    gait: Gait, stride: StrideTable, cycles: Float[np.ndarray, "*batch"]
+) -> tuple[Float[np.ndarray, "*batch"], Int[np.ndarray, "*batch"], Path]:
+    """The way from the gait's last event, 0, to its next one, 1, by the stride's curve.
+
+    Args:
+        gait: Tells when feet lift and land.
+        stride: Its curve.
+        cycles: Time in cycles, shape (...).
+
+    Returns:
+        Number of the cycle, which of its events was the last, and the fraction of the way with
+        its derivatives by the fraction of the time between the two events.
+    """
+    events = np.append(gait.events, 1.0)
+    whole = np.floor(cycles + 1e-12)
+    part = np.maximum(cycles - whole, 0.0)
+    index = np.clip(np.searchsorted(events, part, side="right") - 1, 0, len(events) - 2)
+    start, length = events[index], np.diff(events)[index]
+    return whole, index, blend(stride.curve, np.clip((part - start) / length, 0.0, 1.0))
+
+
 @dataclass(frozen=True, eq=False)
 class TrunkMotion:
-    """Planned motion of the body frame over level ground; leading axes as time.
+    """Planned motion of the body frame; leading axes as time.
 
     Attributes:
         position: Origin in world axes [m], shape (..., 3).
         velocity: [m/s], shape (..., 3).
         acceleration: [m/s²], shape (..., 3).
-        yaw: Heading about the vertical [rad], shape (...).
-        yaw_rate: [rad/s], shape (...).
-        yaw_acceleration: [rad/s²], shape (...).
+        attitude: Roll, pitch and yaw as in `phasmid.kinematics.rotation_rpy` [rad], the yaw
+            counting full turns, shape (..., 3).
+        attitude_rate: Their first derivatives [rad/s], shape (..., 3).
+        attitude_acceleration: Their second derivatives [rad/s²], shape (..., 3).
     """
 
     position: Float[np.ndarray, "*batch 3"]
     velocity: Float[np.ndarray, "*batch 3"]
     acceleration: Float[np.ndarray, "*batch 3"]
-    yaw: Float[np.ndarray, "*batch"]
-    yaw_rate: Float[np.ndarray, "*batch"]
-    yaw_acceleration: Float[np.ndarray, "*batch"]
+    attitude: Float[np.ndarray, "*batch 3"]
+    attitude_rate: Float[np.ndarray, "*batch 3"]
+    attitude_acceleration: Float[np.ndarray, "*batch 3"]
+
+    @property
+    def yaw(self) -> Float[np.ndarray, "*batch"]:
+        """Heading about the vertical [rad], shape (...)."""
+        return np.asarray(self.attitude[..., 2])
+
+    @property
+    def rotation(self) -> Float[np.ndarray, "*batch 3 3"]:
+        """``R_world_body``, shape (..., 3, 3)."""
+        return rotation_rpy(*np.moveaxis(self.attitude, -1, 0))
+
+    @property
+    def quaternion(self) -> Float[np.ndarray, "*batch 4"]:
+        """The same rotation as a quaternion (w, x, y, z), shape (..., 4)."""
+        return rpy_quaternion(*np.moveaxis(self.attitude, -1, 0))
+
+    @property
+    def angular_velocity(self) -> Float[np.ndarray, "*batch 3"]:
+        """In world axes [rad/s], shape (..., 3)."""
+        return self._angular_motion[0]
+
+    @property
+    def angular_acceleration(self) -> Float[np.ndarray, "*batch 3"]:
+        """In world axes [rad/s²], shape (..., 3)."""
+        return self._angular_motion[1]
+
+    @cached_property
+    def _angular_motion(
+        self,
+    ) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch 3"]]:
+        return angular_motion(self.attitude, self.attitude_rate, self.attitude_acceleration)
 
 
 def trunk_motion(step: Float[np.ndarray, "3"], height: float, steps: Path) -> TrunkMotion:
-    """Motion of the trunk along the arc that equal steps make.
+    """Motion of the level trunk along the arc that equal steps make.
 
     Args:
         step: Displacement of one step: forward [m], left [m], turn [rad].
-        height: Height of the body frame over the ground [m].
+        height: Height of the body frame in the world [m].
         steps: Steps made, and their first two derivatives by time.
     """
     pose, twist = step_pose(step, steps.position), step_twist(step)
@@ -82,7 +140,7 @@ def trunk_motion(step: Float[np.ndarray, "3"], height: float, steps: Path) -> Tr
         position=np.stack([pose[..., 0], pose[..., 1], zero + height], axis=-1),
         velocity=np.stack([vx * rate, vy * rate, zero], axis=-1),
         acceleration=np.stack([vx * bend + ax * rate**2, vy * bend + ay * rate**2, zero], axis=-1),
-        yaw=pose[..., 2],
-        yaw_rate=twist[2] * rate,
-        yaw_acceleration=twist[2] * bend,
+        attitude=np.stack([zero, zero, pose[..., 2]], axis=-1),
+        attitude_rate=np.stack([zero, zero, twist[2] * rate], axis=-1),
+        attitude_acceleration=np.stack([zero, zero, twist[2] * bend], axis=-1),
     )

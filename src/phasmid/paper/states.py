@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.forces import analyse
-from phasmid.kinematics import foot_position, rotation_rpy
+from phasmid.kinematics import foot_position
 from phasmid.motion import plan
 from phasmid.robot import Robot
 from phasmid.scenario import load_scenario
@@ -65,8 +65,6 @@ def walk_states() -> States:
     """
     scenario = load_scenario("paper").replace(mass_model="mid-length")
     walk = plan(scenario)
-    zero = np.zeros(len(walk.time))
-    R_world_body = rotation_rpy(zero, zero, walk.trunk.yaw)
     force = analyse(scenario, walk).foot_force_model.values
     R_body_hip = walk.robot.arrays.R_body_hip
     return States(
@@ -74,9 +72,9 @@ def walk_states() -> States:
         walk.q,
         walk.qd,
         walk.qdd,
-        np.einsum("lji,tkj,tlk->tli", R_body_hip, R_world_body, force),
+        np.einsum("lji,tkj,tlk->tli", R_body_hip, walk.trunk.rotation, force),
         walk.stance,
-        np.stack([zero, zero, walk.trunk.yaw], axis=-1),
+        walk.trunk.attitude,
     )
 
 

@@ -22,6 +22,9 @@ from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled
 
 DPI = 150
 AZIMUTH, ELEVATION = math.radians(-56.0), math.radians(27.0)
+UNEVEN_AZIMUTH = math.radians(-118.0)
+"""From where uneven ground is seen: from behind, whence stairs show their risers."""
+
 FORCE_COLOUR, FORCE_TEXT = "#e8590c", "#a33c05"
 FORCE_LENGTH = 1.2
 """Length of an arrow that bears the whole weight, in spans of the robot's hips."""
@@ -55,7 +58,10 @@ def telling_moment(recording: Recording, source: Source) -> float:
     near = np.flatnonzero(np.abs(time - middle) <= source.scenario.stride.period / 2)
     if feet is None or len(near) == 0:
         return float(middle)
-    height = np.nan_to_num(feet[near, :, 2].sum(axis=1), nan=-np.inf)
+    x, y, z = np.moveaxis(feet[near], -1, 0)
+    height = np.nan_to_num(
+        (z - source.scenario.load_terrain().height(x, y)).sum(axis=1), nan=-np.inf
+    )
     return float(time[near[np.argmax(height)]])
 
 
@@ -94,7 +100,8 @@ def draw_robot(
         lowest = _words(axis, recording, source, now)
         solid, view = _solid(recording, source, now, size)
         marks = _trails(recording, source, now, trail, view, lowest)
-        image = picture(solid, joined([*marks, _nothing()]), view)
+        terrain = source.scenario.load_terrain()
+        image = picture(solid, joined([*marks, _nothing()]), view, terrain)
         axis.imshow(image, interpolation="none", aspect="auto", extent=(0, size[0], size[1], 0))
         _draw_forces(axis, recording, source, view, now)
         _label_legs(axis, recording, source, view, now)
@@ -113,6 +120,8 @@ def _words(axis: Axes, recording: Recording, source: Source, now: int) -> tuple[
     stride, time = source.scenario.stride, float(recording["time"].values[now])
     lines = [drive_words(recording, source), f"t = {time:.2f} s"]
     lines[1] += f" · step {1000 * stride.step_length:.4g} mm · grid 100 mm"
+    if source.scenario.terrain.kind != "flat":
+        lines.insert(0, f"terrain: {source.scenario.terrain.kind}")
     forces = _forces(recording, now)
     if forces is not None:
         seen = "foot_force" in recording.data_vars
@@ -168,7 +177,8 @@ def _solid(
     """The robot, and the camera before it."""
     X_world_body, q = _pose(recording, now)
     solid = robot_mesh(source.robot, q, X_world_body)
-    return solid, _view(solid, X_world_body, size)
+    level = source.scenario.load_terrain().is_level
+    return solid, _view(solid, X_world_body, size, AZIMUTH if level else UNEVEN_AZIMUTH)
 
 
 def _span(source: Source) -> float:
@@ -180,10 +190,10 @@ def _nothing() -> Mesh:
     return Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3)))
 
 
-def _view(solid: Mesh, X_world_body: np.ndarray, size: tuple[int, int]) -> View:
+def _view(solid: Mesh, X_world_body: np.ndarray, size: tuple[int, int], azimuth: float) -> View:
     """A camera before the robot's right side that holds all of it."""
     yaw = math.atan2(X_world_body[1, 0], X_world_body[0, 0])
-    a, e = yaw + AZIMUTH, ELEVATION
+    a, e = yaw + azimuth, ELEVATION
     back = np.array([math.cos(a) * math.cos(e), math.sin(a) * math.cos(e), math.sin(e)])
     right = np.array([-math.sin(a), math.cos(a), 0.0])
     axes = np.stack([right, np.cross(back, right), back])

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
+from jaxtyping import Float
 
 from phasmid.tables import Angle, Count, Hint, Length, Table, Time
 
@@ -40,3 +41,8 @@ class StrideTable(Table):
     curve: Literal["quintic", "cubic-spline"] = "quintic"
     stance_radius: Annotated[Length, Gt(0), Le(2)] | None = None
     body_height: Annotated[Length, Gt(0), Le(2)] | None = None
+
+    @property
+    def step(self) -> Float[np.ndarray, "3"]:
+        """Displacement of one step: forward [m], left [m], turn [rad]."""
+        return np.array([self.step_length, self.step_sideways, self.step_turn])

@@ -1,0 +1,190 @@
+"""A walk's way over uneven ground that the planner knows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.errors import InfeasibleWalk
+from phasmid.gait import Gait
+from phasmid.kinematics import neutral_feet, step_pose
+from phasmid.motion.curves import Path, blend
+from phasmid.motion.feet import foothold, in_body, swing_fraction
+from phasmid.motion.footholds import Footholds, choose_footholds
+from phasmid.motion.posture import Postures, fit_postures, leaning_trunk
+from phasmid.motion.swing import Swings, plan_swings
+from phasmid.motion.trunk import TrunkMotion, between_events, progress, trunk_motion
+from phasmid.robot import Robot
+from phasmid.scenario import Scenario
+from phasmid.terrain import Terrain
+
+EARLIEST = -2
+"""Number of the first cycle whose foothold counts: a swing at the start may come from there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Where a walk's feet stand and go, and how its trunk leans, from the start to some time.
+
+    Attributes:
+        scenario: What is walked.
+        robot: The robot, L legs.
+        gait: Which legs stand, when.
+        end: Time until which it reaches [s].
+        footholds: Cycle by cycle of each leg, from `EARLIEST`.
+        counted: Which footholds the walk comes to until then, shape as theirs.
+        swings: The ways from each foothold to the next.
+        postures: Event by event of the gait, from the start.
+    """
+
+    scenario: Scenario
+    robot: Robot
+    gait: Gait
+    end: float
+    footholds: Footholds
+    counted: Bool[np.ndarray, "cycles legs"]
+    swings: Swings
+    postures: Postures
+
+    @property
+    def moved(self) -> int:
+        """How many footholds are not where they would be on level ground."""
+        return int((self.footholds.moved & self.counted).sum())
+
+    def motion(self, time: Float[np.ndarray, " time"]) -> tuple[TrunkMotion, Path]:
+        """The trunk's motion, and the feet's in the body frame.
+
+        Args:
+            time: Times up to the end [s], shape (N,).
+        """
+        gait, stride = self.gait, self.scenario.stride
+        whole, index, s = between_events(gait, stride, time / stride.period)
+        seconds = np.diff(np.append(gait.events, 1.0))[index] * stride.period
+        s = Path(s.position, s.velocity / seconds, s.acceleration / seconds**2)
+        event = whole.astype(int) * len(gait.events) + index
+        level = trunk_motion(stride.step, 0.0, progress(gait, stride, time))
+        # Level ground lies under the mean of the neutral feet.
+        height = -float(neutral_feet(self.robot)[:, 2].mean())
+        trunk = leaning_trunk(self.postures, event, s, level, height)
+        return trunk, in_body(self._feet(time), trunk)
+
+    def _feet(self, time: Float[np.ndarray, " time"]) -> Path:
+        """Feet in world axes."""
+        stride = self.scenario.stride
+        cycle, u = swing_fraction(self.gait, stride, time)
+        swings = self.swings.at((cycle - EARLIEST - 1).astype(int))
+        path, seconds = swings.path(stride.curve, u), self.gait.swing_fraction * stride.period
+        moving = (u < 1.0)[..., None]
+        return Path(
+            np.where(moving, path.position, swings.end),
+            moving * path.velocity / seconds,
+            moving * path.acceleration / seconds**2,
+        )
+
+
+def plan_course(
+    scenario: Scenario, robot: Robot, gait: Gait, terrain: Terrain, end: float
+) -> Course:
+    """Plan where the feet of a walk stand and go on uneven ground, and how its trunk leans.
+
+    Args:
+        scenario: Its stride and footing are used.
+        robot: The robot, L legs.
+        gait: Which legs stand, when.
+        terrain: The ground.
+        end: Time until which the course shall reach [s].
+
+    Raises:
+        InfeasibleWalk: The feet would slide by the stance law, or a leg finds no foothold, or
+            strikes the ground on its way to one.
+    """
+    stride = scenario.stride
+    if stride.stance_law != "straight":
+        raise InfeasibleWalk(
+            f"{place(scenario)} feet cannot slide as the stance law {stride.stance_law} has them.",
+            hint='stance_law = "straight", or planned_on = "level"',
+        )
+    # Half a time step of a run may lie beyond the end.
+    last = math.floor((end + scenario.simulation.dt) / stride.period + 1e-9) + 1
+    cycle = np.arange(EARLIEST, last + 1.0)[:, None]
+    lift = (np.asarray(gait.offsets) + cycle) * stride.period
+    land = lift + gait.swing_fraction * stride.period
+    footholds = _footholds(scenario, robot, gait, terrain, cycle)
+    # From the swing towards each foothold to the end of the swing away from it.
+    counted = (lift <= end) & (land + stride.period >= 0)
+    missing = np.argwhere(counted & ~footholds.found)
+    if len(missing):
+        n, leg = missing[np.argmin(land[tuple(missing.T)])]
+        x, y, _ = footholds.place[n, leg]
+        raise InfeasibleWalk(
+            f"{place(scenario, land[n, leg])} {robot.legs[leg].name} finds no foothold within "
+            f"{1000 * scenario.footing.search_radius:g} mm of ({x:.3f}, {y:.3f}) m.",
+            hint="another stride, a larger search_radius or steepest_foothold, or a smaller "
+            "foothold_margin",
+        )
+    ends = (footholds.place[:-1].reshape(-1, 3), footholds.place[1:].reshape(-1, 3))
+    swings = plan_swings(terrain, scenario.footing, stride, *ends).reshaped(last - EARLIEST)
+    struck = np.argwhere(counted[1:] & (land[1:] >= 0) & ~swings.clear)
+    if len(struck):
+        n, leg = struck[np.argmin(lift[1:][tuple(struck.T)])]
+        raise InfeasibleWalk(
+            f"{place(scenario, lift[n + 1, leg])} {robot.legs[leg].name} would strike the ground "
+            "in its swing, or wait for too much of it.",
+            hint="a larger step_height, or a larger foothold_margin",
+        )
+    return Course(
+        scenario,
+        robot,
+        gait,
+        end,
+        footholds,
+        counted,
+        swings,
+        _postures(scenario, robot, gait, footholds, last),
+    )
+
+
+def place(scenario: Scenario, time: float | None = None) -> str:
+    """The ground in the words of a message, and a time [s] on it."""
+    words = f"on this {scenario.terrain.kind} terrain"
+    if time is None:
+        return words
+    return f"{words} at {time:.2f} s" if time > 0 else f"{words} at the start"
+
+
+def _footholds(
+    scenario: Scenario,
+    robot: Robot,
+    gait: Gait,
+    terrain: Terrain,
+    cycle: Float[np.ndarray, "cycles 1"],
+) -> Footholds:
+    step, neutral = scenario.stride.step, neutral_feet(robot)
+    # The body's way, in steps, when the stance on each foothold is half over.
+    amid = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
+    nominal = foothold(step, amid, neutral)
+    ahead = foothold(step, amid + 1, neutral) - nominal
+    outward = nominal - step_pose(step, amid)[..., :2]
+    return choose_footholds(terrain, scenario.footing, nominal, _unit(ahead), _unit(outward))
+
+
+def _postures(
+    scenario: Scenario, robot: Robot, gait: Gait, footholds: Footholds, cycles: int
+) -> Postures:
+    """Planes under the feet at all events of some cycles, those in the air taken where they are."""
+    stride = scenario.stride
+    events = np.append((np.arange(cycles)[:, None] + gait.events).ravel(), float(cycles))
+    number, u = swing_fraction(gait, stride, events * stride.period)
+    rows, legs = (number - EARLIEST).astype(int), np.arange(len(robot.legs))
+    before, after = footholds.place[rows - 1, legs], footholds.place[rows, legs]
+    feet = before + (after - before) * blend(stride.curve, u).position[..., None]
+    trunk = step_pose(stride.step, events / gait.duty_factor)[:, :2]
+    return fit_postures(scenario.footing, feet, trunk)
+
+
+def _unit(v: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 2"]:
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return v / np.where(length > 0, length, 1.0)

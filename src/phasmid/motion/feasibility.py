@@ -1,0 +1,208 @@
+"""Whether the robot can make a walk, and if not, why not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InfeasibleWalk
+from phasmid.gait import Gait
+from phasmid.kinematics import hip_from_body, joint_angles, reach, within_reach
+from phasmid.motion.course import Course, place
+from phasmid.motion.level import LevelCourse
+from phasmid.robot import JOINTS
+from phasmid.scenario import Scenario
+
+CHECKED_SAMPLES = 60
+"""Instants between two events of a gait at which a plan is checked, and its swings' middles."""
+
+CYCLES_AT_ONCE = 20
+"""Cycles of a walk over uneven ground that are checked at once."""
+
+
+def checked_times(
+    scenario: Scenario, course: LevelCourse | Course
+) -> Iterator[Float[np.ndarray, " time"]]:
+    """Instants at which a plan is checked: of one cycle where all are alike, else of all.
+
+    Args:
+        scenario: Its duration and period count.
+        course: The plan.
+
+    Yields:
+        Times of some cycles [s].
+    """
+    phases, period = _checked_phases(course.gait), scenario.stride.period
+    if isinstance(course, LevelCourse):
+        yield phases * period
+        return
+    count = math.ceil(course.end / period)
+    for first in range(0, count, CYCLES_AT_ONCE):
+        cycles = np.arange(first, min(first + CYCLES_AT_ONCE, count))
+        times = ((cycles[:, None] + phases) * period).ravel()
+        yield np.append(times[times < course.end], course.end)
+
+
+def _checked_phases(gait: Gait) -> Float[np.ndarray, " time"]:
+    """Phases of a cycle between which nothing happens.
+
+    Between two neighbours of the gait's events and the tops of its lifts all motions are
+    polynomials, however short the swing is.
+    """
+    tops = (np.asarray(gait.offsets) + gait.swing_fraction / 2) % 1.0
+    edges = np.unique(np.concatenate([gait.events, tops, [1.0]]))
+    shares = np.arange(CHECKED_SAMPLES) / CHECKED_SAMPLES
+    return (edges[:-1, None] + np.diff(edges)[:, None] * shares).ravel()
+
+
+def check_reach(
+    scenario: Scenario, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
+) -> None:
+    """Refuse feet where no leg can put them.
+
+    Args:
+        scenario: What is walked.
+        course: The plan.
+        times: Instants that count [s].
+
+    Raises:
+        InfeasibleWalk: A foot is out of reach, or a joint beyond its limit.
+    """
+
+    def targets(course: LevelCourse | Course) -> Float[np.ndarray, "time legs 3"]:
+        return hip_from_body(course.robot, course.motion(times)[1].position)
+
+    wanted = targets(course)
+    if within_reach(course.robot, wanted).all():
+        return
+    stride = f"stride of {_stride_words(scenario.stride.step)}"
+    t, reason = _out_of_reach(course, wanted)
+    if isinstance(course, Course):
+        raise InfeasibleWalk(
+            f"{place(scenario, times[t])} the {stride} {reason}.",
+            hint="a shorter stride, another body_height or stance_radius, or trunk_attitude",
+        )
+    low, high = 0.0, 1.0
+    for _ in range(30):
+        middle = (low + high) / 2
+        shorter = replace(course, step=middle * course.step)
+        good = bool(within_reach(course.robot, targets(shorter)).all())
+        low, high = (middle, high) if good else (low, middle)
+    if low > 0:
+        hint = f"Longest stride here: {_stride_words(course.step * low, down=True)}."
+    else:
+        hint = (
+            "No stride is possible from this stance and step height; change step_height, "
+            "stance_radius or body_height."
+        )
+    raise InfeasibleWalk(f"{stride} {reason}. {hint}")
+
+
+def _out_of_reach(
+    course: LevelCourse | Course, p: Float[np.ndarray, "time legs 3"]
+) -> tuple[int, str]:
+    """Say which leg goes where, when, and what it reaches."""
+    far = np.hypot(p[..., 0], p[..., 1])
+    bad = within_reach(course.robot, p) == 0
+    # Of the targets out of reach the one farthest out tells most.
+    t, leg = _first_largest(np.where(bad, far, -1.0), axis=1)
+    which, target = course.robot.legs[leg], p[t, leg]
+    nearest, farthest = reach(which, float(target[2]))
+    if nearest <= far[t, leg] <= farthest:
+        q = np.degrees(joint_angles(which, target))
+        limits = np.degrees(which.joint_limits)
+        joint = int(np.argmax((q < limits[:, 0]) | (q > limits[:, 1])))
+        return t, (
+            f"turns {which.name}.{JOINTS[joint]} to {q[joint]:.1f}°; its limits are "
+            f"{limits[joint, 0]:.4g}° to {limits[joint, 1]:.4g}°"
+        )
+    if math.isnan(farthest):
+        return t, f"puts {which.name} {-target[2]:.3f} m below its hip; it reaches less deep"
+    bound = farthest if far[t, leg] > farthest else nearest
+    return t, f"puts {which.name} at {far[t, leg]:.3f} m; it reaches {bound:.3f} m"
+
+
+def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int, ...]:
+    """Index of the largest value; of equals but for round-off, the first along an axis.
+
+    Robots are symmetric: without this, round-off would choose the leg that a message names.
+    """
+    near = values >= values.max() - 1e-9 * abs(values.max())
+    found = np.argwhere(near)
+    return tuple(int(i) for i in found[np.argmin(found[:, axis])])
+
+
+def _stride_words(step: np.ndarray, *, down: bool = False) -> str:
+    """A stride in words; a bound is rounded down, so that it can be walked."""
+    rounded = np.trunc if down else np.round
+    length, turn = 1000 * math.hypot(step[0], step[1]), abs(math.degrees(step[2]))
+    words = []
+    if length > 0 or turn == 0:
+        words.append(f"{float(rounded(length)):g} mm")
+    if turn > 0:
+        words.append(f"{float(rounded(10 * turn)) / 10:g}°")
+    return " and ".join(words)
+
+
+def check_speed(
+    scenario: Scenario,
+    course: LevelCourse | Course,
+    times: Float[np.ndarray, " time"],
+    qd: Float[np.ndarray, "time legs 3"],
+) -> None:
+    """Refuse joint speeds beyond the servo.
+
+    Args:
+        scenario: What is walked.
+        course: The plan.
+        times: Instants that count [s].
+        qd: Joint speeds then [rad/s].
+
+    Raises:
+        InfeasibleWalk: A joint would turn faster than its servo without load.
+    """
+    servo, speed = course.robot.servo, np.abs(qd)
+    peak, limit = float(speed.max()), servo.no_load_speed
+    if peak <= limit:
+        return
+    t, leg, joint = _first_largest(speed, axis=1)
+    shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
+    when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
+    raise InfeasibleWalk(
+        f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} "
+        f"rad/s; the servo {servo.name} allows {limit:.3g} rad/s. "
+        f"Shortest period: {shortest:.2f} s."
+    )
+
+
+def check_support(
+    scenario: Scenario,
+    course: LevelCourse | Course,
+    times: Float[np.ndarray, " time"],
+    margin: Float[np.ndarray, " time"],
+) -> None:
+    """Refuse a centre of mass beyond the feet.
+
+    Args:
+        scenario: What is walked.
+        course: The plan.
+        times: Instants that count [s].
+        margin: Support margin then [m].
+
+    Raises:
+        InfeasibleWalk: The robot would topple.
+    """
+    (worst,) = _first_largest(-margin, axis=0)
+    if margin[worst] > 0:
+        return
+    when = f"at phase {times[worst] / scenario.stride.period:.2f}"
+    if isinstance(course, Course):
+        when = place(scenario, times[worst])
+    raise InfeasibleWalk(
+        f"{when} the centre of mass is {-1000 * margin[worst]:.3g} mm outside the support polygon.",
+        hint="a gait with a larger duty factor, a shorter stride, or a wider stance",
+    )

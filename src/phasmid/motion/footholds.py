@@ -1,0 +1,139 @@
+"""Where feet may stand on uneven ground: the nearest good place to each nominal one."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.scenario.footing import FootingTable
+from phasmid.terrain import Terrain
+
+DIRECTIONS = 16
+"""Directions in which the neighbourhood of a place is looked at."""
+
+SPACING = 0.005
+"""Distance between the rings of places that are tried [m]."""
+
+WIDEST_GAP = 4.0
+"""A hollow wider than this many search radii is a valley, and may be walked in."""
+
+RAY = 20
+"""Places at which the ground is looked at in one direction for the side of a gap."""
+
+PREFERENCE = 1e-6
+"""By so much of its distance a place ahead is nearer than one behind [m]."""
+
+
+class Footholds(NamedTuple):
+    """Where each leg stands, one row per cycle of its own.
+
+    Attributes:
+        place: Footholds in world axes [m], shape (C, L, 3).
+        moved: Which of them are not the nominal ones, shape (C, L).
+        found: Which of them are good places; the others are the nominal ones, shape (C, L).
+    """
+
+    place: Float[np.ndarray, "cycles legs 3"]
+    moved: Bool[np.ndarray, "cycles legs"]
+    found: Bool[np.ndarray, "cycles legs"]
+
+
+def choose_footholds(
+    terrain: Terrain,
+    footing: FootingTable,
+    nominal: Float[np.ndarray, "cycles legs 2"],
+    ahead: Float[np.ndarray, "cycles legs 2"],
+    outward: Float[np.ndarray, "cycles legs 2"],
+) -> Footholds:
+    """The good place nearest to each nominal foothold.
+
+    A place is good where the ground within the margin is seen from it under no more than the
+    slope of the steepest foothold, and where it does not lie in a gap. Of good places one with
+    enough friction goes first, then the nearest, then of equals the one further ahead, then
+    further out.
+
+    Args:
+        terrain: The ground.
+        footing: What makes a place good, and how far to look.
+        nominal: Footholds of level ground, x and y [m].
+        ahead: Direction of travel at each, of length 1 or 0.
+        outward: Direction away from the trunk, of length 1.
+    """
+    flat = nominal.reshape(-1, 2)
+    even, firm = is_even(terrain, footing, flat), has_grip(terrain, footing, flat)
+    chosen, found = flat.copy(), even.copy()
+    offsets = _offsets(footing.search_radius)
+    distance = np.hypot(*offsets.T)
+    for i in np.flatnonzero(~(even & firm)):
+        places = flat[i] + offsets
+        good = is_even(terrain, footing, places)
+        if not good.any():
+            continue
+        liking = offsets @ (ahead.reshape(-1, 2)[i] + 0.5 * outward.reshape(-1, 2)[i])
+        cost = distance - PREFERENCE * liking / SPACING
+        cost += 2 * footing.search_radius * ~has_grip(terrain, footing, places)
+        best = int(np.argmin(np.where(good, cost, np.inf)))
+        chosen[i], found[i] = places[best], True
+    z = terrain.height(chosen[:, 0], chosen[:, 1])
+    shape = nominal.shape[:2]
+    return Footholds(
+        np.concatenate([chosen, z[:, None]], axis=1).reshape(*shape, 3),
+        (chosen != flat).any(axis=1).reshape(shape),
+        found.reshape(shape),
+    )
+
+
+def is_even(
+    terrain: Terrain, footing: FootingTable, places: Float[np.ndarray, "places 2"]
+) -> Bool[np.ndarray, " places"]:
+    """Whether the ground around places can be stood on, shape (N,).
+
+    Args:
+        terrain: The ground.
+        footing: The margin, the steepest foothold and the depth of a gap.
+        places: x and y [m], shape (N, 2).
+    """
+    here = terrain.height(places[:, 0], places[:, 1])
+    margin, widest = footing.foothold_margin, WIDEST_GAP * footing.search_radius
+    radii = margin * np.array([0.25, 0.5, 1.0])
+    near = np.abs(_heights(terrain, places, radii) - here[:, None, None]).max(axis=2)
+    even = np.all(near <= radii * math.tan(footing.steepest_foothold) + 1e-9, axis=1)
+    # In a gap the ground rises on two opposite sides; at the foot of a stair on one.
+    ray = widest * np.arange(1, RAY + 1) / RAY
+    side = _heights(terrain, places, ray) - here[:, None, None] > footing.deepest_foothold
+    away = np.where(side.any(axis=1), ray[np.argmax(side, axis=1)], np.inf)
+    across = (away + np.roll(away, DIRECTIONS // 2, axis=1)).min(axis=1)
+    return np.asarray(even & (across > widest))
+
+
+def has_grip(
+    terrain: Terrain, footing: FootingTable, places: Float[np.ndarray, "places 2"]
+) -> Bool[np.ndarray, " places"]:
+    """Whether places have the least friction, and as much as their slope takes, shape (N,)."""
+    x, y = places[:, 0], places[:, 1]
+    n = terrain.normal(x, y)
+    needed = np.maximum(footing.least_friction, np.hypot(n[:, 0], n[:, 1]) / n[:, 2])
+    return np.asarray(terrain.friction(x, y) >= needed)
+
+
+def _heights(
+    terrain: Terrain, places: Float[np.ndarray, "places 2"], radii: Float[np.ndarray, " rings"]
+) -> Float[np.ndarray, "places rings directions"]:
+    """Heights of the ground on rings around places [m]."""
+    points = places[:, None, None] + radii[:, None, None] * _circle()
+    return terrain.height(points[..., 0], points[..., 1])
+
+
+def _circle() -> Float[np.ndarray, "directions 2"]:
+    angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _offsets(radius: float) -> Float[np.ndarray, "places 2"]:
+    """From a nominal place to those that are tried: itself and rings around it [m]."""
+    rings = math.floor(radius / SPACING + 1e-9)
+    around = SPACING * np.arange(1, rings + 1)[:, None, None] * _circle()
+    return np.concatenate([np.zeros((1, 2)), around.reshape(-1, 2)])

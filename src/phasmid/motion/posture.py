@@ -1,0 +1,111 @@
+"""How the trunk leans, rises and falls with the ground under its feet."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from phasmid.motion.curves import Path
+from phasmid.motion.rules import arctan, cos_and_sin, inverse, product, root, scaled, total
+from phasmid.motion.trunk import TrunkMotion
+from phasmid.scenario.footing import FootingTable
+
+
+class Postures(NamedTuple):
+    """A plane under the feet at each event of a gait, and how the trunk leans there.
+
+    Attributes:
+        centre: Points of the planes in world axes [m], shape (E, 3).
+        slope: Slopes of the planes along x and y, shape (E, 2).
+        lean: Slopes of the trunk's floor along x and y, shape (E, 2).
+    """
+
+    centre: Float[np.ndarray, "events 3"]
+    slope: Float[np.ndarray, "events 2"]
+    lean: Float[np.ndarray, "events 2"]
+
+
+def fit_postures(
+    footing: FootingTable,
+    feet: Float[np.ndarray, "events legs 3"],
+    trunk: Float[np.ndarray, "events 2"],
+) -> Postures:
+    """Planes through the feet, by least squares of the heights.
+
+    Args:
+        footing: Whether the trunk leans with the planes, and how far.
+        feet: In world axes [m].
+        trunk: The trunk's x and y [m]; there the planes' points are told.
+    """
+    rows = np.concatenate([feet[..., :2] - trunk[:, None], np.ones((*feet.shape[:2], 1))], axis=-1)
+    turned = np.swapaxes(rows, -1, -2)
+    fit = np.linalg.solve(turned @ rows, turned @ feet[..., 2:])[..., 0]
+    slope, height = fit[:, :2], fit[:, 2]
+    steepness = np.hypot(*slope.T)
+    most = math.tan(footing.steepest_lean) if footing.trunk_attitude == "follow-terrain" else 0.0
+    share = np.minimum(1.0, most / np.where(steepness > 0, steepness, 1.0))
+    return Postures(np.concatenate([trunk, height[:, None]], axis=1), slope, slope * share[:, None])
+
+
+def leaning_trunk(
+    postures: Postures,
+    before: Int[np.ndarray, " time"],
+    s: Path,
+    level: TrunkMotion,
+    height: float,
+) -> TrunkMotion:
+    """The trunk's motion above planes that follow each other.
+
+    Between two events the plane under the trunk is a mixture of theirs. On one and the same plane
+    the motion is exactly along it.
+
+    Args:
+        postures: The planes.
+        before: Number of the last event, shape (N,).
+        s: Way from it to the next, 0 to 1, and its derivatives by time.
+        level: Motion over level ground; its way over the map and its heading are kept.
+        height: Height of the body frame over the ground, across it [m].
+    """
+    x = Path(level.position[:, :2], level.velocity[:, :2], level.acceleration[:, :2])
+    yaw = Path(level.yaw, level.attitude_rate[:, 2], level.attitude_acceleration[:, 2])
+    over = [_height_over(postures, before + k, x) for k in (0, 1)]
+    rise = total(over[1], scaled(over[0], -1.0))
+    ground = total(over[0], product(rise, s))
+
+    first, change = postures.lean[before], postures.lean[before + 1] - postures.lean[before]
+    lean = [
+        Path(first[:, i] + change[:, i] * s[0], change[:, i] * s[1], change[:, i] * s[2])
+        for i in (0, 1)
+    ]
+    pitch, roll, stretch = _attitude(lean[0], lean[1], yaw)
+    up = total(ground, scaled(stretch, height))
+    position = [np.stack([*x[k].T, up[k]], axis=-1) for k in range(3)]
+    attitude = [np.stack([roll[k], pitch[k], yaw[k]], axis=-1) for k in range(3)]
+    return TrunkMotion(*position, *attitude)
+
+
+def _height_over(postures: Postures, event: Int[np.ndarray, " time"], x: Path) -> Path:
+    """Height of an event's plane under the trunk, and its derivatives by time."""
+    centre, slope = postures.centre[event], postures.slope[event]
+    away = [x[0] - centre[:, :2], x[1], x[2]]
+    found = [np.sum(slope * v, axis=1) for v in away]
+    return Path(centre[:, 2] + found[0], found[1], found[2])
+
+
+def _attitude(slope_x: Path, slope_y: Path, yaw: Path) -> tuple[Path, Path, Path]:
+    """Pitch and roll with which the trunk's floor has a slope in the world, and its stretch.
+
+    The stretch is the length of the floor's normal (-slope_x, -slope_y, 1). Without its yaw and of
+    length 1 it is (sin pitch cos roll, -sin roll, cos pitch cos roll).
+    """
+    c, s = cos_and_sin(yaw)
+    ahead = total(product(slope_x, c), product(slope_y, s))
+    left = total(product(slope_y, c), scaled(product(slope_x, s), -1.0))
+    square = product(ahead, ahead)
+    run = root(Path(1 + square[0], square[1], square[2]))
+    roll = arctan(product(left, inverse(run)))
+    stretch = root(total(product(run, run), product(left, left)))
+    return arctan(scaled(ahead, -1.0)), roll, stretch

@@ -1,0 +1,140 @@
+"""Ground whose heights were measured or drawn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput
+from phasmid.terrain.shape import Places, Surface, ramp
+
+MOST_SAMPLES = 4096 * 4096
+"""Most samples of a height map."""
+
+RAMP = 0.1
+"""Way over which the map grows out of the level ground before it [m]."""
+
+
+_WEIGHTS = np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2
+CUBIC = np.hstack([_WEIGHTS, np.arange(1, 5)[:, None] * np.roll(_WEIGHTS, -1, axis=0)])
+CUBIC[3, 4:] = 0.0
+"""Weights of four neighbours by powers of the way from the second to the third, and their slope."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMap:
+    """Heights on a grid, as a picture from above with u to the right and v up.
+
+    Between samples a cubic runs through them whose slope is continuous, so that feet do not stand
+    on edges that only the sampling made. The map's left edge lies across the start and its middle
+    row on the u axis. Beyond its edges the heights there go on.
+
+    Attributes:
+        heights: Row by row from the left of the way to its right, along u in each row [m], (R, C).
+        cell: Distance of two samples [m].
+        start: Where the map begins to grow out of level ground, within 0.1 m [m].
+    """
+
+    heights: Float[np.ndarray, "rows columns"]
+    cell: float
+    start: float
+
+    def __post_init__(self) -> None:
+        check_samples(*self.heights.shape)
+        check_finite(self.heights)
+        if not self.cell > 0:
+            raise InvalidInput(
+                f"samples of the height map are {self.cell:g} m apart; it must be greater than 0."
+            )
+        steepest = [0.0, 0.0]
+        for axis in (0, 1):
+            steepest[axis] = float(np.abs(np.diff(self.heights, axis=axis)).max()) / self.cell
+        if max(steepest) > 1.0:
+            axis = int(np.argmax(steepest))
+            rise = np.abs(np.diff(self.heights, axis=axis))
+            row, column = np.unravel_index(int(np.argmax(rise)), rise.shape)
+            raise InvalidInput(
+                f"height map has a slope of {math.degrees(math.atan(max(steepest))):.0f}° at row "
+                f"{row + 1}, column {column + 1}; 45° is the steepest this contact model is "
+                "verified for.",
+                hint="a smaller map_height, or a larger map_cell",
+            )
+
+    @cached_property
+    def _grid(self) -> Float[np.ndarray, "along across"]:
+        """Heights by place along u and along v, both increasing, with two more beyond each edge."""
+        return np.pad(self.heights[::-1].T, 2, mode="edge")
+
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m], and slope along u and along v."""
+        share, growth = ramp(u, self.start, RAMP)
+        height, slope_u, slope_v = self._between(u, v)
+        slope = np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)
+        return share * height, slope
+
+    def _between(self, u: Places, v: Places) -> tuple[Places, Places, Places]:
+        """Height without the ramp, and its slopes.
+
+        Source: R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE
+        Transactions on Acoustics, Speech, and Signal Processing 29(6), 1981, a = -1/2.
+        """
+        rows, columns = self.heights.shape
+        last = np.array([[columns - 1.0], [rows - 1.0]])
+        place = np.stack([(u - self.start) / self.cell, v / self.cell + (rows - 1) / 2])
+        # These two leave a place that is no number at the far edge.
+        place = np.fmax(np.fmin(place, last + 1), -1.0)
+        corner = np.minimum(np.floor(place), last)
+        t = (place - corner)[..., None]
+        weights = (((CUBIC[3] * t + CUBIC[2]) * t + CUBIC[1]) * t + CUBIC[0]).reshape(2, -1, 2, 4)
+        i, j = corner.astype(int)[..., None] + np.arange(1, 5)
+        near = self._grid[i[:, :, None], j[:, None, :]]
+        found = weights[0] @ near @ np.swapaxes(weights[1], 1, 2)
+        return found[:, 0, 0], found[:, 1, 0] / self.cell, found[:, 0, 1] / self.cell
+
+
+def check_samples(rows: int, columns: int) -> None:
+    """Refuse a height map that is too small or too large, before memory is asked for.
+
+    Args:
+        rows: Of its grid.
+        columns: Of its grid.
+
+    Raises:
+        InvalidInput: It has less than 2 × 2 or more than 4096 × 4096 samples.
+    """
+    if rows < 2 or columns < 2:
+        raise InvalidInput(f"height map is {rows} × {columns}; it needs at least 2 × 2 samples.")
+    check_count(rows * columns)
+
+
+def check_count(samples: int) -> None:
+    """Refuse more samples than a height map may have.
+
+    Raises:
+        InvalidInput: With the memory that they would take.
+    """
+    if samples > MOST_SAMPLES:
+        raise InvalidInput(
+            f"height map of {samples:,} samples needs {8 * samples / 1e9:.3g} GB; the limit is "
+            "4096 × 4096.".replace(",", " ")
+        )
+
+
+def check_finite(heights: Float[np.ndarray, "rows columns"]) -> None:
+    """Refuse heights that are not finite; rows and columns are counted from 1.
+
+    Raises:
+        InvalidInput: With their number and the first of them.
+    """
+    bad = ~np.isfinite(heights)
+    if bad.any():
+        row, column = np.unravel_index(int(np.argmax(bad)), bad.shape)
+        many = int(bad.sum())
+        raise InvalidInput(
+            f"height map has {many} value{'s that are' if many > 1 else ' that is'} not finite, "
+            f"first at row {row + 1}, column {column + 1}."
+        )

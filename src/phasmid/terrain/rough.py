@@ -1,0 +1,94 @@
+"""Rough ground: hills in all directions, the same for the same seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from phasmid.errors import InvalidInput
+from phasmid.terrain.shape import Places, Surface, ramp
+
+WAVES = 24
+"""Number of plane waves that are added up."""
+
+WIDEST = 4.0
+"""Length of the longest wave, in lengths of the shortest."""
+
+RAMP = 0.1
+"""Way over which rough ground grows out of the level [m]."""
+
+
+CHUNK = 1 << 14
+"""Points that are evaluated at once."""
+
+
+@dataclass(frozen=True)
+class Rough:
+    """Plane waves of random direction, phase and length, all equally steep, added up.
+
+    Every point's height is a closed form of its place and the seed; there is no grid.
+
+    Attributes:
+        roughness: Standard deviation of the height far from the start [m].
+        shortest: Length of the shortest wave [m]; the longest is four times as long.
+        start: Where it grows out of level ground, within 0.1 m [m].
+        seed: Of the waves.
+    """
+
+    roughness: float
+    shortest: float
+    start: float
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if not (self.roughness >= 0 and self.shortest > 0):
+            raise InvalidInput(
+                f"rough ground of {self.roughness:g} m in waves of {self.shortest:g} m; the first "
+                "must be 0 or more, the second greater than 0."
+            )
+        # Each of the waves adds its share to the mean square of the slope, which three standard
+        # deviations seldom exceed.
+        k, _, amplitude = self._waves
+        steep = 3 * float(np.linalg.norm(amplitude * np.linalg.norm(k, axis=0))) / 2
+        if steep > 1:
+            raise InvalidInput(
+                f"rough ground of {1000 * self.roughness:g} mm in waves of "
+                f"{1000 * self.shortest:g} mm is steeper than 45° in places, the steepest this "
+                "contact model is verified for.",
+                hint=f"a roughness of {1000 * self.roughness / steep:.2g} mm or less",
+            )
+
+    @cached_property
+    def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Wave vectors [rad/m], shape (2, W), phases [rad] and amplitudes [m], shape (W,)."""
+        random = np.random.default_rng(self.seed)
+        angle, phase = random.uniform(0, 2 * np.pi, (2, WAVES))
+        length = self.shortest * WIDEST ** random.uniform(0, 1, WAVES)
+        # The mean square of a sum of waves is half the sum of their amplitudes' squares.
+        amplitude = self.roughness * np.sqrt(2) * length / np.linalg.norm(length)
+        return 2 * np.pi / length * np.stack([np.cos(angle), np.sin(angle)]), phase, amplitude
+
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m], and slope along u and along v."""
+        hills, slope = np.empty(len(u)), np.empty((len(u), 2))
+        for start in range(0, len(u), CHUNK):
+            part = slice(start, start + CHUNK)
+            self._set_hills(u[part], v[part], hills[part], slope[part])
+        share, growth = ramp(u, self.start, RAMP)
+        slope *= share[..., None]
+        slope[..., 0] += growth * hills
+        return share * hills, slope
+
+    def _set_hills(
+        self, u: np.ndarray, v: np.ndarray, hills: np.ndarray, slope: np.ndarray
+    ) -> None:
+        """Height without the ramp, and its slopes, written into the last two arguments."""
+        k, phase, amplitude = self._waves
+        angle = u[:, None] * k[0] + v[:, None] * k[1] + phase
+        # Summed along the last axis, so that a point's sum does not depend on the others.
+        hills[:] = (amplitude * np.sin(angle)).sum(axis=-1)
+        leaning = amplitude * np.cos(angle)
+        slope[:, 0] = (k[0] * leaning).sum(axis=-1)
+        slope[:, 1] = (k[1] * leaning).sum(axis=-1)
