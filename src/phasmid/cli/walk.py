@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
+PLACES = {"robot", "height_map"}
+"""Fields that name a file."""
+
 
 def run(options: argparse.Namespace) -> int:
     """Walk as the options say; returns the exit status."""
@@ -124,7 +127,7 @@ def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
     words = [scenario.name]
     for key, value in vars(options).items():
         if key.startswith("field:") and value is not None and key != "field:name":
-            text = Path(value).stem if key == "field:robot" else value
+            text = Path(value).stem if key.removeprefix("field:") in PLACES else value
             words.append(f"{key.removeprefix('field:').replace('_', '-')}-{text}")
     name = "_".join(words)
     plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in name)
@@ -155,9 +158,11 @@ def _scenario(options: argparse.Namespace) -> Scenario:
 
 def _value(key: str, text: str) -> Any:
     """An option's text as a number, a list of numbers, or text."""
-    if key == "offsets":
+    if key == "offsets" or key.startswith(("edge_x", "edge_z")):
         return [_number(part) for part in text.split(",")]
-    return text if key in {"name", "description", "robot", "gait"} else _number(text)
+    if key == "patches":
+        return [[_number(part) for part in patch.split(",")] for patch in text.split(";")]
+    return text if key in {*PLACES, "name", "description", "gait", "terrain"} else _number(text)
 
 
 def _number(text: str) -> int | float | str:

@@ -7,6 +7,7 @@ from typing import Any
 
 from phasmid.errors import located
 from phasmid.scenario.scenario import Scenario
+from phasmid.scenario.terrain import beside
 from phasmid.tables import Table, in_file, key_of, validate
 from phasmid.toml import find_file, preset_names, read_toml, toml_string
 from phasmid.units import UNITS, split_unit
@@ -22,13 +23,16 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
 
     Args:
         source: Name of a preset, such as ``paper``, or path of a ``.toml`` file. A robot file
-            that it names is looked for beside it.
+            or height map that it names is looked for beside it.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed.
     """
     path = find_file(source, "phasmid.scenario", "scenario")
     raw, content = read_toml(path)
+    terrain = raw.get("terrain")
+    if isinstance(terrain, dict) and isinstance(terrain.get("height_map"), str):
+        terrain["height_map"] = beside(path, terrain["height_map"])
     with located(path.name):
         scenario = validate(Scenario, raw, in_file(path, content))
     if isinstance(scenario.robot, str) and scenario.robot.endswith(".toml"):
@@ -59,7 +63,7 @@ def scenario_to_toml(scenario: Scenario, robot: str) -> str:
 
 def _entry(key: str, name: str, value: Any) -> str:
     ending = split_unit(key)[1] if key != name else ""
-    if ending:
+    if ending and not isinstance(value, tuple):
         unit = UNITS[ending]
         shown = float(f"{unit.from_si(value):.15g}")
         # People read millimetres, but a number that would be rounded stays in SI.
@@ -68,5 +72,11 @@ def _entry(key: str, name: str, value: Any) -> str:
     if isinstance(value, float):
         return f"{name} = {value!r}"
     if isinstance(value, tuple):
-        return f"{name} = [{', '.join(map(repr, value))}]"
+        return f"{name} = {_list(value)}"
     return f"{name} = {toml_string(value) if isinstance(value, str) else value}"
+
+
+def _list(values: tuple[Any, ...]) -> str:
+    """Numbers, or lists of them, as TOML writes them."""
+    words = (_list(value) if isinstance(value, tuple) else repr(value) for value in values)
+    return f"[{', '.join(words)}]"

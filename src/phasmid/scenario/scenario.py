@@ -31,7 +31,7 @@ from phasmid.tables import (
     speaking,
     validate,
 )
-from phasmid.terrain import Flat, Terrain
+from phasmid.terrain import Flat, Ground
 from phasmid.units import split_unit
 
 MOST_SAMPLES = 10_000_000
@@ -152,6 +152,9 @@ class Scenario(Table):
         paths = {path[-1]: path for path, _ in leaves(Scenario) if path[0] != "gait"}
         paths |= {"duty_factor": ("gait", "duty_factor"), "offsets": ("gait", "offsets")}
         keys = {path[-1] if len(path) > 1 else key: key for key, path in option_keys().items()}
+        if isinstance(changes.get("terrain"), str):
+            # The kind of terrain, given by its name alone; its other fields stay.
+            changes = {"kind" if k == "terrain" else k: v for k, v in changes.items()}
         given: dict[str, str] = {}
         # The gait goes first, so that a duty factor given beside it is kept.
         for key, value in sorted(changes.items(), key=lambda item: item[0] != "gait"):
@@ -206,9 +209,23 @@ class Scenario(Table):
         robot = with_mounts(robot, self.model.mounts)
         return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
 
-    def load_terrain(self) -> Terrain:
-        """The ground of this scenario: height, normal and friction at every point."""
-        return Flat(self.terrain.friction)
+    def load_terrain(self) -> Ground:
+        """The ground of this scenario: height, normal and friction at every point.
+
+        Raises:
+            InvalidInput: The file of its height map is absent or not well formed.
+        """
+        return self.terrain.ground()
+
+    def planned_terrain(self) -> Ground:
+        """What the plan takes for the ground: this scenario's, or level ground.
+
+        Raises:
+            InvalidInput: The file of its height map is absent or not well formed.
+        """
+        if self.terrain.planned_on == "level":
+            return Ground(Flat(), self.terrain.friction)
+        return self.load_terrain()
 
     def load_gait(self, leg_count: int = 6) -> Gait:
         """The gait of this scenario.
@@ -239,11 +256,12 @@ class Scenario(Table):
 def option_keys() -> dict[str, tuple[str, ...]]:
     """Every field of a scenario by the key that people write, with its path.
 
-    The gait's own name is the key ``gait``.
+    The gait's own name is the key ``gait``, the terrain's kind the key ``terrain``.
     """
+    own: dict[tuple[str, ...], str] = {("gait", "name"): "gait", ("terrain", "kind"): "terrain"}
     keys: dict[str, tuple[str, ...]] = {}
     for path, field in leaves(Scenario):
-        key = "gait" if path == ("gait", "name") else key_of(path[-1], field)
+        key = own.get(path) or key_of(path[-1], field)
         if key != "format":
             keys[key] = path
     return keys

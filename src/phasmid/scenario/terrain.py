@@ -1,19 +1,221 @@
-"""The ground."""
+"""The ground, as a scenario says it."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Le
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import model_validator
 
-from phasmid.tables import Number, Table
+from phasmid.errors import InvalidInput, located
+from phasmid.tables import Angle, Count, Length, Number, Table
+from phasmid.terrain import (
+    Blocks,
+    Flat,
+    Ground,
+    HeightMap,
+    Patch,
+    Rough,
+    Shape,
+    Slope,
+    Steps,
+    Waves,
+    height_text,
+    heights_from_text,
+    read_heights,
+)
+from phasmid.terrain.ground import HIGHEST_FRICTION
+from phasmid.terrain.height_text import BEGINNING, LONGEST
+
+START = 0.3
+"""Where a terrain begins by default: just ahead of where the PhantomX first sets its feet [m]."""
+
+ICE_LENGTH, ICE_WIDTH = 2.4, 1.2
+"""Extent of a field of ice [m]."""
 
 
 class TerrainTable(Table):
-    """``[terrain]``: level ground.
+    """``[terrain]``, or ``terrain = "stairs"``: the ground.
+
+    Before its start every terrain is level; only a slope has none unless it is given one.
 
     Attributes:
+        kind: ``flat``; ``slope``; ``stairs``; one ``step``; ``gap``, a ditch; ``steps`` at places
+            of your own; ``blocks`` of different heights; ``waves``; ``rough`` ground;
+            ``height-map`` from a file; ``ice``: level, with slippery tiles.
         friction: Coefficient of Coulomb friction between foot and ground.
+        patches: Rectangles of other friction along the terrain, each from x, to x, from y, to y
+            [m], friction.
+        planned_on: What the plan takes for the ground: this ``terrain``, or ``level`` ground.
+        terrain_start: Where the terrain begins, ahead of the robot's start [m]; absent: 300 mm,
+            and for a slope nowhere.
+        terrain_yaw: Direction in which the terrain is laid, from the walk's, to the left [rad].
+        terrain_seed: Of the heights of blocks and of rough ground.
+        slope: Of the slope, uphill [rad].
+        rise: Height of a step, of stairs or alone [m].
+        run: Depth of each of the stairs [m].
+        stair_count: Number of the stairs.
+        gap_width: Width of the gap [m].
+        gap_depth: Depth of the gap, and of gaps between blocks [m].
+        edge_x: Of ``steps``: places of their edges [m].
+        edge_z: Of ``steps``: height behind each edge [m].
+        block_size: Side of a block [m].
+        block_gap: Between blocks [m].
+        block_height: Between the highest and the lowest possible block [m].
+        wave_height: From trough to crest [m].
+        wave_length: From crest to crest [m].
+        roughness: Standard deviation of the height of rough ground [m].
+        rough_length: Length of rough ground's shortest waves [m].
+        height_map: An image, ``.npy`` or ``.csv`` file, seen from above with the walk to the right.
+        map_cell: Distance of two samples of the height map [m].
+        map_height: Height of white where the height map is an image [m].
+        ice_friction: Friction of the slippery tiles.
+        tile: Side of the slippery tiles [m].
     """
 
-    friction: Annotated[Number, Ge(0), Le(10)] = 0.7
+    kind: Literal[
+        "flat",
+        "slope",
+        "stairs",
+        "step",
+        "gap",
+        "steps",
+        "blocks",
+        "waves",
+        "rough",
+        "height-map",
+        "ice",
+    ] = "flat"
+    friction: Annotated[Number, Ge(0)] = 0.7
+    patches: tuple[tuple[Number, Number, Number, Number, Number], ...] = ()
+    planned_on: Literal["terrain", "level"] = "terrain"
+    terrain_start: Annotated[Length, Ge(-100), Le(100)] | None = None
+    terrain_yaw: Annotated[Angle, Ge(-math.pi), Le(math.pi)] = 0.0
+    terrain_seed: Annotated[Count, Ge(0), Lt(2**63)] = 1
+    slope: Angle = math.radians(10)
+    rise: Annotated[Length, Gt(-2), Lt(2)] = 0.020
+    run: Annotated[Length, Gt(0), Le(10)] = 0.120
+    stair_count: Annotated[Count, Gt(0), Le(1000)] = 5
+    gap_width: Annotated[Length, Gt(0), Le(10)] = 0.030
+    gap_depth: Annotated[Length, Gt(0), Le(10)] = 0.100
+    edge_x: tuple[Length, ...] = ()
+    edge_z: tuple[Length, ...] = ()
+    block_size: Annotated[Length, Gt(0), Le(10)] = 0.080
+    block_gap: Annotated[Length, Ge(0), Le(10)] = 0.0
+    block_height: Annotated[Length, Ge(0), Le(2)] = 0.020
+    wave_height: Annotated[Length, Ge(0), Le(2)] = 0.030
+    wave_length: Annotated[Length, Gt(0), Le(100)] = 0.400
+    roughness: Annotated[Length, Ge(0), Le(1)] = 0.006
+    rough_length: Annotated[Length, Gt(0), Le(100)] = 0.150
+    height_map: str = ""
+    map_cell: Annotated[Length, Gt(0), Le(100)] = 0.010
+    map_height: Annotated[Length, Ge(0), Le(100)] = 0.050
+    ice_friction: Annotated[Number, Ge(0), Le(HIGHEST_FRICTION)] = 0.1
+    tile: Annotated[Length, Gt(0.01), Le(10)] = 0.100
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, raw: Any) -> Any:
+        if isinstance(raw, str):
+            return {"kind": raw}
+        if isinstance(raw, dict) and raw.get("kind") == "height-map":
+            return _carried(Table._convert_units.__func__(cls, raw))
+        return raw
+
+    @model_validator(mode="after")
+    def _check(self) -> TerrainTable:
+        if self.friction > HIGHEST_FRICTION:
+            raise InvalidInput(
+                f"terrain.friction is {self.friction:g}; coefficients above "
+                f"{HIGHEST_FRICTION:g} are refused."
+            )
+        # What no ground can be is refused here, not when the walk is planned.
+        self.ground()
+        return self
+
+    def ground(self) -> Ground:
+        """The ground that this table describes.
+
+        Raises:
+            InvalidInput: No such ground is known to the contact model, or its file is absent.
+        """
+        patches = [Patch((x0, x1), (y0, y1), mu) for x0, x1, y0, y1, mu in self.patches]
+        if self.kind == "ice":
+            patches = [*self._tiles(), *patches]
+        with located("terrain"):
+            return Ground(self._shape(), self.friction, tuple(patches), self.terrain_yaw)
+
+    @property
+    def _start(self) -> float:
+        return START if self.terrain_start is None else self.terrain_start
+
+    def _shape(self) -> Shape:
+        start = self._start
+        if self.kind == "slope":
+            return Slope(self.slope, self.terrain_start)
+        if self.kind == "stairs":
+            return Steps.stairs(start, rise=self.rise, run=self.run, count=self.stair_count)
+        if self.kind == "step":
+            return Steps((start,), (self.rise,))
+        if self.kind == "gap":
+            return Steps.gap(start, width=self.gap_width, depth=self.gap_depth)
+        if self.kind == "steps":
+            return Steps(self.edge_x, self.edge_z)
+        if self.kind == "blocks":
+            return Blocks(
+                self.block_size,
+                self.block_gap,
+                self.block_height,
+                self.gap_depth,
+                start,
+                seed=self.terrain_seed,
+            )
+        if self.kind == "waves":
+            return Waves(self.wave_height, self.wave_length, start)
+        if self.kind == "rough":
+            return Rough(self.roughness, self.rough_length, start, self.terrain_seed)
+        if self.kind == "height-map":
+            return HeightMap(self._heights(), self.map_cell, start)
+        return Flat()
+
+    def _heights(self) -> Any:
+        if not self.height_map:
+            raise InvalidInput(
+                "a height map needs a file; terrain.height_map names none.",
+                hint='height_map = "hills.png"',
+            )
+        if self.height_map.startswith(BEGINNING):
+            return heights_from_text(self.height_map)
+        return read_heights(Path(self.height_map), white=self.map_height)
+
+    def _tiles(self) -> list[Patch]:
+        """Every second tile of the field, as on a chessboard."""
+        along, across = round(ICE_LENGTH / self.tile), round(ICE_WIDTH / self.tile)
+        left = -across * self.tile / 2
+        tiles = []
+        for i in range(along):
+            for j in range(i % 2, across, 2):
+                x, y = self._start + i * self.tile, left + j * self.tile
+                tiles.append(Patch((x, x + self.tile), (y, y + self.tile), self.ice_friction))
+        return tiles
+
+
+def _carried(raw: dict[str, Any]) -> dict[str, Any]:
+    """A table that carries its height map itself, where it is not too long."""
+    name = raw.get("height_map")
+    if not isinstance(name, str) or not name or name.startswith(BEGINNING):
+        return raw
+    white = raw.get("map_height", TerrainTable.model_fields["map_height"].default)
+    if not isinstance(white, float | int) or isinstance(white, bool):
+        return raw
+    with located("terrain.height_map"):
+        heights = read_heights(Path(name), white=float(white))
+    text = height_text(heights) if heights.size <= LONGEST else ""
+    return raw | {"height_map": text if 0 < len(text) <= LONGEST else str(Path(name).absolute())}
+
+
+def beside(file: Path, name: str) -> str:
+    """Path of a height map that a scenario file names; text that holds a map stays as it is."""
+    return name if not name or name.startswith(BEGINNING) else str(file.parent / name)

@@ -1,6 +1,33 @@
 """What the robot walks on: height, normal and friction at every point."""
 
+from phasmid.terrain.blocks import Blocks
 from phasmid.terrain.flat import Flat
+from phasmid.terrain.ground import Ground, Patch
+from phasmid.terrain.height_file import read_heights
+from phasmid.terrain.height_map import HeightMap
+from phasmid.terrain.height_text import height_text, heights_from_text
+from phasmid.terrain.rough import Rough
+from phasmid.terrain.shape import Block, Blocky, Shape
+from phasmid.terrain.slope import Slope
+from phasmid.terrain.steps import Steps
 from phasmid.terrain.terrain import Terrain
+from phasmid.terrain.waves import Waves
 
-__all__ = ["Flat", "Terrain"]
+__all__ = [
+    "Block",
+    "Blocks",
+    "Blocky",
+    "Flat",
+    "Ground",
+    "HeightMap",
+    "Patch",
+    "Rough",
+    "Shape",
+    "Slope",
+    "Steps",
+    "Terrain",
+    "Waves",
+    "height_text",
+    "heights_from_text",
+    "read_heights",
+]

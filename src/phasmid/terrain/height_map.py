@@ -1,0 +1,143 @@
+"""Ground whose heights were measured or drawn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from phasmid.errors import InvalidInput
+from phasmid.terrain.shape import ramp
+
+MOST_SAMPLES = 4096 * 4096
+"""Most samples of a height map."""
+
+RAMP = 0.1
+"""Way over which the map grows out of the level ground before it [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeightMap:
+    """Heights on a grid, as a picture from above with u to the right and v up; linear between.
+
+    The map's left edge lies across the start and its middle row on the u axis. Beyond its edges the
+    heights there go on.
+
+    Attributes:
+        heights: Row by row from the left of the way to its right, along u in each row [m], (R, C).
+        cell: Distance of two samples [m].
+        start: Where the map begins to grow out of level ground, within 0.1 m [m].
+    """
+
+    heights: Float[np.ndarray, "rows columns"]
+    cell: float
+    start: float
+
+    def __post_init__(self) -> None:
+        check_samples(*self.heights.shape)
+        check_finite(self.heights)
+        if not self.cell > 0:
+            raise InvalidInput(
+                f"samples of the height map are {self.cell:g} m apart; it must be greater than 0."
+            )
+        steepest = [0.0, 0.0]
+        for axis in (0, 1):
+            steepest[axis] = float(np.abs(np.diff(self.heights, axis=axis)).max()) / self.cell
+        if max(steepest) > 1.0:
+            axis = int(np.argmax(steepest))
+            rise = np.abs(np.diff(self.heights, axis=axis))
+            row, column = np.unravel_index(int(np.argmax(rise)), rise.shape)
+            raise InvalidInput(
+                f"height map has a slope of {math.degrees(math.atan(max(steepest))):.0f}° at row "
+                f"{row + 1}, column {column + 1}; 45° is the steepest this contact model is "
+                "verified for.",
+                hint="a smaller map_height, or a larger map_cell",
+            )
+
+    @cached_property
+    def _grid(self) -> Float[np.ndarray, "along across"]:
+        """Heights by place along u and along v, both increasing."""
+        return np.ascontiguousarray(self.heights[::-1].T)
+
+    def height(
+        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
+    ) -> Float[np.ndarray, "*batch"]:
+        """Height [m], shape (...)."""
+        u, v = np.broadcast_arrays(u, v)
+        return ramp(u, self.start, RAMP)[0] * self._between(u, v)[0]
+
+    def gradient(
+        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
+    ) -> Float[np.ndarray, "*batch 2"]:
+        """Slope along u and v, shape (..., 2)."""
+        u, v = np.broadcast_arrays(u, v)
+        share, growth = ramp(u, self.start, RAMP)
+        height, slope_u, slope_v = self._between(u, v)
+        return np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)
+
+    def _between(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Height without the ramp, and its slopes."""
+        grid, (along, across) = self._grid, self._grid.shape
+        i, a, moving_u = _cell((u - self.start) / self.cell, along)
+        j, b, moving_v = _cell(v / self.cell + (across - 1) / 2, across)
+        z00, z01, z10, z11 = grid[i, j], grid[i, j + 1], grid[i + 1, j], grid[i + 1, j + 1]
+        slope_u = ((z10 - z00) * (1 - b) + (z11 - z01) * b) * moving_u / self.cell
+        slope_v = ((z01 - z00) * (1 - a) + (z11 - z10) * a) * moving_v / self.cell
+        height = (z00 * (1 - b) + z01 * b) * (1 - a) + (z10 * (1 - b) + z11 * b) * a
+        return height, slope_u, slope_v
+
+
+def _cell(
+    place: np.ndarray, count: int
+) -> tuple[Int[np.ndarray, "*batch"], np.ndarray, np.ndarray]:
+    """Cell of a place counted in samples, the share of the way through it, and 0 off the map."""
+    inside = np.clip(place, 0.0, count - 1.0)
+    index = np.minimum(inside.astype(int), count - 2)
+    return index, inside - index, 1.0 * (inside == place)
+
+
+def check_samples(rows: int, columns: int) -> None:
+    """Refuse a height map that is too small or too large, before memory is asked for.
+
+    Args:
+        rows: Of its grid.
+        columns: Of its grid.
+
+    Raises:
+        InvalidInput: It has less than 2 × 2 or more than 4096 × 4096 samples.
+    """
+    if rows < 2 or columns < 2:
+        raise InvalidInput(f"height map is {rows} × {columns}; it needs at least 2 × 2 samples.")
+    check_count(rows * columns)
+
+
+def check_count(samples: int) -> None:
+    """Refuse more samples than a height map may have.
+
+    Raises:
+        InvalidInput: With the memory that they would take.
+    """
+    if samples > MOST_SAMPLES:
+        raise InvalidInput(
+            f"height map of {samples:,} samples needs {8 * samples / 1e9:.3g} GB; the limit is "
+            "4096 × 4096.".replace(",", " ")
+        )
+
+
+def check_finite(heights: Float[np.ndarray, "rows columns"]) -> None:
+    """Refuse heights that are not finite; rows and columns are counted from 1.
+
+    Raises:
+        InvalidInput: With their number and the first of them.
+    """
+    bad = ~np.isfinite(heights)
+    if bad.any():
+        row, column = np.unravel_index(int(np.argmax(bad)), bad.shape)
+        many = int(bad.sum())
+        raise InvalidInput(
+            f"height map has {many} value{'s that are' if many > 1 else ' that is'} not finite, "
+            f"first at row {row + 1}, column {column + 1}."
+        )

@@ -1,0 +1,72 @@
+"""The shape of a terrain, in axes of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+FAR = 500.0
+"""Where ground without an edge of its own ends [m]."""
+
+
+@runtime_checkable
+class Shape(Protocol):
+    """A surface over the plane of u and v; the walk begins at its origin."""
+
+    def height(
+        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
+    ) -> Float[np.ndarray, "*batch"]:
+        """Height [m], shape (...)."""
+
+    def gradient(
+        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
+    ) -> Float[np.ndarray, "*batch 2"]:
+        """Slope along u and along v, shape (..., 2)."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A piece of level ground with upright sides.
+
+    Attributes:
+        u: From and to [m].
+        v: From and to [m].
+        top: Height of its upper face [m].
+    """
+
+    u: tuple[float, float]
+    v: tuple[float, float]
+    top: float
+
+
+@runtime_checkable
+class Blocky(Protocol):
+    """A shape that is level but for upright sides, which its gradient does not tell."""
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """What it is built of; no two overlap."""
+
+
+def no_slope(
+    u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
+) -> Float[np.ndarray, "*batch 2"]:
+    """The gradient of a surface that is level nearly everywhere, shape (..., 2)."""
+    return np.zeros((*np.broadcast_shapes(np.shape(u), np.shape(v)), 2))
+
+
+def ramp(
+    u: Float[np.ndarray, "*batch"], start: float, length: float
+) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]:
+    """From 0 to 1 by a quintic, smooth in its second derivative at both ends, and its slope.
+
+    Args:
+        u: Place [m], shape (...).
+        start: Where it begins to rise [m].
+        length: Over which it rises [m].
+    """
+    s = np.clip((u - start) / length, 0.0, 1.0)
+    return s**3 * (10 - 15 * s + 6 * s**2), 30 * s**2 * (1 - s) ** 2 / length

@@ -1,0 +1,50 @@
+"""Waves across the way."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class Waves:
+    """A sinusoid along u, which begins in a trough at the height of the level ground before it.
+
+    Attributes:
+        wave_height: From trough to crest [m].
+        wave_length: From crest to crest [m].
+        start: Where the first wave begins to rise [m].
+    """
+
+    wave_height: float
+    wave_length: float
+    start: float
+
+    def __post_init__(self) -> None:
+        steepest = math.pi * self.wave_height / self.wave_length if self.wave_length > 0 else 2.0
+        if not abs(steepest) <= 1.0:
+            raise InvalidInput(
+                f"waves of {1000 * self.wave_height:g} mm in {1000 * self.wave_length:g} mm are "
+                f"steeper than 45°, the steepest this contact model is verified for.",
+                hint=f"waves of {1000 * math.pi * self.wave_height:.0f} mm length or more",
+            )
+
+    def height(
+        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
+    ) -> Float[np.ndarray, "*batch"]:
+        """Height [m], shape (...)."""
+        way = np.maximum(u + 0.0 * v - self.start, 0.0)
+        return self.wave_height / 2 * (1 - np.cos(2 * np.pi / self.wave_length * way))
+
+    def gradient(
+        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
+    ) -> Float[np.ndarray, "*batch 2"]:
+        """Slope along u and v, shape (..., 2)."""
+        k = 2 * np.pi / self.wave_length
+        way = np.maximum(u + 0.0 * v - self.start, 0.0)
+        return np.stack([self.wave_height / 2 * k * np.sin(k * way), 0.0 * way], axis=-1)
