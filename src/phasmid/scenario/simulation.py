@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Gt
+from annotated_types import Gt, Le
 
-from phasmid.tables import Count, Table, Time
+from phasmid.tables import Count, Length, Table, Time
 
 
 class SimulationTable(Table):
@@ -20,9 +20,12 @@ class SimulationTable(Table):
         record_interval: Time between recorded samples [s], a whole number of steps; absent: every
             step, or every millisecond where steps are shorter.
         max_steps: Longest run that is not refused [steps].
+        start_height: Height of the body frame at the start [m], from where the robot drops onto its
+            feet; absent: where the plan has it.
     """
 
     drive: Literal["prescribed", "ideal-servo", "servo"] = "prescribed"
     dt: Annotated[Time, Gt(0)] = 0.001
     record_interval: Annotated[Time, Gt(0)] | None = None
     max_steps: Annotated[Count, Gt(0)] = 100_000_000
+    start_height: Annotated[Length, Gt(0), Le(10)] | None = None

@@ -9,7 +9,9 @@ from enum import Enum
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Robot
+from phasmid.terrain import Ground
 
 FASTEST_BODY = 20.0
 """A trunk faster than this is not walking but exploding [m/s]."""
@@ -47,7 +49,10 @@ class Trouble:
 
 
 def watch(
-    robot: Robot, qpos: Float[np.ndarray, "samples q"], qvel: Float[np.ndarray, "samples v"]
+    robot: Robot,
+    qpos: Float[np.ndarray, "samples q"],
+    qvel: Float[np.ndarray, "samples v"],
+    ground: Ground | None = None,
 ) -> Trouble | None:
     """Look through consecutive states for the first that ends a run.
 
@@ -55,6 +60,7 @@ def watch(
         robot: The robot.
         qpos: Engine positions: trunk position, quaternion, joints; shape (N, 7 + 3 L).
         qvel: Engine velocities: trunk, joints; shape (N, 6 + 3 L).
+        ground: What it walks on; level at height 0 where none is given.
 
     Returns:
         What was found first; None where all is well.
@@ -65,7 +71,10 @@ def watch(
         # The vertical in body axes: the rotation's last row.
         up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
         tilt = up[2] < math.cos(STEEPEST_TILT)
-        lowest = qpos[:, 2] - (robot.body.size / 2) @ np.abs(up)
+        if ground is None or ground.is_level:
+            lowest = qpos[:, 2] - (robot.body.size / 2) @ np.abs(up)
+        else:
+            lowest = _clearance(robot, qpos, ground)
         # All is well nearly always; the sum is finite only where every number is.
         well = speed[:3].sum() < FASTEST_BODY and speed[3:].max() < FASTEST_JOINT
         if well and np.isfinite(qpos.sum()) and not tilt.any() and lowest.min() >= 0:
@@ -100,6 +109,18 @@ def watch(
         ),
     ]
     return min((t for t in found if t), key=lambda t: t.sample, default=None)
+
+
+def _clearance(
+    robot: Robot, qpos: Float[np.ndarray, "samples q"], ground: Ground
+) -> Float[np.ndarray, " samples"]:
+    """Least height over the ground of the trunk's underside, at nine points of it [m]."""
+    length, width, height = robot.body.size / 2
+    sides = np.array([-1.0, 0.0, 1.0])
+    places = np.stack(np.meshgrid(length * sides, width * sides, [-height]), axis=-1).reshape(-1, 3)
+    R = quaternion_rotation(qpos[:, 3:7])
+    x, y, z = np.moveaxis(qpos[:, None, :3] + places @ np.swapaxes(R, 1, 2), -1, 0)
+    return (z - ground.height(x, y)).min(axis=1)
 
 
 def _first(bad: np.ndarray, ending: Ending, reason: str) -> Trouble | None:

@@ -12,7 +12,7 @@ from phasmid.kinematics import neutral_feet
 from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import add_foot, set_contact
-from phasmid.simulation.ground import GROUND, add_ground
+from phasmid.simulation.ground import GROUND, add_ground, add_tangents
 
 if TYPE_CHECKING:
     import mujoco
@@ -77,6 +77,7 @@ def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     _set_inertia(trunk, robot.body.mass, robot.body.com, robot.body.inertia)
     for leg in robot.legs:
         _add_leg(spec, trunk, leg, robot, scenario, friction)
+    add_tangents(spec, robot, scenario)
     _add_sensors(spec, robot)
     return spec
 
@@ -164,7 +165,7 @@ def _add_sensors(spec: mujoco.MjSpec, robot: Robot) -> None:
         spec.add_sensor(
             name=f"{leg.name}.contact",
             type=mujoco.mjtSensor.mjSENS_CONTACT,
-            objtype=mujoco.mjtObj.mjOBJ_GEOM,
+            objtype=mujoco.mjtObj.mjOBJ_BODY,
             objname=GROUND,
             reftype=mujoco.mjtObj.mjOBJ_BODY,
             refname=f"{leg.name}.tibia",

@@ -25,9 +25,12 @@ from phasmid.sensors import sense
 from phasmid.simulation.complaint import collected_complaints
 from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
+from phasmid.simulation.ground import Footing
 from phasmid.simulation.interrupt import noticed_interrupts
 from phasmid.simulation.model import build_model
 from phasmid.simulation.servo import ServoDrive
+from phasmid.simulation.start import check_start, raised
+from phasmid.terrain import Ground
 
 if TYPE_CHECKING:
     import mujoco
@@ -71,7 +74,8 @@ def simulate(
 
     Raises:
         InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
-            robot, gait or stride, or the start is none of its states, or the log exists.
+            robot, gait or stride, or starts with a foot below the terrain, or the start is none
+            of its states, or the log exists.
         InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
@@ -181,6 +185,8 @@ def _prepare(
     """The run, ready to start, and the model's channels at all of its samples."""
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk.robot)
+    if start is None:
+        check_start(scenario, walk)
     run = Run(scenario, walk, start=start)
     # Before the run: what the feet cannot share is refused at once, and an interrupted run has
     # little left to do.
@@ -260,6 +266,8 @@ class Run:
         self.model = build_model(walk.robot, scenario)
         self.data = mujoco.MjData(self.model)
         self.drive = _drive(scenario, self.model, self.data, walk)
+        self.ground = scenario.load_terrain()
+        self.footing = Footing(self.model, self.data, self.robot, self.ground)
         self.buffer = Samples.empty(self.model, self.drive, WATCH_STEPS)
         self.log = Samples.empty(self.model, self.drive, 0)
         self.done = self.step = 0
@@ -353,9 +361,12 @@ class Run:
         data = self.data
         mujoco.mj_resetData(self.model, data)
         data.qpos[:3] = start.trunk.position[0]
+        data.qpos[2] += raised(self.scenario, start)
         data.qpos[3:7] = yaw_quaternion(start.trunk.yaw)[0]
         data.qpos[7:] = start.q[0].ravel()
         self.drive.command(start.q[0].ravel())
+        if self.footing.needed:
+            self.footing.follow()
         mujoco.mj_forward(self.model, data)
         self.first = Samples.empty(self.model, self.drive, 1)
         self.first.write(0, data, self.drive)
@@ -450,9 +461,8 @@ class Run:
 
     def _look(self, count: int) -> Trouble | None:
         """What the watch finds in the buffer's first samples, and what the engine complained of."""
-        trouble = (
-            watch(self.robot, self.buffer.qpos[:count], self.buffer.qvel[:count]) if count else None
-        )
+        seen = self.buffer.qpos[:count], self.buffer.qvel[:count]
+        trouble = watch(self.robot, *seen, self.ground) if count else None
         if trouble:
             return trouble
         if self._complaints:
@@ -460,6 +470,8 @@ class Run:
             return Trouble(Ending.DIVERGED, max(0, count - 1), said)
         return None
 
+    # A state that is not finite is for the watch to find.
+    @np.errstate(invalid="ignore", over="ignore")
     def _advance(
         self,
         targets: Float[np.ndarray, "samples joints"],
@@ -483,6 +495,7 @@ class Run:
         # loop below is the simulation's whole cost beside the engine.
         model, data, step, end = self.model, self.data, mujoco.mj_step, len(targets) - last
         command, torque = self.drive.command, self.drive.torque
+        follow = self.footing.follow if self.footing.needed else None
         qpos, qvel, sensors, state = self._views
         made = 0
         with collected_complaints(self._complaints):
@@ -495,6 +508,8 @@ class Run:
                     to_qpos[:] = qpos
                     to_qvel[:] = qvel
                     command(target)
+                    if follow:
+                        follow()
                     if made == end:
                         step = mujoco.mj_forward
                     step(model, data)
@@ -581,13 +596,14 @@ def _channels(
     legs, n = len(run.robot.legs), len(log.qpos)
     contact = log.sensors[:, : 4 * legs].reshape(n, legs, 4)
     force = contact[..., 1:]
+    position = log.sensors[:, 4 * legs :].reshape(n, legs, 3)
     channels = {name: values[part] for name, values in model.items()} | {
         "joint_position": log.qpos[:, 7:].reshape(n, legs, 3),
         "joint_velocity": log.qvel[:, 6:].reshape(n, legs, 3),
         "joint_torque": log.torque.reshape(n, legs, 3),
         "foot_force": force,
-        "foot_normal_force": force[..., 2],
-        "foot_position": log.sensors[:, 4 * legs :].reshape(n, legs, 3),
+        "foot_normal_force": _normal_part(force, position, run.ground),
+        "foot_position": position,
         "contact": contact[..., 0] > 0,
         "body_position": log.qpos[:, :3],
         "body_velocity": log.qvel[:, :3],
@@ -636,3 +652,15 @@ def _ending(trouble: Trouble | None) -> dict[str, str | int | float]:
     ending = trouble.ending if trouble else Ending.COMPLETED
     reason = f"{ending.value[:-1]} {trouble.reason}." if trouble else ending.value
     return {"ending": ending.name, "ending_reason": reason}
+
+
+def _normal_part(
+    force: Float[np.ndarray, "time legs 3"],
+    position: Float[np.ndarray, "time legs 3"],
+    ground: Ground,
+) -> Float[np.ndarray, "time legs"]:
+    """Part of the forces along the ground's normal at the feet [N]."""
+    if ground.is_level:
+        return force[..., 2]
+    normal = ground.normal(position[..., 0], position[..., 1])
+    return np.einsum("tlk,tlk->tl", force, normal)

@@ -87,7 +87,7 @@ class Blocks:
             inside &= (cell >= 0) & (cell < count)
             on_top &= (place - cell) * self.pitch <= self.size
         i, j = (
-            np.clip(cell, 0, count - 1).astype(int)
+            np.clip(np.nan_to_num(cell), 0, count - 1).astype(int)
             for cell, count in zip(cells, self.tops.shape, strict=True)
         )
         return np.where(inside, np.where(on_top, self.tops[i, j], -self.gap_depth), 0.0)

@@ -94,7 +94,7 @@ def _cell(
     place: np.ndarray, count: int
 ) -> tuple[Int[np.ndarray, "*batch"], np.ndarray, np.ndarray]:
     """Cell of a place counted in samples, the share of the way through it, and 0 off the map."""
-    inside = np.clip(place, 0.0, count - 1.0)
+    inside = np.clip(np.nan_to_num(place), 0.0, count - 1.0)
     index = np.minimum(inside.astype(int), count - 2)
     return index, inside - index, 1.0 * (inside == place)
 
