@@ -55,7 +55,7 @@ def add_ground(spec: mujoco.MjSpec, scenario: Scenario) -> list[float]:
         spec.worldbody.add_geom(
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[0, 0, 0.1],
-            quat=_upright_to(ground.normal(here, here)),
+            quat=_tilt(ground.surface(here, here)[1]),
             friction=friction,
         )
     return friction
@@ -72,11 +72,16 @@ def _turned(point: Float[np.ndarray, "3"], yaw: float) -> Float[np.ndarray, "3"]
     return np.array([c * point[0] - s * point[1], s * point[0] + c * point[1], point[2]])
 
 
-def _upright_to(normal: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 4"]:
-    """Quaternion that tilts the vertical to a normal the shortest way, shape (..., 4)."""
-    a, b, c = normal[..., 0], normal[..., 1], normal[..., 2]
-    turn = np.stack([1 + c, -b, a, np.zeros(c.shape)], axis=-1)
-    return turn / np.linalg.norm(turn, axis=-1, keepdims=True)
+def _tilt(slope: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 4"]:
+    """Quaternion that tilts the vertical to a slope's normal the shortest way, shape (..., 4)."""
+    p, q = slope[..., 0], slope[..., 1]
+    up = 1 / np.sqrt(1 + p * p + q * q)
+    half = 1 / np.sqrt(2 + 2 * up)
+    turn = np.zeros((*slope.shape[:-1], 4))
+    turn[..., 0] = (1 + up) * half
+    turn[..., 1] = q * up * half
+    turn[..., 2] = -p * up * half
+    return turn
 
 
 def add_tangents(spec: mujoco.MjSpec, robot: Robot, scenario: Scenario) -> None:
@@ -134,9 +139,10 @@ class Footing:
         # A step leaves the feet's places as they were at its beginning.
         mujoco.mj_kinematics(model, data)
         if self._planes is not None:
-            x, y, _ = data.site_xpos[self._sites].T
-            model.geom_pos[self._planes] = np.stack([x, y, ground.height(x, y)], axis=-1)
-            model.geom_quat[self._planes] = _upright_to(ground.normal(x, y))
+            place = data.site_xpos[self._sites]
+            place[:, 2], slope = ground.surface(place[:, 0], place[:, 1])
+            model.geom_pos[self._planes] = place
+            model.geom_quat[self._planes] = _tilt(slope)
         if ground.patches:
             x, y, _ = data.geom_xpos[self._points].T
             model.geom_friction[self._points, 0] = ground.friction(x, y)

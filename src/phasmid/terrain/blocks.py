@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import FAR, Block, no_slope
+from phasmid.terrain.shape import FAR, Block, Surface, level
 
 MOST_BLOCKS = 10_000
 """Most blocks of a field."""
@@ -75,10 +75,8 @@ class Blocks:
     def _corner(self) -> tuple[float, float]:
         return self.start, -self.tops.shape[1] * self.pitch / 2
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Height [m], shape (...)."""
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and no slope, since edges are not told by it."""
         u, v = np.broadcast_arrays(u, v)
         places = [(w - w0) / self.pitch for w, w0 in zip((u, v), self._corner, strict=True)]
         cells = [np.floor(place) for place in places]
@@ -90,13 +88,7 @@ class Blocks:
             np.clip(np.nan_to_num(cell), 0, count - 1).astype(int)
             for cell, count in zip(cells, self.tops.shape, strict=True)
         )
-        return np.where(inside, np.where(on_top, self.tops[i, j], -self.gap_depth), 0.0)
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Zero but at the edges, where it is not told; shape (..., 2)."""
-        return no_slope(u, v)
+        return level(np.where(inside, np.where(on_top, self.tops[i, j], -self.gap_depth), 0.0))
 
     @property
     def blocks(self) -> tuple[Block, ...]:

@@ -7,21 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.terrain.shape import no_slope
+from phasmid.terrain.shape import Surface, level
 
 
 @dataclass(frozen=True)
 class Flat:
     """Level ground at height 0."""
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Zero everywhere [m], shape (...)."""
-        return np.zeros(np.broadcast_shapes(np.shape(u), np.shape(v)))
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Zero everywhere, shape (..., 2)."""
-        return no_slope(u, v)
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Zero everywhere."""
+        return level(np.zeros(np.broadcast_shapes(np.shape(u), np.shape(v))))

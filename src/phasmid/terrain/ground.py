@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.terrain.flat import Flat
-from phasmid.terrain.shape import Shape
+from phasmid.terrain.shape import Shape, Surface
 
 HIGHEST_FRICTION = 10.0
 """Coefficients of friction above this one are refused."""
@@ -64,40 +65,48 @@ class Ground:
         """Whether it is level at height 0 everywhere."""
         return isinstance(self.shape, Flat)
 
+    def surface(self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and slope along the world's x and y, shape (..., 2)."""
+        height, slope = self.shape.surface(*self._own(x, y))
+        if self.yaw:
+            c, s = math.cos(self.yaw), math.sin(self.yaw)
+            along, across = slope[..., 0], slope[..., 1]
+            slope = np.stack([c * along - s * across, s * along + c * across], axis=-1)
+        return height, slope
+
     def height(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch"]:
         """Height of the ground in world axes [m], shape (...)."""
-        return self.shape.height(*self._own(x, y))
-
-    def gradient(
-        self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Slope of the ground along the world's x and y, shape (..., 2)."""
-        slope = self.shape.gradient(*self._own(x, y))
-        if not self.yaw:
-            return slope
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return slope @ np.array([[c, s], [-s, c]])
+        return self.surface(x, y)[0]
 
     def normal(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch 3"]:
         """Unit vector out of the ground, world axes, shape (..., 3)."""
-        slope = self.gradient(x, y)
-        up = 1.0 / np.sqrt(1.0 + np.sum(slope**2, axis=-1))
-        return np.concatenate([-slope * up[..., None], up[..., None]], axis=-1)
+        return upright(self.surface(x, y)[1])
 
     def friction(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch"]:
         """Coefficient of Coulomb friction between foot and ground, shape (...)."""
         u, v = self._own(x, y)
-        found = np.full(np.broadcast_shapes(np.shape(u), np.shape(v)), self.coefficient)
-        for patch in self.patches:
-            (x0, x1), (y0, y1) = patch.x, patch.y
-            found[(x0 <= u) & (u < x1) & (y0 <= v) & (v < y1)] = patch.coefficient
-        return found
+        low_u, high_u, low_v, high_v, coefficients = self._patches
+        u, v = (np.asarray(w)[..., None] for w in (u, v))
+        inside = (low_u <= u) & (u < high_u) & (low_v <= v) & (v < high_v)
+        # The last patch that holds a point, or the ground without patches, which stands first.
+        last = np.where(inside, self._order, 0).max(axis=-1, initial=0)
+        return coefficients[last]
+
+    @cached_property
+    def _patches(self) -> tuple[np.ndarray, ...]:
+        """Bounds of the patches, each of shape (P,), and all coefficients, shape (1 + P,)."""
+        bounds = np.array([(*patch.x, *patch.y) for patch in self.patches]).reshape(-1, 4).T
+        return *bounds, np.array([self.coefficient, *(p.coefficient for p in self.patches)])
+
+    @cached_property
+    def _order(self) -> np.ndarray:
+        return np.arange(1, len(self.patches) + 1)
 
     def _own(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates in the terrain's own axes [m]."""
@@ -105,6 +114,12 @@ class Ground:
             return x, y
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return c * x + s * y, c * y - s * x
+
+
+def upright(slope: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 3"]:
+    """Unit vectors out of a surface of some slope, shape (..., 3)."""
+    up = 1.0 / np.sqrt(1.0 + slope[..., 0] ** 2 + slope[..., 1] ** 2)
+    return np.stack([-slope[..., 0] * up, -slope[..., 1] * up, up], axis=-1)
 
 
 def _check_friction(coefficient: float, what: str) -> None:

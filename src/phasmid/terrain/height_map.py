@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import ramp
+from phasmid.terrain.shape import Surface, ramp
 
 MOST_SAMPLES = 4096 * 4096
 """Most samples of a height map."""
@@ -62,21 +62,13 @@ class HeightMap:
         """Heights by place along u and along v, both increasing."""
         return np.ascontiguousarray(self.heights[::-1].T)
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Height [m], shape (...)."""
-        u, v = np.broadcast_arrays(u, v)
-        return ramp(u, self.start, RAMP)[0] * self._between(u, v)[0]
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Slope along u and v, shape (..., 2)."""
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
         u, v = np.broadcast_arrays(u, v)
         share, growth = ramp(u, self.start, RAMP)
         height, slope_u, slope_v = self._between(u, v)
-        return np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)
+        slope = np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)
+        return share * height, slope
 
     def _between(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Height without the ramp, and its slopes."""

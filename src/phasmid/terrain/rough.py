@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import ramp
+from phasmid.terrain.shape import Surface, ramp
 
 WAVES = 24
 """Number of plane waves that are added up."""
@@ -19,6 +19,10 @@ WIDEST = 4.0
 
 RAMP = 0.1
 """Way over which rough ground grows out of the level [m]."""
+
+
+CHUNK = 1 << 14
+"""Points that are evaluated at once."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,17 @@ class Rough:
                 f"rough ground of {self.roughness:g} m in waves of {self.shortest:g} m; the first "
                 "must be 0 or more, the second greater than 0."
             )
+        # Each of the waves adds its share to the mean square of the slope, which three standard
+        # deviations seldom exceed.
+        k, _, amplitude = self._waves
+        steep = 3 * float(np.linalg.norm(amplitude * np.linalg.norm(k, axis=0))) / 2
+        if steep > 1:
+            raise InvalidInput(
+                f"rough ground of {1000 * self.roughness:g} mm in waves of "
+                f"{1000 * self.shortest:g} mm is steeper than 45° in places, the steepest this "
+                "contact model is verified for.",
+                hint=f"a roughness of {1000 * self.roughness / steep:.2g} mm or less",
+            )
 
     @cached_property
     def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -56,31 +71,29 @@ class Rough:
         amplitude = self.roughness * np.sqrt(2) * length / np.linalg.norm(length)
         return 2 * np.pi / length * np.stack([np.cos(angle), np.sin(angle)]), phase, amplitude
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Height [m], shape (...)."""
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
         u, v = np.broadcast_arrays(u, v)
-        return ramp(u, self.start, RAMP)[0] * self._hills(u, v)[0]
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Slope along u and v, shape (..., 2)."""
-        u, v = np.broadcast_arrays(u, v)
+        hills, slope = np.zeros(u.shape), np.zeros((*u.shape, 2))
+        flat_u, flat_v = u.ravel(), v.ravel()
+        for start in range(0, flat_u.size, CHUNK):
+            part = slice(start, start + CHUNK)
+            self._add_hills(
+                flat_u[part], flat_v[part], hills.reshape(-1)[part], slope.reshape(-1, 2)[part]
+            )
         share, growth = ramp(u, self.start, RAMP)
-        hills, slope_u, slope_v = self._hills(u, v)
-        return np.stack([share * slope_u + growth * hills, share * slope_v], axis=-1)
+        slope *= share[..., None]
+        slope[..., 0] += growth * hills
+        return share * hills, slope
 
-    def _hills(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Height without the ramp, and its slopes."""
-        (ku, kv), phase, amplitude = self._waves
-        hills, slope_u, slope_v = np.zeros((3, *u.shape))
-        # Wave by wave: the sum does not depend on how many points are asked for.
-        for i in range(WAVES):
-            angle = ku[i] * u + kv[i] * v + phase[i]
-            hills += amplitude[i] * np.sin(angle)
-            slope = amplitude[i] * np.cos(angle)
-            slope_u += ku[i] * slope
-            slope_v += kv[i] * slope
-        return hills, slope_u, slope_v
+    def _add_hills(
+        self, u: np.ndarray, v: np.ndarray, hills: np.ndarray, slope: np.ndarray
+    ) -> None:
+        """Height without the ramp, and its slopes, written into the last two arguments."""
+        k, phase, amplitude = self._waves
+        angle = u[:, None] * k[0] + v[:, None] * k[1] + phase
+        # Summed along the last axis, so that a point's sum does not depend on the others.
+        hills[:] = (amplitude * np.sin(angle)).sum(axis=-1)
+        leaning = amplitude * np.cos(angle)
+        slope[:, 0] = (k[0] * leaning).sum(axis=-1)
+        slope[:, 1] = (k[1] * leaning).sum(axis=-1)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
+
+Surface: TypeAlias = tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch 2"]]
+"""Heights [m] and slopes."""
 
 FAR = 500.0
 """Where ground without an edge of its own ends [m]."""
@@ -16,15 +19,8 @@ FAR = 500.0
 class Shape(Protocol):
     """A surface over the plane of u and v; the walk begins at its origin."""
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Height [m], shape (...)."""
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Slope along u and along v, shape (..., 2)."""
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
 
 
 @dataclass(frozen=True)
@@ -51,11 +47,9 @@ class Blocky(Protocol):
         """What it is built of; no two overlap."""
 
 
-def no_slope(
-    u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-) -> Float[np.ndarray, "*batch 2"]:
-    """The gradient of a surface that is level nearly everywhere, shape (..., 2)."""
-    return np.zeros((*np.broadcast_shapes(np.shape(u), np.shape(v)), 2))
+def level(height: Float[np.ndarray, "*batch"]) -> Surface:
+    """A surface of these heights [m] that is level nearly everywhere."""
+    return height, np.zeros((*height.shape, 2))
 
 
 def ramp(

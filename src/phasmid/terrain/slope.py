@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.terrain.shape import Surface
 
 STEEPEST = math.radians(45)
 """Steepest slope on which the contact is tested [rad]."""
@@ -34,19 +35,11 @@ class Slope:
                 "steepest this contact model is verified for."
             )
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Height [m], shape (...)."""
-        along = u + 0.0 * v
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
+        along, steepness = u + 0.0 * v, math.tan(self.angle)
+        rising = np.full(along.shape, steepness)
         if self.start is not None:
-            along = np.maximum(along - self.start, 0.0)
-        return math.tan(self.angle) * along
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Slope along u and v, shape (..., 2)."""
-        along = u + 0.0 * v
-        rising = np.ones(along.shape) if self.start is None else 1.0 * (along >= self.start)
-        return np.stack([math.tan(self.angle) * rising, 0.0 * along], axis=-1)
+            along = along - self.start
+            rising, along = steepness * (along >= 0), np.maximum(along, 0.0)
+        return steepness * along, np.stack([rising, 0.0 * along], axis=-1)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import FAR, Block, no_slope
+from phasmid.terrain.shape import FAR, Block, Surface, level
 
 
 @dataclass(frozen=True)
@@ -67,18 +67,10 @@ class Steps:
         """
         return cls((start, start + width), (-depth, 0.0))
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Height [m], shape (...)."""
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and no slope, since edges are not told by it."""
         heights = np.array([0.0, *self.z])
-        return heights[np.searchsorted(np.array(self.x), u + 0.0 * v, side="right")]
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Zero but at the edges, where it is not told; shape (..., 2)."""
-        return no_slope(u, v)
+        return level(heights[np.searchsorted(np.array(self.x), u + 0.0 * v, side="right")])
 
     @property
     def blocks(self) -> tuple[Block, ...]:

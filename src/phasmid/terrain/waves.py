@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.terrain.shape import Surface
 
 
 @dataclass(frozen=True)
@@ -34,17 +35,9 @@ class Waves:
                 hint=f"waves of {1000 * math.pi * self.wave_height:.0f} mm length or more",
             )
 
-    def height(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch"]:
-        """Height [m], shape (...)."""
-        way = np.maximum(u + 0.0 * v - self.start, 0.0)
-        return self.wave_height / 2 * (1 - np.cos(2 * np.pi / self.wave_length * way))
-
-    def gradient(
-        self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]
-    ) -> Float[np.ndarray, "*batch 2"]:
-        """Slope along u and v, shape (..., 2)."""
+    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
+        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
         k = 2 * np.pi / self.wave_length
-        way = np.maximum(u + 0.0 * v - self.start, 0.0)
-        return np.stack([self.wave_height / 2 * k * np.sin(k * way), 0.0 * way], axis=-1)
+        phase = k * np.maximum(u + 0.0 * v - self.start, 0.0)
+        height = self.wave_height / 2 * (1 - np.cos(phase))
+        return height, np.stack([self.wave_height / 2 * k * np.sin(phase), 0.0 * phase], axis=-1)
