@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import FAR, Block, Surface, level
+from phasmid.terrain.shape import FAR, Block, Places, Surface, level
 
 MOST_BLOCKS = 10_000
 """Most blocks of a field."""
@@ -75,9 +75,8 @@ class Blocks:
     def _corner(self) -> tuple[float, float]:
         return self.start, -self.tops.shape[1] * self.pitch / 2
 
-    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
-        """Height [m], shape (...), and no slope, since edges are not told by it."""
-        u, v = np.broadcast_arrays(u, v)
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m] and no slope, since edges are not told by it."""
         places = [(w - w0) / self.pitch for w, w0 in zip((u, v), self._corner, strict=True)]
         cells = [np.floor(place) for place in places]
         inside, on_top = np.ones(u.shape, dtype=bool), np.ones(u.shape, dtype=bool)

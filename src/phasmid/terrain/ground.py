@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.terrain.flat import Flat
-from phasmid.terrain.shape import Shape, Surface
+from phasmid.terrain.shape import Places, Shape
 
 HIGHEST_FRICTION = 10.0
 """Coefficients of friction above this one are refused."""
@@ -65,14 +65,17 @@ class Ground:
         """Whether it is level at height 0 everywhere."""
         return isinstance(self.shape, Flat)
 
-    def surface(self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]) -> Surface:
+    def surface(
+        self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
+    ) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch 2"]]:
         """Height [m], shape (...), and slope along the world's x and y, shape (..., 2)."""
+        shape = np.broadcast_shapes(np.shape(x), np.shape(y))
         height, slope = self.shape.surface(*self._own(x, y))
         if self.yaw:
             c, s = math.cos(self.yaw), math.sin(self.yaw)
             along, across = slope[..., 0], slope[..., 1]
             slope = np.stack([c * along - s * across, s * along + c * across], axis=-1)
-        return height, slope
+        return height.reshape(shape), slope.reshape(*shape, 2)
 
     def height(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
@@ -90,13 +93,13 @@ class Ground:
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch"]:
         """Coefficient of Coulomb friction between foot and ground, shape (...)."""
-        u, v = self._own(x, y)
+        shape = np.broadcast_shapes(np.shape(x), np.shape(y))
+        u, v = (w[:, None] for w in self._own(x, y))
         low_u, high_u, low_v, high_v, coefficients = self._patches
-        u, v = (np.asarray(w)[..., None] for w in (u, v))
         inside = (low_u <= u) & (u < high_u) & (low_v <= v) & (v < high_v)
         # The last patch that holds a point, or the ground without patches, which stands first.
-        last = np.where(inside, self._order, 0).max(axis=-1, initial=0)
-        return coefficients[last]
+        last = np.where(inside, self._order, 0).max(axis=1, initial=0)
+        return coefficients[last].reshape(shape)
 
     @cached_property
     def _patches(self) -> tuple[np.ndarray, ...]:
@@ -108,8 +111,11 @@ class Ground:
     def _order(self) -> np.ndarray:
         return np.arange(1, len(self.patches) + 1)
 
-    def _own(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates in the terrain's own axes [m]."""
+    def _own(self, x: np.ndarray, y: np.ndarray) -> tuple[Places, Places]:
+        """Coordinates in the terrain's own axes [m], in one row."""
+        if np.shape(x) != np.shape(y):
+            x, y = np.broadcast_arrays(x, y)
+        x, y = np.ravel(x), np.ravel(y)
         if not self.yaw:
             return x, y
         c, s = math.cos(self.yaw), math.sin(self.yaw)

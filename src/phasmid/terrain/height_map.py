@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import Surface, ramp
+from phasmid.terrain.shape import Places, Surface, ramp
 
 MOST_SAMPLES = 4096 * 4096
 """Most samples of a height map."""
@@ -62,9 +62,8 @@ class HeightMap:
         """Heights by place along u and along v, both increasing."""
         return np.ascontiguousarray(self.heights[::-1].T)
 
-    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
-        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
-        u, v = np.broadcast_arrays(u, v)
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m], and slope along u and along v."""
         share, growth = ramp(u, self.start, RAMP)
         height, slope_u, slope_v = self._between(u, v)
         slope = np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)

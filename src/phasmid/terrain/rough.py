@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import Surface, ramp
+from phasmid.terrain.shape import Places, Surface, ramp
 
 WAVES = 24
 """Number of plane waves that are added up."""
@@ -71,22 +70,18 @@ class Rough:
         amplitude = self.roughness * np.sqrt(2) * length / np.linalg.norm(length)
         return 2 * np.pi / length * np.stack([np.cos(angle), np.sin(angle)]), phase, amplitude
 
-    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
-        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
-        u, v = np.broadcast_arrays(u, v)
-        hills, slope = np.zeros(u.shape), np.zeros((*u.shape, 2))
-        flat_u, flat_v = u.ravel(), v.ravel()
-        for start in range(0, flat_u.size, CHUNK):
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m], and slope along u and along v."""
+        hills, slope = np.empty(len(u)), np.empty((len(u), 2))
+        for start in range(0, len(u), CHUNK):
             part = slice(start, start + CHUNK)
-            self._add_hills(
-                flat_u[part], flat_v[part], hills.reshape(-1)[part], slope.reshape(-1, 2)[part]
-            )
+            self._set_hills(u[part], v[part], hills[part], slope[part])
         share, growth = ramp(u, self.start, RAMP)
         slope *= share[..., None]
         slope[..., 0] += growth * hills
         return share * hills, slope
 
-    def _add_hills(
+    def _set_hills(
         self, u: np.ndarray, v: np.ndarray, hills: np.ndarray, slope: np.ndarray
     ) -> None:
         """Height without the ramp, and its slopes, written into the last two arguments."""

@@ -8,8 +8,11 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-Surface: TypeAlias = tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch 2"]]
-"""Heights [m] and slopes."""
+Places: TypeAlias = Float[np.ndarray, " points"]
+"""One coordinate of each point [m]."""
+
+Surface: TypeAlias = tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points 2"]]
+"""Height [m] of each point, and slope along u and along v."""
 
 FAR = 500.0
 """Where ground without an edge of its own ends [m]."""
@@ -19,8 +22,8 @@ FAR = 500.0
 class Shape(Protocol):
     """A surface over the plane of u and v; the walk begins at its origin."""
 
-    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
-        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m], and slope along u and along v."""
 
 
 @dataclass(frozen=True)
@@ -47,18 +50,16 @@ class Blocky(Protocol):
         """What it is built of; no two overlap."""
 
 
-def level(height: Float[np.ndarray, "*batch"]) -> Surface:
+def level(height: Places) -> Surface:
     """A surface of these heights [m] that is level nearly everywhere."""
-    return height, np.zeros((*height.shape, 2))
+    return height, np.zeros((len(height), 2))
 
 
-def ramp(
-    u: Float[np.ndarray, "*batch"], start: float, length: float
-) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"]]:
+def ramp(u: Places, start: float, length: float) -> tuple[Places, Places]:
     """From 0 to 1 by a quintic, smooth in its second derivative at both ends, and its slope.
 
     Args:
-        u: Place [m], shape (...).
+        u: Place [m].
         start: Where it begins to rise [m].
         length: Over which it rises [m].
     """

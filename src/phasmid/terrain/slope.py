@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import Surface
+from phasmid.terrain.shape import Places, Surface
 
 STEEPEST = math.radians(45)
 """Steepest slope on which the contact is tested [rad]."""
@@ -35,11 +34,11 @@ class Slope:
                 "steepest this contact model is verified for."
             )
 
-    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
-        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
-        along, steepness = u + 0.0 * v, math.tan(self.angle)
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m], and slope along u and along v."""
+        along, steepness = u, math.tan(self.angle)
         rising = np.full(along.shape, steepness)
         if self.start is not None:
             along = along - self.start
             rising, along = steepness * (along >= 0), np.maximum(along, 0.0)
-        return steepness * along, np.stack([rising, 0.0 * along], axis=-1)
+        return steepness * along, np.stack([rising, np.zeros_like(v)], axis=-1)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import FAR, Block, Surface, level
+from phasmid.terrain.shape import FAR, Block, Places, Surface, level
 
 
 @dataclass(frozen=True)
@@ -67,10 +66,11 @@ class Steps:
         """
         return cls((start, start + width), (-depth, 0.0))
 
-    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
-        """Height [m], shape (...), and no slope, since edges are not told by it."""
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m] and no slope, since edges are not told by it."""
+        del v
         heights = np.array([0.0, *self.z])
-        return level(heights[np.searchsorted(np.array(self.x), u + 0.0 * v, side="right")])
+        return level(heights[np.searchsorted(np.array(self.x), u, side="right")])
 
     @property
     def blocks(self) -> tuple[Block, ...]:

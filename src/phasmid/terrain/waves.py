@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import Surface
+from phasmid.terrain.shape import Places, Surface
 
 
 @dataclass(frozen=True)
@@ -35,9 +34,11 @@ class Waves:
                 hint=f"waves of {1000 * math.pi * self.wave_height:.0f} mm length or more",
             )
 
-    def surface(self, u: Float[np.ndarray, "*batch"], v: Float[np.ndarray, "*batch"]) -> Surface:
-        """Height [m], shape (...), and slope along u and along v, shape (..., 2)."""
+    def surface(self, u: Places, v: Places) -> Surface:
+        """Height [m], and slope along u and along v."""
         k = 2 * np.pi / self.wave_length
-        phase = k * np.maximum(u + 0.0 * v - self.start, 0.0)
+        phase = k * np.maximum(u - self.start, 0.0)
         height = self.wave_height / 2 * (1 - np.cos(phase))
-        return height, np.stack([self.wave_height / 2 * k * np.sin(phase), 0.0 * phase], axis=-1)
+        return height, np.stack(
+            [self.wave_height / 2 * k * np.sin(phase), np.zeros_like(v)], axis=-1
+        )

@@ -1,0 +1,158 @@
+"""Shapes of the ground: height and slope belong together, and a seed is a place."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from phasmid.errors import InvalidInput
+from phasmid.terrain import (
+    Blocks,
+    Flat,
+    Ground,
+    HeightMap,
+    Patch,
+    Rough,
+    Slope,
+    Steps,
+    Waves,
+)
+
+HILLS = 0.02 * np.random.default_rng(3).uniform(size=(7, 9))
+CURVED = [
+    Slope(0.2),
+    Slope(-0.3, start=0.4),
+    Waves(0.03, 0.4, 0.3),
+    Rough(0.006, 0.15, 0.3),
+    HeightMap(HILLS, 0.05, 0.3),
+]
+LEVEL = [
+    Flat(),
+    Steps.stairs(0.3, rise=0.02, run=0.1, count=4),
+    Blocks(0.08, 0.01, 0.02, 0.1, 0.3),
+]
+
+
+def places(count, seed=0):
+    return np.random.default_rng(seed).uniform((-0.5, -1), (2, 1), (count, 2)).T
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.1])
+@pytest.mark.parametrize("shape", CURVED, ids=lambda s: type(s).__name__)
+def test_the_normal_stands_on_the_surface(shape, yaw):
+    # n = (-dz/dx, -dz/dy, 1) over its length. Central differences over 2e: truncation
+    # e² z'''/6, with z''' below 1e4/m² here 2e-9 at e = 1e-6, and rounding 1e-16 z/e = 1e-11.
+    # No place lies within e of a kink.
+    ground, (x, y), e = Ground(shape, 0.7, yaw=yaw), places(400), 1e-6
+    dx = (ground.height(x + e, y) - ground.height(x - e, y)) / (2 * e)
+    dy = (ground.height(x, y + e) - ground.height(x, y - e)) / (2 * e)
+    normal = ground.normal(x, y)
+    assert np.abs(normal[:, 0] / normal[:, 2] + dx).max() < 1e-8
+    assert np.abs(normal[:, 1] / normal[:, 2] + dy).max() < 1e-8
+    assert np.abs(np.linalg.norm(normal, axis=1) - 1).max() < 1e-15
+
+
+@pytest.mark.parametrize("shape", LEVEL, ids=lambda s: type(s).__name__)
+def test_steps_and_blocks_are_level_between_their_edges(shape):
+    # n = z.
+    assert (Ground(shape, 0.7).normal(*places(50)) == [0, 0, 1]).all()
+
+
+@pytest.mark.parametrize("shape", CURVED[2:] + LEVEL, ids=lambda s: type(s).__name__)
+def test_the_robot_starts_on_level_ground(shape):
+    # z = 0 for all x up to the start, however the terrain goes on.
+    x, y = places(300)
+    assert np.abs(Ground(shape, 0.7).height(np.minimum(x, 0.3 - 1e-9), y)).max() == 0
+
+
+@pytest.mark.parametrize("shape", CURVED + LEVEL, ids=lambda s: type(s).__name__)
+def test_a_height_does_not_depend_on_what_else_is_asked(shape):
+    # z = z(x, y), bit by bit: one by one, turned round, or in a square.
+    ground, (x, y) = Ground(shape, 0.7, yaw=0.3), places(36)
+    together = ground.height(x, y)
+    alone = [float(ground.height(np.array(a), np.array(b))) for a, b in zip(x, y, strict=True)]
+    assert together.tolist() == alone
+    assert ground.height(x[::-1], y[::-1])[::-1].tolist() == alone
+    assert ground.height(x.reshape(6, 6), y.reshape(6, 6)).ravel().tolist() == alone
+
+
+def test_rough_ground_is_the_same_for_the_same_seed_and_another_for_another():
+    x, y = places(100)
+    first, again, other = (Rough(0.006, 0.15, 0.3, seed).surface(x, y)[0] for seed in (5, 5, 6))
+    assert (first == again).all()
+    # Two independent grounds of deviation s differ by s √2; over 60 places on rough ground that
+    # is hardly ever less than half of it.
+    assert np.std((first - other)[x > 0.4]) > 0.5 * math.sqrt(2) * 0.006
+
+
+def test_rough_ground_has_the_roughness_that_is_asked():
+    # A sum of waves of amplitudes a has the variance Σ a²/2, and a are so chosen that this is the
+    # roughness squared. Over a square of side S a wave's mean square is off by up to λ/(2π S) and
+    # products of two by about as much each: with λ <= 0.6 m and S = 60 m, 0.2 % times a few.
+    side = np.linspace(1, 61, 700)
+    height = Ground(Rough(0.006, 0.15, 0.0), 0.7).height(*np.meshgrid(side, side))
+    assert np.std(height) == pytest.approx(0.006, rel=0.02)
+
+
+def test_stairs_rise_by_their_rise_at_each_run():
+    # z = rise * number of edges passed.
+    stairs = Ground(Steps.stairs(0.3, rise=0.02, run=0.1, count=3), 0.7)
+    x = np.array([0.29, 0.3, 0.39, 0.41, 0.55, 5.0])
+    assert stairs.height(x, 0 * x).tolist() == [0, 0.02, 0.02, 0.04, 0.06, 0.06]
+
+
+def test_waves_run_from_trough_to_crest():
+    # z = h/2 (1 - cos(2π x/λ)): 0 at the start, h after half a wave.
+    waves = Ground(Waves(0.03, 0.4, 0.3), 0.7)
+    x = np.array([0.3, 0.4, 0.5, 0.7])
+    assert waves.height(x, 0 * x) == pytest.approx([0, 0.015, 0.03, 0], abs=1e-15)
+
+
+def test_a_height_map_is_met_at_its_samples_and_halfway_between_them():
+    # Beyond the ramp of 0.1 m the height at a sample is the sample, between two their mean; the
+    # first row is the left one (largest y).
+    heights = np.array([[0.0, 0.01, 0.02, 0.03], [0.0, 0.0, 0.04, 0.04]])
+    ground = Ground(HeightMap(heights, 0.1, 0.0), 0.7)
+    x, y = np.array([0.2, 0.3, 0.2, 0.25, 9.0]), np.array([0.05, 0.05, -0.05, 0.05, 9.0])
+    assert ground.height(x, y) == pytest.approx([0.02, 0.03, 0.04, 0.025, 0.03], abs=1e-15)
+
+
+@given(st.floats(-3, 3), st.floats(-0.7, 0.7), st.floats(-3, 3), st.floats(-3, 3))
+def test_a_slope_turned_is_a_slope_in_that_direction(yaw, angle, x, y):
+    # z = tan a (x cos w + y sin w); rounding of numbers below 5.
+    height = Ground(Slope(angle), 0.7, yaw=yaw).height(np.array(x), np.array(y))
+    along = x * math.cos(yaw) + y * math.sin(yaw)
+    assert float(height) == pytest.approx(math.tan(angle) * along, abs=1e-14)
+
+
+def test_friction_is_that_of_the_last_patch_that_holds_a_point():
+    patches = (Patch((0, 1), (0, 1), 0.1), Patch((0.5, 2), (0, 1), 0.3))
+    ground = Ground(Flat(), 0.7, patches)
+    x, y = np.array([0.2, 0.7, 1.5, 0.2, -1.0]), np.array([0.5, 0.5, 0.5, 1.5, 0.5])
+    assert ground.friction(x, y).tolist() == [0.1, 0.3, 0.3, 0.7, 0.7]
+    turned = Ground(Flat(), 0.7, patches, math.pi / 2)
+    assert turned.friction(-y, x).tolist() == [0.1, 0.3, 0.3, 0.7, 0.7]
+
+
+@pytest.mark.parametrize(
+    ("make", "what"),
+    [
+        (lambda: Slope(math.radians(80)), "slope of 80° exceeds 45°, the steepest this contact"),
+        (lambda: Waves(0.2, 0.4, 0.3), "waves of 200 mm in 400 mm are steeper than 45°"),
+        (lambda: Rough(0.05, 0.1, 0.3), "rough ground of 50 mm in waves of 100 mm is steeper"),
+        (lambda: HeightMap(np.eye(3), 0.1, 0.0), "height map has a slope of 84° at row 1, column"),
+        (lambda: HeightMap(HILLS, 0.0, 0.0), "samples of the height map are 0 m apart"),
+        (lambda: Ground(Flat(), math.nan), "friction is nan; it must be 0 or more and 10 or less"),
+        (lambda: Patch((1, 1), (0, 1), 0.3), "a patch of friction goes from 1 to 1 m"),
+        (lambda: Blocks(0.001, 0.0, 0.0, 0.1, 0.3), "a field of 3840000 blocks; the limit is"),
+        (lambda: Blocks(0.1, 0.1, 0.2, 0.1, 0.3), "the floor between blocks lies 0.1 m deep"),
+        (lambda: Steps((0.1,), ()), "steps.z has 0 values; one per edge, 1 in all."),
+        (lambda: Steps((math.nan,), (0.0,)), "steps.x[0] is nan m; it must be a number below"),
+    ],
+)
+def test_ground_that_cannot_be_walked_is_refused(make, what):
+    with pytest.raises(InvalidInput) as caught:
+        make()
+    assert caught.value.what.startswith(what)
