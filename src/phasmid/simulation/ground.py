@@ -94,6 +94,8 @@ def add_tangents(spec: mujoco.MjSpec, robot: Robot, scenario: Scenario) -> None:
 
     if not _has_tangents(scenario.load_terrain()):
         return
+    # The engine sorts out far pairs by boxes about geoms as they lay when the model was compiled.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
     for number, leg in enumerate(robot.legs):
         spec.worldbody.add_geom(
             name=_tangent(leg.name),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.terrain.shape import Places, Surface, ramp
@@ -19,12 +19,17 @@ RAMP = 0.1
 """Way over which the map grows out of the level ground before it [m]."""
 
 
+CUBIC = np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2
+"""Weights of four neighbours by powers of the way from the second to the third."""
+
+
 @dataclass(frozen=True, eq=False)
 class HeightMap:
-    """Heights on a grid, as a picture from above with u to the right and v up; linear between.
+    """Heights on a grid, as a picture from above with u to the right and v up.
 
-    The map's left edge lies across the start and its middle row on the u axis. Beyond its edges the
-    heights there go on.
+    Between samples a cubic runs through them whose slope is continuous, so that feet do not stand
+    on edges that only the sampling made. The map's left edge lies across the start and its middle
+    row on the u axis. Beyond its edges the heights there go on.
 
     Attributes:
         heights: Row by row from the left of the way to its right, along u in each row [m], (R, C).
@@ -59,8 +64,8 @@ class HeightMap:
 
     @cached_property
     def _grid(self) -> Float[np.ndarray, "along across"]:
-        """Heights by place along u and along v, both increasing."""
-        return np.ascontiguousarray(self.heights[::-1].T)
+        """Heights by place along u and along v, both increasing, with two more beyond each edge."""
+        return np.pad(self.heights[::-1].T, 2, mode="edge")
 
     def surface(self, u: Places, v: Places) -> Surface:
         """Height [m], and slope along u and along v."""
@@ -69,25 +74,30 @@ class HeightMap:
         slope = np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)
         return share * height, slope
 
-    def _between(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _between(self, u: Places, v: Places) -> tuple[Places, Places, Places]:
         """Height without the ramp, and its slopes."""
-        grid, (along, across) = self._grid, self._grid.shape
-        i, a, moving_u = _cell((u - self.start) / self.cell, along)
-        j, b, moving_v = _cell(v / self.cell + (across - 1) / 2, across)
-        z00, z01, z10, z11 = grid[i, j], grid[i, j + 1], grid[i + 1, j], grid[i + 1, j + 1]
-        slope_u = ((z10 - z00) * (1 - b) + (z11 - z01) * b) * moving_u / self.cell
-        slope_v = ((z01 - z00) * (1 - a) + (z11 - z10) * a) * moving_v / self.cell
-        height = (z00 * (1 - b) + z01 * b) * (1 - a) + (z10 * (1 - b) + z11 * b) * a
-        return height, slope_u, slope_v
+        rows, columns = self.heights.shape
+        i, along, along_slope = _weights((u - self.start) / self.cell, columns)
+        j, across, across_slope = _weights(v / self.cell + (rows - 1) / 2, rows)
+        near = self._grid[i[:, :, None], j[:, None, :]]
+        along_u, along_v = (near * along[:, :, None]).sum(axis=1), near * across[:, None, :]
+        slope_u = (along_v.sum(axis=2) * along_slope).sum(axis=1) / self.cell
+        slope_v = (along_u * across_slope).sum(axis=1) / self.cell
+        return (along_u * across).sum(axis=1), slope_u, slope_v
 
 
-def _cell(
-    place: np.ndarray, count: int
-) -> tuple[Int[np.ndarray, "*batch"], np.ndarray, np.ndarray]:
-    """Cell of a place counted in samples, the share of the way through it, and 0 off the map."""
-    inside = np.clip(np.nan_to_num(place), 0.0, count - 1.0)
-    index = np.minimum(inside.astype(int), count - 2)
-    return index, inside - index, 1.0 * (inside == place)
+def _weights(place: Places, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The four samples about each place in the padded grid, their weights, and their change.
+
+    Source: R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE
+    Transactions on Acoustics, Speech, and Signal Processing 29(6), 1981, a = -1/2.
+    """
+    place = np.clip(np.nan_to_num(place), -1.0, count)
+    cell = np.minimum(np.floor(place), count - 1.0)
+    t = (place - cell)[:, None]
+    powers = np.concatenate([np.ones_like(t), t, t * t, t * t * t], axis=1)
+    changes = np.concatenate([np.zeros_like(t), np.ones_like(t), 2 * t, 3 * t * t], axis=1)
+    return cell.astype(int)[:, None] + np.arange(1, 5), powers @ CUBIC, changes @ CUBIC
 
 
 def check_samples(rows: int, columns: int) -> None:

@@ -1,0 +1,201 @@
+"""Height maps from files and as text: what is read, and what is refused before it costs memory."""
+
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.scenario import load_scenario, scenario_to_toml
+from phasmid.terrain import height_text, heights_from_text, read_heights
+
+PAPER = load_scenario("paper")
+SMALL = np.array([[0.0, 0.01, 0.02], [0.005, 0.0, 0.01]])
+
+
+def saved(folder, name, heights):
+    path = folder / name
+    if path.suffix == ".npy":
+        np.save(path, heights)
+    else:
+        path.write_text("\n".join(",".join(map(str, row)) for row in heights))
+    return path
+
+
+@pytest.mark.parametrize("name", ["map.npy", "map.csv"])
+def test_an_array_or_a_table_holds_metres(tmp_path, name):
+    # Kept in single precision: half a unit in its last place is 6e-8 of the number.
+    heights = read_heights(saved(tmp_path, name, SMALL), white=0.05)
+    assert heights == pytest.approx(SMALL, rel=6e-8)
+
+
+@pytest.mark.parametrize(("kind", "white"), [(np.uint8, 255), (np.uint16, 65535)])
+def test_white_of_an_image_is_as_high_as_it_is_told(tmp_path, kind, white):
+    # z = brightness/white * height, rounded to single precision.
+    grey = np.array([[0, white // 3], [white, 0]], dtype=kind)
+    Image.fromarray(grey).save(tmp_path / "map.png")
+    heights = read_heights(tmp_path / "map.png", white=0.06)
+    assert heights == pytest.approx(grey / white * 0.06, rel=6e-8)
+
+
+def test_a_map_as_text_is_the_same_map():
+    # Bit by bit in single precision.
+    heights = np.random.default_rng(0).normal(size=(13, 7)).astype(np.float32).astype(float)
+    assert (heights_from_text(height_text(heights)) == heights).all()
+
+
+def test_a_scenario_carries_its_map_when_the_file_is_gone(tmp_path):
+    # The file lies beside the scenario; what is written of the scenario loads without it.
+    saved(tmp_path, "hills.npy", SMALL)
+    (tmp_path / "mine.toml").write_text(
+        '[terrain]\nkind = "height-map"\nheight_map = "hills.npy"\nmap_cell_mm = 50\n'
+    )
+    first = load_scenario(tmp_path / "mine.toml")
+    (tmp_path / "hills.npy").unlink()
+    (tmp_path / "again.toml").write_text(scenario_to_toml(first, "phantomx-paper"))
+    again = load_scenario(tmp_path / "again.toml").replace(name="walk")
+    assert again.terrain == first.terrain
+    x, y = np.random.default_rng(0).uniform(0, 1, (2, 50))
+    assert (again.load_terrain().height(x, y) == first.load_terrain().height(x, y)).all()
+    assert again.load_terrain().height(np.array(2.0), np.array(-1.0)) == np.float32(0.01)
+
+
+def a_png(width, height):
+    """A PNG of that size that holds no picture."""
+
+    def chunk(kind, data):
+        head = struct.pack(">I", len(data)) + kind + data
+        return head + struct.pack(">I", zlib.crc32(kind + data))
+
+    size = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", size) + chunk(b"IDAT", b"") + chunk(b"IEND", b"")
+
+
+def an_npy(shape, dtype="<f8"):
+    """The head of a NumPy file without its numbers."""
+    head = f"{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}"
+    head += " " * (-(len(head) + 11) % 64) + "\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head.encode()
+
+
+def refusal(path, **changes):
+    with pytest.raises(InvalidInput) as caught:
+        PAPER.replace(terrain="height-map", height_map=str(path), **changes)
+    return caught.value
+
+
+def test_t1_a_file_that_is_absent(tmp_path):
+    error = refusal(tmp_path / "hills.png")
+    assert error.what == f'terrain file "hills.png" does not exist in {tmp_path}.'
+
+
+@pytest.mark.parametrize("name", ["map.png", "map.npy", "map.csv"])
+def test_t2_a_map_of_one_sample(tmp_path, name):
+    if name == "map.png":
+        Image.new("L", (1, 1)).save(tmp_path / name)
+    else:
+        saved(tmp_path, name, np.zeros((1, 1)))
+    error = refusal(tmp_path / name)
+    assert error.what == "height map is 1 × 1; it needs at least 2 × 2 samples."
+
+
+@pytest.mark.parametrize("name", ["map.npy", "map.csv"])
+def test_t3_values_that_are_not_finite(tmp_path, name):
+    heights = np.zeros((5, 9))
+    heights[2, 7:] = np.nan
+    heights[3:, :6] = np.inf
+    error = refusal(saved(tmp_path, name, heights))
+    assert error.what == ("height map has 14 values that are not finite, first at row 3, column 8.")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("map.png", a_png(100_000, 100_000)), ("map.npy", an_npy((100_000, 100_000)))],
+)
+def test_t4_a_map_too_large_is_refused_by_its_head(tmp_path, name, content):
+    # The file holds a hundred bytes: nothing but its head can have been read. 8 bytes a sample.
+    (tmp_path / name).write_bytes(content)
+    error = refusal(tmp_path / name)
+    assert error.what == (
+        "height map of 10 000 000 000 samples needs 80 GB; the limit is 4096 × 4096."
+    )
+
+
+def test_t5_friction_below_nothing():
+    with pytest.raises(InvalidInput) as caught:
+        PAPER.replace(friction=-1)
+    assert caught.value.what == "terrain.friction is -1; it must be 0 or more."
+
+
+def test_t6_a_slope_too_steep():
+    with pytest.raises(InvalidInput) as caught:
+        PAPER.replace(terrain="slope", slope_deg=80)
+    assert caught.value.what == (
+        "slope of 80° exceeds 45°, the steepest this contact model is verified for."
+    )
+
+
+def test_t8_edges_that_do_not_increase():
+    with pytest.raises(InvalidInput) as caught:
+        PAPER.replace(terrain="steps", edge_x=[0.1, 0.3, 0.55, 0.4], edge_z=[0.01] * 4)
+    assert caught.value.what == "steps.x must increase; steps.x[3] = 0.40 follows 0.55."
+
+
+def test_python_objects_are_never_loaded(tmp_path):
+    np.save(tmp_path / "map.npy", np.array([[None, 1], [2, 3]]), allow_pickle=True)
+    error = refusal(tmp_path / "map.npy")
+    assert error.what == "map.npy stores Python objects, which are never loaded."
+    assert error.hint == "plain numbers"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "what"),
+    [
+        ("a.csv", b"1,2\n3\n", 'terrain file "a.csv" line 2 has 1 numbers; the lines before'),
+        ("a.csv", b"1,2\nx,3\n", 'terrain file "a.csv" line 2 does not hold numbers with commas'),
+        ("a.csv", b"", "height map is 0 × 0; it needs at least 2 × 2 samples."),
+        ("a.png", b"GIF89a", 'terrain file "a.png" cannot be read: '),
+        ("a.npy", b"not one", 'terrain file "a.npy" cannot be read: '),
+        ("a.npy", an_npy((2, 2, 2)), 'terrain file "a.npy" holds an array of float64 of shape (2,'),
+        ("a.npy", an_npy((200, 300)), 'terrain file "a.npy" cannot be read: '),
+        ("a.npy", an_npy((2, 2), "<c16"), 'terrain file "a.npy" holds an array of complex128'),
+    ],
+)
+def test_a_file_without_a_map_is_refused(tmp_path, name, content, what):
+    (tmp_path / name).write_bytes(content)
+    assert refusal(tmp_path / name).what.startswith(what)
+
+
+def test_a_height_map_needs_a_file():
+    assert refusal("").what == "a height map needs a file; terrain.height_map names none."
+
+
+@pytest.mark.parametrize(
+    "text", ["map:", "map:1x1:", "map:2x2:!!!", "map:99999x99999:0", height_text(SMALL)[:-9]]
+)
+def test_a_damaged_text_is_refused(text):
+    with pytest.raises(InvalidInput):
+        heights_from_text(text)
+
+
+@pytest.mark.parametrize("name", ["map.png", "map.npy", "map.csv"])
+def test_damaged_files_are_read_or_refused_in_our_words(tmp_path, name):
+    # Whatever bytes stand in a file: heights, or an error of ours.
+    path, random = tmp_path / name, np.random.default_rng(1)
+    if name == "map.png":
+        Image.fromarray(random.integers(0, 255, (6, 8), dtype=np.uint8)).save(path)
+    else:
+        saved(tmp_path, name, SMALL)
+    whole = np.frombuffer(path.read_bytes(), np.uint8)
+    for _ in range(300):
+        damaged = whole.copy()[: random.integers(1, len(whole) + 1)]
+        places = random.integers(0, len(damaged), 3)
+        damaged[places] = random.integers(0, 256, 3)
+        path.write_bytes(damaged.tobytes())
+        try:
+            heights = read_heights(path, white=0.05)
+        except PhasmidError:
+            continue
+        assert np.isfinite(heights).all()
