@@ -55,7 +55,10 @@ def telling_moment(recording: Recording, source: Source) -> float:
     near = np.flatnonzero(np.abs(time - middle) <= source.scenario.stride.period / 2)
     if feet is None or len(near) == 0:
         return float(middle)
-    height = np.nan_to_num(feet[near, :, 2].sum(axis=1), nan=-np.inf)
+    x, y, z = np.moveaxis(feet[near], -1, 0)
+    height = np.nan_to_num(
+        (z - source.scenario.load_terrain().height(x, y)).sum(axis=1), nan=-np.inf
+    )
     return float(time[near[np.argmax(height)]])
 
 
@@ -94,7 +97,8 @@ def draw_robot(
         lowest = _words(axis, recording, source, now)
         solid, view = _solid(recording, source, now, size)
         marks = _trails(recording, source, now, trail, view, lowest)
-        image = picture(solid, joined([*marks, _nothing()]), view)
+        terrain = source.scenario.load_terrain()
+        image = picture(solid, joined([*marks, _nothing()]), view, terrain)
         axis.imshow(image, interpolation="none", aspect="auto", extent=(0, size[0], size[1], 0))
         _draw_forces(axis, recording, source, view, now)
         _label_legs(axis, recording, source, view, now)
@@ -113,6 +117,8 @@ def _words(axis: Axes, recording: Recording, source: Source, now: int) -> tuple[
     stride, time = source.scenario.stride, float(recording["time"].values[now])
     lines = [drive_words(recording, source), f"t = {time:.2f} s"]
     lines[1] += f" · step {1000 * stride.step_length:.4g} mm · grid 100 mm"
+    if source.scenario.terrain.kind != "flat":
+        lines.insert(0, f"terrain: {source.scenario.terrain.kind}")
     forces = _forces(recording, now)
     if forces is not None:
         seen = "foot_force" in recording.data_vars

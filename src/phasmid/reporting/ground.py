@@ -1,43 +1,69 @@
-"""The floor of a picture: a faint grid that fades into the distance, and shadows on it."""
+"""The ground of a picture: a faint grid that fades into the distance, and shadows on it."""
 
 from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.reporting.camera import View
-from phasmid.reporting.light import ShadowMap
+from phasmid.reporting.camera import View, rasterise
+from phasmid.reporting.landscape import landscape
+from phasmid.reporting.light import LIGHT, ShadowMap
 from phasmid.reporting.shapes import Mesh, rgb
+from phasmid.terrain import Ground
 
 GRID = 0.1
 """Distance of the lines [m]."""
 
 FLOOR, LINE, SHADE = rgb("#f3f5f8"), rgb("#d5dae2"), rgb("#596579")
+SLIPPERY, GRIPPING = rgb("#bfe0f2"), rgb("#ecd9c3")
+"""Colours of ground without friction, and with twice that of the ground about it."""
+
+FARTHEST = 1.4
+"""Where the ground has faded away, in sizes of the robot."""
+
+LOWEST_SHADE, EDGE_SHADE = 0.20, 0.35
+"""By how much the lowest place in a picture, and the edge of a step, are darker."""
+
+SHARP = 0.004
+"""Jump of the nearness, as a part of it, that is drawn as a full edge."""
 
 MAP = 360
 """Pixels across the map of what hangs over the ground."""
 
 
-def ground(view: View, shadows: ShadowMap, solid: Mesh) -> Float[np.ndarray, "height width 3"]:
-    """Colours of the level ground as the camera sees it, white where there is none.
+def ground(
+    view: View, shadows: ShadowMap, solid: Mesh, terrain: Ground
+) -> tuple[Float[np.ndarray, "height width 3"], Float[np.ndarray, "height width"]]:
+    """The ground as the camera sees it.
 
     Args:
         view: The camera.
         shadows: What the light sees.
         solid: What stands on the ground and dims it.
+        terrain: The ground.
+
+    Returns:
+        Colours, white where there is no ground, and its nearness [1/m], 0 where it hides nothing.
     """
     width, height = view.size
     image = np.ones((height, width, 3))
     across, down = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     rays = view.rays(across, down)
-    below = rays[..., 2] < -1e-3
-    reach = np.where(below, -view.eye[2] / np.where(below, rays[..., 2], -1.0), 0.0)
-    # The floor fades away from the robot and towards the picture's edges.
     middle = solid.corners.mean(axis=(0, 1))
     size = float(np.ptp(solid.corners[..., :2], axis=(0, 1)).max())
+    near = np.zeros((height, width))
+    if terrain.is_level:
+        below = rays[..., 2] < -1e-3
+        reach = np.where(below, -view.eye[2] / np.where(below, rays[..., 2], -1.0), 0.0)
+    else:
+        mesh = landscape(terrain, middle[:2], FARTHEST * size)
+        index, near = rasterise(view.project(mesh.corners), width, height)
+        below, near = index >= 0, np.maximum(near, 0.0)
+        reach = np.where(below, 1 / np.where(below, near, 1.0), 0.0)
+    # The floor fades away from the robot and towards the picture's edges.
     away = np.hypot(*(view.eye[k] + rays[..., k] * reach - middle[k] for k in range(2))) / size
     edge = np.minimum(np.minimum(across, width - across) / width, (height - down) / height)
-    fade = np.clip((1.4 - away) / 0.9, 0, 1) ** 1.5 * np.clip(edge / 0.07, 0, 1) * below
+    fade = np.clip((FARTHEST - away) / 0.9, 0, 1) ** 1.5 * np.clip(edge / 0.07, 0, 1) * below
     rows, columns = np.nonzero(fade > 0.004)
     reach, fade = reach[rows, columns], fade[rows, columns]
     points = view.eye + rays[rows, columns] * reach[:, None]
@@ -46,15 +72,63 @@ def ground(view: View, shadows: ShadowMap, solid: Mesh) -> Float[np.ndarray, "he
     pixel = reach / view.focal
     off = np.abs((points[:, :2] / GRID + 0.5) % 1.0 - 0.5).min(axis=1) * GRID
     grid = np.clip(1.4 - off / np.maximum(pixel, 1e-6), 0, 1)
-    colour = FLOOR + grid[:, None] * (LINE - FLOOR)
+    if terrain.is_level:
+        bright = np.ones(len(points))
+    else:
+        normals = _normals(mesh, index[rows, columns], points, terrain)
+        bright = _brightness(normals) / _brightness(np.array([[0.0, 0.0, 1.0]]))
+        # What lies low is a little darker, and an edge is a line: the eye has little else to tell
+        # a step by that it looks onto from above.
+        low, high = points[:, 2].min(initial=0.0), points[:, 2].max(initial=0.0)
+        bright *= 1 - LOWEST_SHADE * (high - points[:, 2]) / max(high - low, 0.02)
+        bright *= 1 - EDGE_SHADE * _edges(near)[rows, columns]
+        # Lines of x and y would run together on the side of a step.
+        grid = grid * (normals[:, 2] > 0.5)
+    floor = _floor(points, terrain)
+    colour = floor + grid[:, None] * (LINE - floor)
     lit = shadows.light(points, blur=0.010, bias=0.0005, taps=16)
-    dim = np.minimum(0.34 * (1 - lit) + 0.34 * _overhang(points, solid), 0.62)
-    colour = colour + dim[:, None] * (SHADE - colour)
+    dim = np.minimum(0.34 * (1 - lit) + 0.34 * _overhang(points, solid, terrain), 0.62)
+    colour = np.clip((colour + dim[:, None] * (SHADE - colour)) * bright[:, None], 0, 1)
     image[rows, columns] = 1.0 + fade[:, None] * (colour - 1.0)
-    return image
+    return image, near
 
 
-def _overhang(points: np.ndarray, solid: Mesh) -> np.ndarray:
+def _normals(
+    mesh: Mesh, which: np.ndarray, points: np.ndarray, terrain: Ground
+) -> Float[np.ndarray, "points 3"]:
+    """Unit vectors out of the ground; on the side of a step, out of that."""
+    edges = mesh.corners[:, 1:] - mesh.corners[:, :1]
+    faces = np.cross(edges[:, 0], edges[:, 1])
+    faces /= np.maximum(np.linalg.norm(faces, axis=1, keepdims=True), 1e-15)
+    found = faces[which]
+    upwards = found[:, 2] > 1e-6
+    found[upwards] = terrain.normal(points[upwards, 0], points[upwards, 1])
+    return found
+
+
+def _brightness(normals: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
+    """Light of the sky and the lamp on surfaces, told a little more strongly than it is."""
+    return 0.15 + 0.10 * (0.5 + 0.5 * normals[:, 2]) + 0.75 * np.clip(normals @ LIGHT, 0, 1)
+
+
+def _edges(near: Float[np.ndarray, "height width"]) -> Float[np.ndarray, "height width"]:
+    """How much of an edge runs through each pixel, 0 to 1: nearness is linear on a plane."""
+    bend = np.zeros_like(near)
+    bend[1:-1] += np.abs(near[2:] + near[:-2] - 2 * near[1:-1])
+    bend[:, 1:-1] += np.abs(near[:, 2:] + near[:, :-2] - 2 * near[:, 1:-1])
+    return np.clip(bend / np.maximum(near, 1e-6) / SHARP, 0, 1)
+
+
+def _floor(points: np.ndarray, terrain: Ground) -> np.ndarray:
+    """Colour of the ground by its friction, shape (P, 3) or (3,)."""
+    if not terrain.patches or terrain.coefficient == 0:
+        return FLOOR
+    ratio = terrain.friction(points[:, 0], points[:, 1])[:, None] / terrain.coefficient
+    slippery, gripping = np.clip(1 - ratio, 0, 1), np.clip(ratio - 1, 0, 1)
+    return FLOOR + slippery * (SLIPPERY - FLOOR) + gripping * (GRIPPING - FLOOR)
+
+
+def _overhang(points: np.ndarray, solid: Mesh, terrain: Ground) -> np.ndarray:
     """How much of the sky over ground points is hidden, roughly: what is above, blurred."""
     from PIL import Image, ImageDraw, ImageFilter
 
@@ -62,7 +136,9 @@ def _overhang(points: np.ndarray, solid: Mesh) -> np.ndarray:
     span = float((solid.corners[..., :2].max(axis=(0, 1)) + 0.1 - low).max())
     scale = MAP / span
     hidden = np.zeros((MAP, MAP))
-    heights = solid.corners[..., 2].min(axis=1)
+    heights = (
+        solid.corners[..., 2] - terrain.height(*np.moveaxis(solid.corners[..., :2], -1, 0))
+    ).min(axis=1)
     # What is near the ground dims little of it, but sharply; what is high dims much, softly.
     for under, blur, strength in ((0.03, 0.006, 0.8), (np.inf, 0.030, 0.75)):
         layer = Image.new("L", (MAP, MAP))

@@ -9,25 +9,34 @@ from phasmid.reporting.camera import View, rasterise
 from phasmid.reporting.ground import ground
 from phasmid.reporting.light import LIGHT, ShadowMap
 from phasmid.reporting.shapes import Mesh
+from phasmid.terrain import Ground
 
 FINE = 2
 """Each pixel is the mean of this many by as many finer ones."""
 
 
-def picture(solid: Mesh, flat: Mesh, view: View) -> Float[np.ndarray, "height width 3"]:
+SUNK = 0.004
+"""Part of its distance by which a thing may lie behind the ground and still be seen: a foot presses
+into it, and its trail lies on it."""
+
+
+def picture(
+    solid: Mesh, flat: Mesh, view: View, terrain: Ground
+) -> Float[np.ndarray, "height width 3"]:
     """A picture of solids on the ground.
 
     Args:
         solid: What is lit and casts shadows.
         flat: What is only drawn, in its own colour: trails and arrows.
         view: The camera.
+        terrain: The ground.
 
     Returns:
         Red, green and blue of each pixel, 0 to 1.
     """
     width, height = view.size
     shadows = ShadowMap(solid)
-    floor = ground(view, shadows, solid)
+    floor, before = ground(view, shadows, solid, terrain)
     solid = _front(solid, view)
     count = len(solid.corners)
     corners = np.concatenate([solid.corners, flat.corners])
@@ -35,6 +44,8 @@ def picture(solid: Mesh, flat: Mesh, view: View) -> Float[np.ndarray, "height wi
     places = view.project(corners)
     places[..., :2] *= FINE
     index, near = rasterise(places, width * FINE, height * FINE)
+    before = np.repeat(np.repeat(before, FINE, axis=0), FINE, axis=1)
+    index[near < (1 - SUNK) * before] = -1
     image = np.repeat(np.repeat(floor, FINE, axis=0), FINE, axis=1)
     rows, columns = np.nonzero(index >= 0)
     which = index[rows, columns]
