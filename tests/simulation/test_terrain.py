@@ -9,12 +9,14 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import yaw_quaternion
 from phasmid.motion import plan
+from phasmid.recording import load_recording, save_recording
+from phasmid.reporting import report
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, simulate
+from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.ending import watch
 from phasmid.simulation.ground import Footing
 from phasmid.simulation.model import build_model
-from phasmid.terrain import Blocky, Ground, Steps, height_text
+from phasmid.terrain import Blocky, Ground, Steps, height_text, heights_from_text
 
 PAPER = load_scenario("paper").replace(planned_on="level")
 HILLS = height_text(0.03 * np.random.default_rng(3).uniform(size=(17, 24)))
@@ -186,3 +188,35 @@ def test_on_a_raised_floor_the_watch_counts_from_that_floor(robot):
     assert watch(robot, qpos, qvel, floor) is None
     qpos[:, 2] -= 0.08
     assert watch(robot, qpos, qvel, floor) is not None
+
+
+@pytest.mark.parametrize("kind", ["rough", "ice"])
+def test_a_run_goes_on_from_a_state_bit_by_bit(kind):
+    # Planes and friction of the feet follow from the state alone.
+    scenario = on(kind, duration=1.0, step_length_mm=80, period=1.0, terrain_start_mm=260)
+    walk = plan(scenario)
+    first, second = Run(scenario, walk), Run(scenario, walk)
+    first.advance(until=500)
+    state = first.state()
+    first.advance()
+    second.restore(state)
+    second.advance()
+    assert second.data.qpos.tolist() == first.data.qpos.tolist()
+    assert second.data.qvel.tolist() == first.data.qvel.tolist()
+
+
+def test_a_recording_carries_its_height_map_to_its_replay_and_its_folder(tmp_path):
+    # The file is gone after the run; what was recorded is enough to do it again, bit by bit.
+    np.save(tmp_path / "hills.npy", heights_from_text(HILLS))
+    (tmp_path / "mine.toml").write_text(
+        '[terrain]\nkind = "height-map"\nheight_map = "hills.npy"\nmap_cell_mm = 40\n'
+        'terrain_start_mm = 260\nplanned_on = "level"\n[stride]\nstep_length_mm = 80\nperiod = 1\n'
+    )
+    scenario = load_scenario(tmp_path / "mine.toml").replace(duration=1.0)
+    recording = simulate(scenario, plan(scenario))
+    (tmp_path / "hills.npy").unlink()
+    save_recording(recording, tmp_path / "run.nc")
+    assert replay(tmp_path / "run.nc").difference is None
+    folder = report(load_recording(tmp_path / "run.nc"), tmp_path / "run", figures=False)
+    again = load_scenario(folder / "scenario.toml")
+    assert again.terrain == scenario.terrain
