@@ -22,6 +22,9 @@ from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled
 
 DPI = 150
 AZIMUTH, ELEVATION = math.radians(-56.0), math.radians(27.0)
+UNEVEN_AZIMUTH = math.radians(-118.0)
+"""From where uneven ground is seen: from behind, whence stairs show their risers."""
+
 FORCE_COLOUR, FORCE_TEXT = "#e8590c", "#a33c05"
 FORCE_LENGTH = 1.2
 """Length of an arrow that bears the whole weight, in spans of the robot's hips."""
@@ -174,7 +177,8 @@ def _solid(
     """The robot, and the camera before it."""
     X_world_body, q = _pose(recording, now)
     solid = robot_mesh(source.robot, q, X_world_body)
-    return solid, _view(solid, X_world_body, size)
+    level = source.scenario.load_terrain().is_level
+    return solid, _view(solid, X_world_body, size, AZIMUTH if level else UNEVEN_AZIMUTH)
 
 
 def _span(source: Source) -> float:
@@ -186,10 +190,10 @@ def _nothing() -> Mesh:
     return Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3)))
 
 
-def _view(solid: Mesh, X_world_body: np.ndarray, size: tuple[int, int]) -> View:
+def _view(solid: Mesh, X_world_body: np.ndarray, size: tuple[int, int], azimuth: float) -> View:
     """A camera before the robot's right side that holds all of it."""
     yaw = math.atan2(X_world_body[1, 0], X_world_body[0, 0])
-    a, e = yaw + AZIMUTH, ELEVATION
+    a, e = yaw + azimuth, ELEVATION
     back = np.array([math.cos(a) * math.cos(e), math.sin(a) * math.cos(e), math.sin(e)])
     right = np.array([-math.sin(a), math.cos(a), 0.0])
     axes = np.stack([right, np.cross(back, right), back])

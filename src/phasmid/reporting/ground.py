@@ -9,7 +9,7 @@ from phasmid.reporting.camera import View, rasterise
 from phasmid.reporting.landscape import landscape
 from phasmid.reporting.light import LIGHT, ShadowMap
 from phasmid.reporting.shapes import Mesh, rgb
-from phasmid.terrain import Ground
+from phasmid.terrain import Blocky, Ground
 
 GRID = 0.1
 """Distance of the lines [m]."""
@@ -70,8 +70,7 @@ def ground(
 
     # The ground under one pixel, so that a line keeps its width on paper.
     pixel = reach / view.focal
-    off = np.abs((points[:, :2] / GRID + 0.5) % 1.0 - 0.5).min(axis=1) * GRID
-    grid = np.clip(1.4 - off / np.maximum(pixel, 1e-6), 0, 1)
+    grid = _lines(points, GRID, pixel)
     if terrain.is_level:
         bright = np.ones(len(points))
     else:
@@ -82,6 +81,9 @@ def ground(
         low, high = points[:, 2].min(initial=0.0), points[:, 2].max(initial=0.0)
         bright *= 1 - LOWEST_SHADE * (high - points[:, 2]) / max(high - low, 0.02)
         bright *= 1 - EDGE_SHADE * _edges(near)[rows, columns]
+        if not isinstance(terrain.shape, Blocky):
+            # On hills finer lines show the shape.
+            grid = np.maximum(grid, 0.6 * _lines(points, GRID / 4, pixel))
         # Lines of x and y would run together on the side of a step.
         grid = grid * (normals[:, 2] > 0.5)
     floor = _floor(points, terrain)
@@ -91,6 +93,12 @@ def ground(
     colour = np.clip((colour + dim[:, None] * (SHADE - colour)) * bright[:, None], 0, 1)
     image[rows, columns] = 1.0 + fade[:, None] * (colour - 1.0)
     return image, near
+
+
+def _lines(points: np.ndarray, distance: float, pixel: np.ndarray) -> np.ndarray:
+    """How much of a line across x or y runs through each point, 0 to 1."""
+    off = np.abs((points[:, :2] / distance + 0.5) % 1.0 - 0.5).min(axis=1) * distance
+    return np.clip(1.4 - off / np.maximum(pixel, 1e-6), 0, 1)
 
 
 def _normals(
