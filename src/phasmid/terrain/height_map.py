@@ -19,8 +19,10 @@ RAMP = 0.1
 """Way over which the map grows out of the level ground before it [m]."""
 
 
-CUBIC = np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2
-"""Weights of four neighbours by powers of the way from the second to the third."""
+_WEIGHTS = np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2
+CUBIC = np.hstack([_WEIGHTS, np.arange(1, 5)[:, None] * np.roll(_WEIGHTS, -1, axis=0)])
+CUBIC[3, 4:] = 0.0
+"""Weights of four neighbours by powers of the way from the second to the third, and their slope."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,29 +77,23 @@ class HeightMap:
         return share * height, slope
 
     def _between(self, u: Places, v: Places) -> tuple[Places, Places, Places]:
-        """Height without the ramp, and its slopes."""
+        """Height without the ramp, and its slopes.
+
+        Source: R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE
+        Transactions on Acoustics, Speech, and Signal Processing 29(6), 1981, a = -1/2.
+        """
         rows, columns = self.heights.shape
-        i, along, along_slope = _weights((u - self.start) / self.cell, columns)
-        j, across, across_slope = _weights(v / self.cell + (rows - 1) / 2, rows)
+        last = np.array([[columns - 1.0], [rows - 1.0]])
+        place = np.stack([(u - self.start) / self.cell, v / self.cell + (rows - 1) / 2])
+        # These two leave a place that is no number at the far edge.
+        place = np.fmax(np.fmin(place, last + 1), -1.0)
+        corner = np.minimum(np.floor(place), last)
+        t = (place - corner)[..., None]
+        weights = (((CUBIC[3] * t + CUBIC[2]) * t + CUBIC[1]) * t + CUBIC[0]).reshape(2, -1, 2, 4)
+        i, j = corner.astype(int)[..., None] + np.arange(1, 5)
         near = self._grid[i[:, :, None], j[:, None, :]]
-        along_u, along_v = (near * along[:, :, None]).sum(axis=1), near * across[:, None, :]
-        slope_u = (along_v.sum(axis=2) * along_slope).sum(axis=1) / self.cell
-        slope_v = (along_u * across_slope).sum(axis=1) / self.cell
-        return (along_u * across).sum(axis=1), slope_u, slope_v
-
-
-def _weights(place: Places, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The four samples about each place in the padded grid, their weights, and their change.
-
-    Source: R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE
-    Transactions on Acoustics, Speech, and Signal Processing 29(6), 1981, a = -1/2.
-    """
-    place = np.clip(np.nan_to_num(place), -1.0, count)
-    cell = np.minimum(np.floor(place), count - 1.0)
-    t = (place - cell)[:, None]
-    powers = np.concatenate([np.ones_like(t), t, t * t, t * t * t], axis=1)
-    changes = np.concatenate([np.zeros_like(t), np.ones_like(t), 2 * t, 3 * t * t], axis=1)
-    return cell.astype(int)[:, None] + np.arange(1, 5), powers @ CUBIC, changes @ CUBIC
+        found = weights[0] @ near @ np.swapaxes(weights[1], 1, 2)
+        return found[:, 0, 0], found[:, 1, 0] / self.cell, found[:, 0, 1] / self.cell
 
 
 def check_samples(rows: int, columns: int) -> None:

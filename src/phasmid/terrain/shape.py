@@ -63,5 +63,6 @@ def ramp(u: Places, start: float, length: float) -> tuple[Places, Places]:
         start: Where it begins to rise [m].
         length: Over which it rises [m].
     """
-    s = np.clip((u - start) / length, 0.0, 1.0)
-    return s**3 * (10 - 15 * s + 6 * s**2), 30 * s**2 * (1 - s) ** 2 / length
+    s = np.minimum(np.maximum((u - start) / length, 0.0), 1.0)
+    rest = s * (1 - s)
+    return s * s * s * (10 + s * (6 * s - 15)), 30 / length * rest * rest
