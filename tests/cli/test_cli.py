@@ -8,7 +8,7 @@ import pytest
 
 from phasmid.cli import main
 from phasmid.recording import load_recording
-from phasmid.scenario import option_keys
+from phasmid.scenario import load_scenario, option_keys
 
 
 def answered(capsys, *arguments):
@@ -241,3 +241,22 @@ def test_every_public_name_can_be_imported():
         assert getattr(phasmid, name) is not None
     with pytest.raises(AttributeError):
         phasmid.nothing  # noqa: B018
+
+
+def test_one_option_chooses_the_terrain(here):
+    # --terrain names the kind; other options of the terrain go with it, and the folder keeps both.
+    arguments = ["walk", "--terrain", "step", "--rise-mm", "25", "--duration", "0.1"]
+    assert main([*arguments, "--planned-on", "level", "--no-figures", "--quiet"]) == 0
+    (folder,) = (here / "results").iterdir()
+    table = load_scenario(folder / "scenario.toml").terrain
+    assert (table.kind, table.rise, table.friction) == ("step", 0.025, 0.7)
+
+
+def test_lists_of_the_terrain_are_written_with_commas(here):
+    arguments = ["walk", "--terrain", "steps", "--edge-x-mm", "400,500", "--edge-z-mm=-10,0"]
+    arguments += ["--patches", "0,1,-1,1,0.5;0.5,1,-1,1,0.2", "--duration", "0.1"]
+    assert main([*arguments, "--planned-on", "level", "--no-figures", "--quiet"]) == 0
+    (folder,) = (here / "results").iterdir()
+    table = load_scenario(folder / "scenario.toml").terrain
+    assert (table.edge_x, table.edge_z) == ((0.4, 0.5), (-0.01, 0.0))
+    assert table.patches == ((0.0, 1.0, -1.0, 1.0, 0.5), (0.5, 1.0, -1.0, 1.0, 0.2))
