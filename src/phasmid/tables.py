@@ -65,15 +65,22 @@ class Table(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _convert_units(cls, raw: Any) -> Any:
-        if not isinstance(raw, Mapping):
-            return raw
-        table: dict[str, Any] = {}
-        for key, value in raw.items():
-            name, ending = _field_of(cls, key)
-            if name in table:
-                raise InvalidInput(f'key "{name}" is given twice, as "{key}" and in another unit.')
-            table[name] = _scale(value, ending) if ending else value
-        return table
+        return in_si(cls, raw) if isinstance(raw, Mapping) else raw
+
+
+def in_si(table: type[Table], raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of a table by the names of its fields, those whose key ends in a unit in SI.
+
+    Raises:
+        InvalidInput: A field is given twice, in two units.
+    """
+    values: dict[str, Any] = {}
+    for key, value in raw.items():
+        name, ending = _field_of(table, key)
+        if name in values:
+            raise InvalidInput(f'key "{name}" is given twice, as "{key}" and in another unit.')
+        values[name] = _scale(value, ending) if ending else value
+    return values
 
 
 def _scale(value: Any, ending: str) -> Any:

@@ -10,7 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import model_validator
 
 from phasmid.errors import InvalidInput, located
-from phasmid.tables import Angle, Count, Length, Number, Table
+from phasmid.tables import Angle, Count, Length, Number, Table, in_si
 from phasmid.terrain import (
     Blocks,
     Flat,
@@ -121,7 +121,7 @@ class TerrainTable(Table):
         if isinstance(raw, str):
             return {"kind": raw}
         if isinstance(raw, dict) and raw.get("kind") == "height-map":
-            return _carried(Table._convert_units.__func__(cls, raw))
+            return _carried(in_si(cls, raw))
         return raw
 
     @model_validator(mode="after")
