@@ -81,7 +81,7 @@ def hills(path):
     Image.fromarray(np.uint8(255 * height)).save(path)
 
 
-def outcome(scenario, walk, run):
+def outcome(walk, run):
     """How the walk went, in one sentence."""
     target = walk.sample(run["time"].values[-1:])
     made, planned = (
@@ -115,7 +115,7 @@ def section(name, words, table, folder):
     save_figure(draw_robot(run, moment), picture, dpi=PIXELS_PER_INCH)
     return (
         f"## {name}\n\n{words}\n\n```toml\n[terrain]\n{table}\n```\n\n"
-        f"{outcome(scenario, walk, run)}\n\n"
+        f"{outcome(walk, run)}\n\n"
         f"![The robot on this terrain](images/{picture.name})\n"
     )
 
