@@ -1,0 +1,217 @@
+"""The run of a walk in the simulator of prescribed joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid import batch
+from phasmid.dynamics import BodyMotion
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import quaternion_rotation, yaw_quaternion
+from phasmid.motion import Walk
+from phasmid.robot import Robot
+from phasmid.scenario import Scenario
+from phasmid.simulation.contact import POINT_RADIUS
+from phasmid.simulation.prescribed.legs import Legs, LegSeries, leg_series
+from phasmid.simulation.prescribed.trunk import advance
+from phasmid.simulation.run import WATCH_STEPS, Run, Samples, longest_time_step
+from phasmid.terrain import Flat
+
+SUBSTEP = 1 / 16
+"""A substep as a share of the longest time step that resolves the contact."""
+
+CHUNK = 32
+"""Steps between two chances for Ctrl-C."""
+
+
+@dataclass(frozen=True)
+class _Widths:
+    """How many numbers a sample has, under the engine's names."""
+
+    nq: int
+    nv: int
+    nsensordata: int
+
+
+class _NoDrive:
+    """Joints that remember nothing."""
+
+    def __init__(self) -> None:
+        self.state = np.empty(0)
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """None yet."""
+        return np.zeros(0)
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Nothing."""
+        del states
+        return {}
+
+
+class TrunkRun(Run):
+    """A walk with prescribed joints under the contact law of the paper's library.
+
+    The log is that of the engine: positions, speeds, the feet's forces and places, torques.
+
+    Attributes:
+        pose: Position and quaternion of the body frame (7).
+        twist: Velocity in world axes and angular velocity in body axes (6).
+        acceleration: Of the body frame's origin and of its turning, world axes, at the samples of
+            the buffer.
+    """
+
+    def _set_up(self) -> None:
+        """Lay out what is integrated."""
+        scenario, robot = self.scenario, self.robot
+        check_prescribed(scenario)
+        legs = len(robot.legs)
+        self.model = _Widths(7 + 3 * legs, 6 + 3 * legs, 7 * legs)
+        self.drive = _Planned()
+        self.turns = np.zeros((WATCH_STEPS, 3 * legs))
+        self.acceleration = np.zeros((WATCH_STEPS, 6))
+        self.substeps = substeps(scenario, robot)
+        self.weight = np.array([0.0, 0.0, -robot.mass * scenario.model.gravity])
+        contact, mu = scenario.contact, scenario.terrain.friction
+        self.planes = np.tile([0.0, 0.0, 1.0, 0.0, mu], (legs, 1))
+        self.law = np.array(
+            [
+                contact.stiffness,
+                contact.law_damping,
+                contact.kinetic_friction,
+                contact.friction_threshold,
+                POINT_RADIUS,
+                # No two points of a foot are farther apart than the square's diagonal.
+                1.5 * contact.tip_width,
+            ]
+        )
+
+    def _physics(self) -> Float[np.ndarray, " physics"]:
+        """Pose and twist."""
+        return np.concatenate([self.pose, self.twist])
+
+    def _set_physics(self, state: Float[np.ndarray, " physics"]) -> None:
+        """Set pose and twist."""
+        self.pose[:], self.twist[:] = state[:7], state[7:]
+
+    def _planned_targets(self, start: int, stop: int) -> LegSeries:
+        walk = self.walk.sample(np.arange(start, stop + 1) * self.dt)
+        joints = Legs(walk.q, walk.qd, walk.qdd)
+        return leg_series(self.robot, joints, self.scenario.contact.tip_width, self.dt)
+
+    def _place(self, start: Walk) -> None:
+        """Put the robot where the plan starts."""
+        self.pose = np.concatenate([start.trunk.position[0], yaw_quaternion(start.trunk.yaw)[0]])
+        self.twist = np.zeros(6)
+        self._advance(self._still(start, 1), last=True)
+        self.first = Samples.empty(self.model, self.drive, 1)
+        self.first.put(0, self.buffer.part(slice(0, 1)))
+
+    def _still(self, start: Walk, count: int) -> LegSeries:
+        """Legs that stand still as they start, for a number of steps."""
+        q = np.repeat(start.q, count + 1, axis=0)
+        zero = np.zeros_like(q)
+        joints = Legs(q, zero, zero)
+        return leg_series(self.robot, joints, self.scenario.contact.tip_width, self.dt)
+
+    def _set_going(self, start: Walk) -> None:
+        """Give the robot at rest the place and the speeds with which the plan starts."""
+        self.pose[:2] = start.trunk.position[0, :2]
+        self.twist[:3] = start.trunk.velocity[0]
+        self.twist[3:] = [0.0, 0.0, start.trunk.yaw_rate[0]]
+
+    def _advance(
+        self,
+        targets: Float[np.ndarray, "samples width"],
+        *,
+        last: bool = False,
+        interrupted: Sequence[int] = (),
+    ) -> int:
+        """Make a step in each row of the legs; what was there goes into the buffer's start."""
+        count, log, made = len(targets), self.buffer, 0
+        joints = joints_of(targets, len(self.robot.legs))
+        log.qpos[:count, 7:] = joints.q.reshape(count, -1)
+        log.qvel[:count, 6:] = joints.qd.reshape(count, -1)
+        while made < count and not interrupted:
+            part = slice(made, min(made + CHUNK, count))
+            advance(
+                targets[part],
+                self.dt,
+                self.substeps,
+                last and part.stop == count,
+                self.robot.mass,
+                self.weight,
+                self.planes,
+                self.law,
+                self.pose,
+                self.twist,
+                log.qpos[part],
+                log.qvel[part],
+                log.sensors[part],
+                self.turns[part],
+                self.acceleration[part],
+            )
+            made = part.stop
+        self._find_torque(Legs(*(each[:made] for each in joints)))
+        return made
+
+    def _find_torque(self, series: LegSeries, count: int) -> None:
+        """Torques that the motion takes under the feet's forces, by inverse dynamics."""
+        log, legs = self.buffer, len(self.robot.legs)
+        log.torque[:count] = np.nan
+        state = np.hstack([log.qpos[:count], log.qvel[:count], self.acceleration[:count]])
+        finite = np.isfinite(state).all(axis=1)
+        good = count if finite.all() else int(np.argmin(finite))
+        rotation = quaternion_rotation(log.qpos[:good, 3:7])
+        body = BodyMotion(
+            position=log.qpos[:good, :3],
+            rotation=rotation,
+            velocity=log.qvel[:good, :3],
+            angular_velocity=(rotation @ log.qvel[:good, 3:6, None])[..., 0],
+            acceleration=self.acceleration[:good, :3],
+            angular_acceleration=self.acceleration[:good, 3:],
+        )
+        force = log.sensors[:good, : 4 * legs].reshape(good, legs, 4)[..., 1:]
+        needed = batch.inverse_dynamics(
+            self.robot,
+            body,
+            *(each[:good] for each in series.joints),
+            foot_force=force,
+            gravity=self.scenario.model.gravity,
+        )
+        log.torque[:good] = needed.joint_torque.reshape(good, -1) - self.turns[:good]
+
+
+def check_prescribed(scenario: Scenario) -> None:
+    """Refuse what the simulator of prescribed joints cannot do.
+
+    Raises:
+        InvalidInput: The drive is another, or the ground is not level.
+    """
+    drive = scenario.simulation.drive
+    if drive != "prescribed":
+        raise InvalidInput(
+            f'drive is "{drive}"; under contact_law = "simscape" it must be "prescribed", since '
+            "that law's simulator knows no other joints.",
+            hint='drive = "prescribed", or contact_law = "spring-damper"',
+        )
+    if not isinstance(scenario.load_terrain(), Flat):
+        raise InvalidInput(
+            'the terrain is uneven; under contact_law = "simscape" it must be flat.',
+            hint='contact_law = "spring-damper"',
+        )
+
+
+def substeps(scenario: Scenario, robot: Robot) -> int:
+    """Parts in which a time step is integrated.
+
+    Args:
+        scenario: Its contact and time step are used.
+        robot: Its mass is used.
+    """
+    return math.ceil(scenario.simulation.dt / (SUBSTEP * longest_time_step(scenario, robot.mass)))
