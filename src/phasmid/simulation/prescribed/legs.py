@@ -8,7 +8,6 @@ rates: what they miss is of fourth order in the step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -47,28 +46,10 @@ class Legs(NamedTuple):
     qdd: Float[np.ndarray, "samples legs 3"]
 
 
-@dataclass(frozen=True, eq=False)
-class LegSeries:
-    """A series of steps of prescribed joints; row k tells all of the step from k to k + 1.
-
-    Attributes:
-        joints: Motion of the joints where the steps begin, N samples.
-        rows: What the trunk feels of them, shape (N, 51 + 60 L); all vectors in body axes.
-    """
-
-    joints: Legs
-    rows: Float[np.ndarray, "samples width"]
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def __getitem__(self, places: np.ndarray | slice) -> LegSeries:
-        """The series at some of its steps."""
-        return LegSeries(Legs(*(each[places] for each in self.joints)), self.rows[places])
-
-
-def leg_series(robot: Robot, joints: Legs, tip_width: float, dt: float) -> LegSeries:
-    """What the trunk feels of its legs in each of a series of steps.
+def leg_rows(
+    robot: Robot, joints: Legs, tip_width: float, dt: float
+) -> Float[np.ndarray, "samples width"]:
+    """What the trunk feels of its legs in each of a series of steps, all vectors in body axes.
 
     Args:
         robot: The robot, L legs.
@@ -77,14 +58,16 @@ def leg_series(robot: Robot, joints: Legs, tip_width: float, dt: float) -> LegSe
         dt: Time from one sample to the next [s].
 
     Returns:
-        N steps.
+        A row for each of the N steps: the cubics of the whole robot, those of the legs, and
+        positions, speeds and accelerations of the joints where the step begins; shape
+        (N, 51 + 60 L + 9 L).
     """
     count, legs = len(joints.q) - 1, len(robot.legs)
     points = np.stack([foot_points(leg, tip_width) for leg in robot.legs])
     frames = link_frames(robot, joints.q)
     motion = _links(frames.rotation, frames.position, joints.qd)
     whole = _whole(robot, motion, joints)
-    rows = np.empty((count, LEGS + LEG * legs))
+    rows = np.empty((count, LEGS + (LEG + 9) * legs))
     rows[:, COM:INERTIA] = _cubics(whole.com, whole.com_rate, dt)
     rows[:, INERTIA:MOMENTUM] = _cubics(_six(whole.inertia), _six(whole.inertia_rate), dt)
     rows[:, MOMENTUM:COM_ACCELERATION] = _cubics(whole.momentum, whole.momentum_rate, dt)
@@ -95,14 +78,26 @@ def leg_series(robot: Robot, joints: Legs, tip_width: float, dt: float) -> LegSe
     turning = motion.turning[:, :, 2]
     place = frames.position[:, :, None, 2] + arm
     speed = motion.origin_velocity[:, :, None, 2] + np.cross(turning[:, :, None], arm)
-    part = rows[:, LEGS:].reshape(count, legs, LEG)
+    rows[:, LEGS + LEG * legs :] = np.hstack([each[:-1].reshape(count, -1) for each in joints])
+    part = rows[:, LEGS : LEGS + LEG * legs].reshape(count, legs, LEG)
     flat = (count + 1, legs, 3 * CONTACT_POINTS)
     part[..., :TURNING] = _cubics(place.reshape(flat), speed.reshape(flat), dt)
     part[..., TURNING : TURNING + 3] = turning[:-1]
     part[..., TURNING + 3 : TIP] = turning[1:]
     part[..., TIP:AXIS] = (frames.position[:, :, 2] + tibia[..., 0] * _lengths(robot))[:-1]
     part[..., AXIS:] = tibia[:-1, ..., 2]
-    return LegSeries(Legs(*(each[:-1] for each in joints)), rows)
+    return rows
+
+
+def joints_of(rows: Float[np.ndarray, "samples width"], legs: int) -> Legs:
+    """The joints' motion where the steps begin.
+
+    Args:
+        rows: From `leg_rows`.
+        legs: Number of legs.
+    """
+    parts = rows[:, LEGS + LEG * legs :].reshape(len(rows), 3, legs, 3)
+    return Legs(parts[:, 0], parts[:, 1], parts[:, 2])
 
 
 def _lengths(robot: Robot) -> np.ndarray:

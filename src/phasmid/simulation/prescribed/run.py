@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +17,7 @@ from phasmid.motion import Walk
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import POINT_RADIUS
-from phasmid.simulation.prescribed.legs import Legs, LegSeries, leg_series
+from phasmid.simulation.prescribed.legs import Legs, joints_of, leg_rows
 from phasmid.simulation.prescribed.trunk import advance
 from phasmid.simulation.run import WATCH_STEPS, Run, Samples, longest_time_step
 from phasmid.terrain import Flat
@@ -38,15 +38,25 @@ class _Widths:
     nsensordata: int
 
 
-class _NoDrive:
-    """Joints that remember nothing."""
+class _Planned:
+    """Joints that do what is planned, and remember nothing."""
 
     def __init__(self) -> None:
         self.state = np.empty(0)
 
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Nothing: the rows of the legs say it all."""
+        del target
+
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """None yet."""
-        return np.zeros(0)
+        """None: torques are found after the motion."""
+        return np.empty(0)
+
+    @staticmethod
+    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Planned angles, shape (N, 3 L) [rad]."""
+        del dt
+        return walk.q.reshape(len(walk.time), -1)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Nothing."""
@@ -64,7 +74,10 @@ class TrunkRun(Run):
         twist: Velocity in world axes and angular velocity in body axes (6).
         acceleration: Of the body frame's origin and of its turning, world axes, at the samples of
             the buffer.
+        simulator: What makes the steps.
     """
+
+    simulator = "phasmid, prescribed joints"
 
     def _set_up(self) -> None:
         """Lay out what is integrated."""
@@ -90,6 +103,7 @@ class TrunkRun(Run):
                 1.5 * contact.tip_width,
             ]
         )
+        self._views = ()
 
     def _physics(self) -> Float[np.ndarray, " physics"]:
         """Pose and twist."""
@@ -99,10 +113,10 @@ class TrunkRun(Run):
         """Set pose and twist."""
         self.pose[:], self.twist[:] = state[:7], state[7:]
 
-    def _planned_targets(self, start: int, stop: int) -> LegSeries:
+    def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples width"]:
         walk = self.walk.sample(np.arange(start, stop + 1) * self.dt)
         joints = Legs(walk.q, walk.qd, walk.qdd)
-        return leg_series(self.robot, joints, self.scenario.contact.tip_width, self.dt)
+        return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
 
     def _place(self, start: Walk) -> None:
         """Put the robot where the plan starts."""
@@ -112,12 +126,12 @@ class TrunkRun(Run):
         self.first = Samples.empty(self.model, self.drive, 1)
         self.first.put(0, self.buffer.part(slice(0, 1)))
 
-    def _still(self, start: Walk, count: int) -> LegSeries:
+    def _still(self, start: Walk, count: int) -> Float[np.ndarray, "samples width"]:
         """Legs that stand still as they start, for a number of steps."""
         q = np.repeat(start.q, count + 1, axis=0)
         zero = np.zeros_like(q)
         joints = Legs(q, zero, zero)
-        return leg_series(self.robot, joints, self.scenario.contact.tip_width, self.dt)
+        return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
 
     def _set_going(self, start: Walk) -> None:
         """Give the robot at rest the place and the speeds with which the plan starts."""
@@ -160,9 +174,9 @@ class TrunkRun(Run):
         self._find_torque(Legs(*(each[:made] for each in joints)))
         return made
 
-    def _find_torque(self, series: LegSeries, count: int) -> None:
+    def _find_torque(self, joints: Legs) -> None:
         """Torques that the motion takes under the feet's forces, by inverse dynamics."""
-        log, legs = self.buffer, len(self.robot.legs)
+        log, (count, legs, _) = self.buffer, joints.q.shape
         log.torque[:count] = np.nan
         state = np.hstack([log.qpos[:count], log.qvel[:count], self.acceleration[:count]])
         finite = np.isfinite(state).all(axis=1)
@@ -180,7 +194,7 @@ class TrunkRun(Run):
         needed = batch.inverse_dynamics(
             self.robot,
             body,
-            *(each[:good] for each in series.joints),
+            *(each[:good] for each in joints),
             foot_force=force,
             gravity=self.scenario.model.gravity,
         )

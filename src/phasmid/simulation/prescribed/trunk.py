@@ -121,7 +121,7 @@ def ground(
             moment about the centre of mass, shape (L, 7).
         wrench: Filled with the feet's sum (6).
         dampers: Filled with the wrench that a unit twist of the body takes from it, lower
-            triangle (6, 6).
+            triangle (6, 6); without rows where no one wants it.
     """
     stiffness, damping, kinetic, threshold, radius, size = law
     rotation(state[3:7], R)
@@ -186,6 +186,8 @@ def ground(
             foot[4] += r1 * f2 - r2 * f1
             foot[5] += r2 * f0 - r0 * f2
             foot[6] += r0 * f1 - r1 * f0
+            if len(dampers) == 0:
+                continue
             # Both dampers: the drag in all directions, and along the normal what differs from it.
             D = dampers
             D[0, 0] += drag
@@ -307,7 +309,7 @@ def moved(
         feet: For numbers in between, shape (L, 7).
     """
     R, J, R2, J2 = space[0:3, :3], space[3:6, :3], space[6:9, :3], space[9:12, :3]
-    dampers, C = space[12:18], space[18:24]
+    dampers, C, none = space[12:18], space[18:24], space[:0]
     w, wrench, force, k1, k2 = space[24, :3], space[25], space[26], space[27], space[28]
     rate, later, stage = np.empty(7), np.empty(7), np.empty(13)
     h = dt / substeps
@@ -324,21 +326,8 @@ def moved(
             stage[10 + a] = state[10 + a] + h * (
                 R[a, 0] * k1[3] + R[a, 1] * k1[4] + R[a, 2] * k1[5]
             )
-        ground(
-            row,
-            (part + 1.0) / substeps,
-            dt,
-            stage,
-            R2,
-            J2,
-            w,
-            mass,
-            planes,
-            law,
-            feet,
-            wrench,
-            dampers,
-        )
+        s = (part + 1.0) / substeps
+        ground(row, s, dt, stage, R2, J2, w, mass, planes, law, feet, wrench, none)
         drift(stage, w, mass, later)
         with_weight(R2, wrench, weight, R, force)
         for a in range(6):
@@ -543,12 +532,12 @@ def advance(
         acceleration: As of `looked`, a row for each step.
     """
     space, feet, state = np.zeros((30, 6)), np.zeros((len(planes), 7)), np.zeros(13)
-    R, J, dampers = space[0:3, :3], space[3:6, :3], space[12:18]
+    R, J, none = space[0:3, :3], space[3:6, :3], space[:0]
     w, wrench = space[24, :3], space[25]
     for k in range(len(rows)):
         row = rows[k]
         momenta(row, dt, mass, pose, twist, space, state)
-        ground(row, 0.0, dt, state, R, J, w, mass, planes, law, feet, wrench, dampers)
+        ground(row, 0.0, dt, state, R, J, w, mass, planes, law, feet, wrench, none)
         for a in range(7):
             log_pose[k, a] = pose[a]
         for a in range(6):
