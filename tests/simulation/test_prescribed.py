@@ -360,3 +360,24 @@ def test_a_general_robot_has_the_matrices_of_dynamics():
     ):
         slope = (value[2] - value[0]) / 2e-5
         assert np.abs(slope - rate[1]).max() < 1e-8
+
+
+def test_a_run_goes_on_from_a_state_bit_by_bit():
+    # The next step depends on pose, twist and plan alone: the same arithmetic, the same bits.
+    scenario = PAPER.replace(duration=0.3)
+    whole = TrunkRun(scenario, plan(scenario))
+    whole.advance(until=137)
+    state = whole.state()
+    whole.advance()
+    rest = TrunkRun(scenario, plan(scenario), start=state)
+    rest.advance()
+    assert rest.done == 301 - 137
+    for name in ("qpos", "qvel", "sensors", "torque"):
+        assert np.array_equal(getattr(rest.log, name), getattr(whole.log, name)[137:])
+
+
+def test_an_interrupted_run_stops_within_its_chunk():
+    scenario = PAPER.replace(duration=0.3)
+    run = TrunkRun(scenario, plan(scenario))
+    trouble = run.advance(interrupted=[2])
+    assert trouble.ending.name == "STOPPED"

@@ -103,7 +103,6 @@ class TrunkRun(Run):
                 1.5 * contact.tip_width,
             ]
         )
-        self._views = ()
 
     def _physics(self) -> Float[np.ndarray, " physics"]:
         """Pose and twist."""
@@ -198,7 +197,7 @@ class TrunkRun(Run):
             foot_force=force,
             gravity=self.scenario.model.gravity,
         )
-        log.torque[:good] = needed.joint_torque.reshape(good, -1) - self.turns[:good]
+        log.torque[:good] = needed.joint_torque.reshape(good, 3 * legs) - self.turns[:good]
 
 
 def check_prescribed(scenario: Scenario) -> None:
