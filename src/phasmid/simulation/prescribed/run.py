@@ -22,8 +22,9 @@ from phasmid.simulation.prescribed.trunk import advance
 from phasmid.simulation.run import WATCH_STEPS, Run, Samples, longest_time_step
 from phasmid.terrain import Flat
 
-SUBSTEP = 1 / 16
-"""A substep as a share of the longest time step that resolves the contact."""
+SUBSTEP = 1 / 12
+"""A substep as a share of the longest time step that resolves the contact. On the paper's walk the
+normal forces are then within 0.003 N rms of those of very small ones."""
 
 CHUNK = 32
 """Steps between two chances for Ctrl-C."""
