@@ -11,7 +11,7 @@ from phasmid.errors import InvalidInput
 from phasmid.kinematics import centre_of_mass, link_frames, quaternion_rotation
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, simulate
+from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.contact import POINT_RADIUS, foot_points
 from phasmid.simulation.prescribed.run import TrunkRun
 
@@ -381,3 +381,9 @@ def test_an_interrupted_run_stops_within_its_chunk():
     run = TrunkRun(scenario, plan(scenario))
     trouble = run.advance(interrupted=[2])
     assert trouble.ending.name == "STOPPED"
+
+
+def test_a_recording_is_repeated_bit_by_bit_from_its_own_header():
+    # The same arithmetic on the same machine.
+    scenario = PAPER.replace(duration=0.2)
+    assert replay(simulate(scenario, plan(scenario))).equal
