@@ -17,7 +17,7 @@ from phasmid.motion import Walk
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import POINT_RADIUS
-from phasmid.simulation.prescribed.legs import Legs, joints_of, leg_rows
+from phasmid.simulation.prescribed.legs import AXIS, LEG, LEGS, TIP, Legs, joints_of, leg_rows
 from phasmid.simulation.prescribed.trunk import advance
 from phasmid.simulation.run import WATCH_STEPS, Run, Samples, longest_time_step
 from phasmid.terrain import Flat
@@ -73,6 +73,8 @@ class TrunkRun(Run):
     Attributes:
         pose: Position and quaternion of the body frame (7).
         twist: Velocity in world axes and angular velocity in body axes (6).
+        planes: The ground under each leg, as of `trunk.ground`; on uneven ground laid anew before
+            each step.
         acceleration: Of the body frame's origin and of its turning, world axes, at the samples of
             the buffer.
         simulator: What makes the steps.
@@ -91,8 +93,10 @@ class TrunkRun(Run):
         self.acceleration = np.zeros((WATCH_STEPS, 6))
         self.substeps = substeps(scenario, robot)
         self.weight = np.array([0.0, 0.0, -robot.mass * scenario.model.gravity])
-        contact, mu = scenario.contact, scenario.terrain.friction
-        self.planes = np.tile([0.0, 0.0, 1.0, 0.0, mu], (legs, 1))
+        contact = scenario.contact
+        self.terrain = scenario.load_terrain()
+        self.uneven = not isinstance(self.terrain, Flat)
+        self.planes = np.zeros((legs, 5))
         self.law = np.array(
             [
                 contact.stiffness,
@@ -151,8 +155,11 @@ class TrunkRun(Run):
         joints = joints_of(targets, len(self.robot.legs))
         log.qpos[:count, 7:] = joints.q.reshape(count, -1)
         log.qvel[:count, 6:] = joints.qd.reshape(count, -1)
+        chunk = 1 if self.uneven else CHUNK
         while made < count and not interrupted:
-            part = slice(made, min(made + CHUNK, count))
+            part = slice(made, min(made + chunk, count))
+            if made == 0 or self.uneven:
+                self._follow(targets[made])
             advance(
                 targets[part],
                 self.dt,
@@ -173,6 +180,17 @@ class TrunkRun(Run):
             made = part.stop
         self._find_torque(Legs(*(each[:made] for each in joints)))
         return made
+
+    def _follow(self, row: Float[np.ndarray, " width"]) -> None:
+        """Lay the ground under each foot as its tangent plane, where the foot is now."""
+        legs = len(self.planes)
+        tips = row[LEGS : LEGS + LEG * legs].reshape(legs, LEG)[:, TIP:AXIS]
+        x, y, _ = (self.pose[:3] + tips @ quaternion_rotation(self.pose[3:]).T).T
+        normal = self.terrain.normal(x, y)
+        below = np.stack([x, y, self.terrain.height(x, y)], axis=-1)
+        self.planes[:, :3] = normal
+        self.planes[:, 3] = np.sum(normal * below, axis=-1)
+        self.planes[:, 4] = self.terrain.friction(x, y)
 
     def _find_torque(self, joints: Legs) -> None:
         """Torques that the motion takes under the feet's forces, by inverse dynamics."""
@@ -205,7 +223,7 @@ def check_prescribed(scenario: Scenario) -> None:
     """Refuse what the simulator of prescribed joints cannot do.
 
     Raises:
-        InvalidInput: The drive is another, or the ground is not level.
+        InvalidInput: The drive is another.
     """
     drive = scenario.simulation.drive
     if drive != "prescribed":
@@ -213,11 +231,6 @@ def check_prescribed(scenario: Scenario) -> None:
             f'drive is "{drive}"; under contact_law = "simscape" it must be "prescribed", since '
             "that law's simulator knows no other joints.",
             hint='drive = "prescribed", or contact_law = "spring-damper"',
-        )
-    if not isinstance(scenario.load_terrain(), Flat):
-        raise InvalidInput(
-            'the terrain is uneven; under contact_law = "simscape" it must be flat.',
-            hint='contact_law = "spring-damper"',
         )
 
 
