@@ -327,8 +327,8 @@ def test_a_robot_thrown_too_fast_is_said_to_diverge():
 
 def test_the_same_numbers_without_a_compiler(monkeypatch):
     # The loop as plain Python, 5 steps of a walk; compiled sums may be ordered otherwise.
+    from phasmid.simulation.prescribed import ground, trunk
     from phasmid.simulation.prescribed import run as room
-    from phasmid.simulation.prescribed import trunk
 
     scenario = PAPER.replace(duration=0.01)
     quick = TrunkRun(scenario, plan(scenario))
@@ -337,27 +337,11 @@ def test_the_same_numbers_without_a_compiler(monkeypatch):
     quick._advance(rows)
     seen = quick.buffer.sensors[:5].copy(), quick.buffer.torque[:5].copy()
     quick.pose[:], quick.twist[:] = begin
-    for name in (
-        "cubic",
-        "cubic_rate",
-        "rotation",
-        "inertia_at",
-        "solved",
-        "ground",
-        "factored",
-        "damped",
-        "drift",
-        "with_weight",
-        "moved",
-        "momenta",
-        "twisted",
-        "looked",
-        "normal_force",
-        "friction_coefficient",
-    ):
-        plain = getattr(trunk, name)
-        monkeypatch.setattr(trunk, name, getattr(plain, "py_func", plain))
-    monkeypatch.setattr(room, "advance", getattr(trunk.advance, "py_func", trunk.advance))
+    for module in (ground, trunk):
+        for name, value in vars(module).items():
+            if hasattr(value, "py_func"):
+                monkeypatch.setattr(module, name, value.py_func)
+    monkeypatch.setattr(room, "advance", trunk.advance)
     quick._advance(rows)
     assert quick.buffer.sensors[:5] == pytest.approx(seen[0], abs=1e-9)
     assert quick.buffer.torque[:5] == pytest.approx(seen[1], abs=1e-9)
