@@ -49,6 +49,10 @@ class _Planned:
         """Nothing: the rows of the legs say it all."""
         del target
 
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Nothing: these joints remember nothing."""
+        del speed
+
     def torque(self) -> Float[np.ndarray, " joints"]:
         """None: torques are found after the motion."""
         return np.empty(0)
