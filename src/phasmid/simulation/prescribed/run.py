@@ -49,6 +49,11 @@ class _Planned:
         """Nothing: the rows of the legs say it all."""
         del target
 
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """Nothing: these joints do not fail."""
+        del state
+        return ""
+
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
         """Nothing: these joints remember nothing."""
         del speed
