@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper terrain verify test lint bench stress lock clean
+.PHONY: help setup walk paper physics terrain verify test lint bench stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -31,6 +31,9 @@ walk: $(READY) ## run the paper's walk into results/paper
 paper: $(READY) ## grade the paper anew: docs/paper.md, docs/errata.md and their figures
 	@"$(BIN)/phasmid" paper --out docs --force $(ARGS)
 	@"$(BIN)/python" -m phasmid.paper.errata
+
+physics: $(READY) ## compare the laws of contact anew: docs/physics.md and its figure
+	@"$(BIN)/python" -m phasmid.verification.contact_page
 
 verify: $(READY) ## run the physics against closed forms and write docs/verification.md
 	@"$(BIN)/phasmid" verify --page docs/verification.md --force $(ARGS)

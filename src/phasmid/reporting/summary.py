@@ -50,6 +50,7 @@ def summarise(recording: Recording) -> Summary:
         name: attribute(recording, name)
         for name in ("kind", "ending", "ending_reason", "force_model", "drive", "servo")
     }
+    run |= {name: attribute(recording, name) for name in ("contact_law", "simulator")}
     run |= {name: recording.attrs.get(name) for name in ("time_step",)}
     run |= {name: attribute(recording, name) for name in ("phasmid_version", "mujoco_version")}
     run |= {

@@ -288,6 +288,8 @@ def _torque_note(summary: Summary) -> str:
     if "simulation" in torque:
         drive = run.get("drive", "")
         source = f"simulated, {drive} drive" if drive else "as recorded"
+        law = run.get("contact_law", "")
+        source += f", {law} contact" if law else ""
     else:
         source = "of the model"
     model = run.get("force_model", "")

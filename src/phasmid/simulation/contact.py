@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid.kinematics import joint_angles, leg_frames
 from phasmid.robot import Leg
@@ -20,17 +21,27 @@ CONTACT_POINTS = 4
 """Points of a foot that touch the ground, each a spring and a damper."""
 
 
+SOFT_TIME = 0.02
+"""Time constant of the engine's own contact [s]."""
+
+
+def friction_hardness(scenario: Scenario) -> float:
+    """How much harder the engine makes friction than normal forces: its ``impratio``.
+
+    Under its own law it is its own number, one.
+    """
+    contact = scenario.contact
+    if contact.contact_law == "mujoco":
+        return 1.0
+    return contact.friction_damping / contact.law_damping
+
+
 def add_foot(tibia: mujoco.MjsBody, leg: Leg, tip_width: float, friction: list[float]) -> None:
     """Give a tibia its foot: four points that touch the ground, and a site at its tip."""
     import mujoco
 
-    tip = np.array([leg.tibia.length, 0.0, 0.0])
-    tibia.add_site(name=f"{leg.name}.foot", pos=tip)
-    X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
-    # Axes of the hip frame in the tibia's at the neutral stance.
-    ahead, side, up = X_hip_tibia[:3, :3]
-    for i, (a, b) in enumerate(((1, 1), (1, -1), (-1, -1), (-1, 1))):
-        corner = tip + tip_width / 2 * (a * ahead + b * side) + POINT_RADIUS * up
+    tibia.add_site(name=f"{leg.name}.foot", pos=[leg.tibia.length, 0.0, 0.0])
+    for i, corner in enumerate(foot_points(leg, tip_width)):
         tibia.add_geom(
             name=point_name(leg, i),
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -47,6 +58,28 @@ def add_foot(tibia: mujoco.MjsBody, leg: Leg, tip_width: float, friction: list[f
         )
 
 
+def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
+    """Centres of the small spheres that stand for a foot's contact points.
+
+    Args:
+        leg: The leg.
+        tip_width: Side of the square on which they lie [m].
+
+    Returns:
+        In the tibia's frame [m], shape (4, 3); level when the foot is at its neutral place.
+    """
+    tip = np.array([leg.tibia.length, 0.0, 0.0])
+    X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
+    # Axes of the hip frame in the tibia's at the neutral stance.
+    ahead, side, up = X_hip_tibia[:3, :3]
+    return np.stack(
+        [
+            tip + tip_width / 2 * (a * ahead + b * side) + POINT_RADIUS * up
+            for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))
+        ]
+    )
+
+
 def point_name(leg: Leg, point: int) -> str:
     """Name of one of a foot's four contact points in the engine's model."""
     return f"{leg.name}.point{point}"
@@ -58,11 +91,14 @@ def set_contact(spec: mujoco.MjSpec, leg: Leg, scenario: Scenario, mobility: flo
     With a constant impedance d the engine's force on a point of mobility A is
     (reference acceleration - acceleration) d / ((1 - d) A). Direct values of -K (1 - d) A and
     -B (1 - d) A, which it divides by d² and d, make this K depth + B speed - m acceleration with
-    m = d / ((1 - d) A): exact at rest, and with a small mass of its own in motion.
+    m = d / ((1 - d) A): exact at rest, and with a small mass of its own in motion. Under the
+    engine's own law the points keep its own numbers.
     """
+    if scenario.contact.contact_law == "mujoco":
+        return
     d = scenario.contact.impedance
     scale = (1 - d) * mobility
     for i in range(CONTACT_POINTS):
         point = spec.geom(point_name(leg, i))
         point.solimp = [d, d, 0.001, 0.5, 2.0]
-        point.solref = [-scenario.contact.stiffness * scale, -scenario.contact.damping * scale]
+        point.solref = [-scenario.contact.stiffness * scale, -scenario.contact.law_damping * scale]

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.scenario import Scenario
-from phasmid.simulation.contact import add_foot, set_contact
+from phasmid.simulation.contact import add_foot, friction_hardness, set_contact
 from phasmid.simulation.ground import GROUND, add_ground, add_tangents
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     # Dense: the sparse Newton Hessian of MuJoCo 4.0.0 is wrong, and 24 degrees of freedom are few.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.option.impratio = scenario.contact.friction_damping / scenario.contact.damping
+    spec.option.impratio = friction_hardness(scenario)
     friction = add_ground(spec, scenario)
     height = -float(neutral_feet(robot)[:, 2].mean())
     trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, height])

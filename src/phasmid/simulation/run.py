@@ -24,6 +24,7 @@ from phasmid.robot import Robot
 from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.sensors import sense
 from phasmid.simulation.complaint import collected_complaints
+from phasmid.simulation.contact import SOFT_TIME
 from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.ground import Footing
@@ -188,10 +189,32 @@ def _prepare(
     check_time_step(scenario, walk.robot)
     if start is None:
         check_start(scenario, walk)
-    run = Run(scenario, walk, start=start)
+    run = new_run(scenario, walk, start=start)
     # Before the run: what the feet cannot share is refused at once, and an interrupted run has
     # little left to do.
     return run, model_channels(scenario, walk.sample(run.time))
+
+
+def new_run(
+    scenario: Scenario, walk: Walk, *, start: Float[np.ndarray, " state"] | None = None
+) -> Run:
+    """The run of a walk, about to start, in the simulator that knows the contact law.
+
+    Args:
+        scenario: As in `simulate`.
+        walk: As in `simulate`.
+        start: As in `simulate`.
+
+    Raises:
+        InvalidInput: That simulator cannot do something else that the scenario asks for, or the
+            start is none of its states.
+    """
+    if scenario.contact.contact_law != "simscape":
+        return Run(scenario, walk, start=start)
+    # Here, since it readies its loops for the compiler when it is first imported.
+    from phasmid.simulation.prescribed.run import TrunkRun
+
+    return TrunkRun(scenario, walk, start=start)
 
 
 def check_time_step(scenario: Scenario, robot: Robot) -> None:
@@ -232,11 +255,14 @@ def longest_time_step(scenario: Scenario, mass: float) -> float:
         scenario: Its contact is used.
         mass: Of the robot [kg].
     """
+    if scenario.contact.contact_law == "mujoco":
+        # With longer ones the engine would make its contact softer by itself.
+        return SOFT_TIME / 2
     # Each of twelve points carries its share of the mass. The engine takes a contact's spring and
     # damper at the start of a step, which is stable up to twice the time returned here.
     share = mass / 12
     frequency = math.sqrt(scenario.contact.stiffness / share)
-    ratio = scenario.contact.damping / (2 * math.sqrt(scenario.contact.stiffness * share))
+    ratio = scenario.contact.law_damping / (2 * math.sqrt(scenario.contact.stiffness * share))
     return (math.sqrt(ratio**2 + 1) - ratio) / frequency
 
 
@@ -252,7 +278,10 @@ class Run:
         first: The state in which the robot is put, before it settles.
         log: Samples of the run, where they are kept in memory.
         done: Number of samples recorded.
+        simulator: What makes the steps.
     """
+
+    simulator = "MuJoCo"
 
     def __init__(
         self,
@@ -261,25 +290,18 @@ class Run:
         *,
         start: Float[np.ndarray, " state"] | None = None,
     ) -> None:
-        import mujoco
-
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
         self.dt = scenario.simulation.dt
         self.steps = max(1, round(scenario.duration / self.dt))
         self.every = scenario.record_steps
-        self.model = build_model(walk.robot, scenario)
-        self.data = mujoco.MjData(self.model)
-        self.drive = _drive(scenario, self.model, self.data, walk)
         self.ground = scenario.load_terrain()
-        self.footing = Footing(self.model, self.data, self.robot, self.ground)
+        self._set_up()
         self.buffer = Samples.empty(self.model, self.drive, WATCH_STEPS)
         self.log = Samples.empty(self.model, self.drive, 0)
         self.done = self.step = 0
         self.trouble: Trouble | None = None
         self._one_cycle = self._repeated_targets()
         self._complaints: list[str] = []
-        arrays = (self.data.qpos, self.data.qvel, self.data.sensordata, self.drive.state)
-        self._views = tuple(array.data for array in arrays)
         self._rows = self.buffer.rows()
         self._place(walk.sample(np.zeros(1)))
         if start is None:
@@ -290,17 +312,38 @@ class Run:
         begin = -(-self.step // self.every)
         self.time = np.arange(begin, self.steps // self.every + 1) * (self.every * self.dt)
 
+    def _set_up(self) -> None:
+        """Build what is simulated."""
+        import mujoco
+
+        self.model = build_model(self.robot, self.scenario)
+        self.data = mujoco.MjData(self.model)
+        self.drive: Drive = _drive(self.scenario, self.model, self.data, self.walk)
+        self.footing = Footing(self.model, self.data, self.robot, self.ground)
+        arrays = (self.data.qpos, self.data.qvel, self.data.sensordata, self.drive.state)
+        self._views = tuple(array.data for array in arrays)
+
     def state(self) -> Float[np.ndarray, " state"]:
         """All that the rest of the run depends on, one row of numbers; see `restore`.
 
         The numbers are the next step's index, the engine's state and the drive's.
         """
+        return np.concatenate([[float(self.step)], self._physics(), self.drive.state])
+
+    def _physics(self) -> Float[np.ndarray, " physics"]:
+        """The engine's state."""
         import mujoco
 
         kind = mujoco.mjtState.mjSTATE_INTEGRATION
         engine = np.empty(mujoco.mj_stateSize(self.model, kind))
         mujoco.mj_getState(self.model, self.data, engine, kind)
-        return np.concatenate([[float(self.step)], engine, self.drive.state])
+        return engine
+
+    def _set_physics(self, state: Float[np.ndarray, " physics"]) -> None:
+        """Give the engine a state."""
+        import mujoco
+
+        mujoco.mj_setState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
 
     def restore(self, state: Float[np.ndarray, " state"]) -> None:
         """Go back, or forth, to a state of a run of the same walk; what follows is the same.
@@ -311,10 +354,7 @@ class Run:
         Raises:
             InvalidInput: It is no state of this run.
         """
-        import mujoco
-
-        kind = mujoco.mjtState.mjSTATE_INTEGRATION
-        size, own = mujoco.mj_stateSize(self.model, kind), len(self.drive.state)
+        size, own = len(self._physics()), len(self.drive.state)
         state = np.asarray(state, dtype=np.float64)
         if state.shape != (1 + size + own,) or not np.isfinite(state).all():
             raise InvalidInput(
@@ -328,7 +368,7 @@ class Run:
                 hint="a longer duration",
             )
         self.step = int(state[0])
-        mujoco.mj_setState(self.model, self.data, state[1 : 1 + size], kind)
+        self._set_physics(state[1 : 1 + size])
         self.drive.state[:] = state[1 + size :]
 
     def step_of(self, sample: int) -> int:
@@ -345,6 +385,10 @@ class Run:
         """What the drive is told at the steps from one to before another, shape (N, 3 L)."""
         if self._one_cycle is not None:
             return self._one_cycle[np.arange(start, stop) % len(self._one_cycle)]
+        return self._planned_targets(start, stop)
+
+    def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
+        """The targets of some steps, evaluated from the plan."""
         return self.drive.targets(self.walk.sample(np.arange(start, stop) * self.dt), self.dt)
 
     def _repeated_targets(self) -> Float[np.ndarray, "samples joints"] | None:
@@ -358,7 +402,7 @@ class Run:
         steps = round(cycle)
         if steps > PLAN_STEPS or abs(cycle - steps) > 1e-9 * cycle:
             return None
-        return self.drive.targets(self.walk.sample(np.arange(steps) * self.dt), self.dt)
+        return self._planned_targets(0, steps)
 
     def _place(self, start: Walk) -> None:
         """Put the robot where the plan starts."""
@@ -379,13 +423,23 @@ class Run:
 
     def _settle(self) -> Trouble | None:
         """Let the robot come to rest on its feet, then set it going as the plan does."""
-        start, data = self.walk.sample(np.zeros(1)), self.data
-        still = np.repeat(start.q.reshape(1, -1), WATCH_STEPS, axis=0)
+        start = self.walk.sample(np.zeros(1))
+        still = self._still(start, WATCH_STEPS)
         for _ in range(math.ceil(SETTLING_TIME / self.dt / WATCH_STEPS)):
             self._advance(still)
             trouble = self._look(WATCH_STEPS)
             if trouble:
                 return Trouble(trouble.ending, 0, f"before its first step: {trouble.reason}")
+        self._set_going(start)
+        return None
+
+    def _still(self, start: Walk, count: int) -> Float[np.ndarray, "samples joints"]:
+        """Targets of joints that stay where they start, for a number of steps."""
+        return np.repeat(start.q.reshape(1, -1), count, axis=0)
+
+    def _set_going(self, start: Walk) -> None:
+        """Give the robot at rest the place and the speeds with which the plan starts."""
+        data = self.data
         # On a slope it creeps meanwhile; put back, its feet would stand in the ground.
         if self.ground.is_level:
             data.qpos[:2] = start.trunk.position[0, :2]
@@ -395,7 +449,6 @@ class Run:
         data.qvel[6:] = start.qd[0].ravel()
         self.drive.begin(start.qd[0].ravel())
         data.time = 0.0
-        return None
 
     def advance(
         self,
@@ -435,7 +488,7 @@ class Run:
                 trouble = self._placed(trouble)
             self.step += made
             if progress:
-                progress(min(self.data.time, self.scenario.duration))
+                progress(min(self.step * self.dt, self.scenario.duration))
             if interrupted and trouble is None and self.step < end:
                 trouble = Trouble(Ending.STOPPED, self.step, f"at {self.step * self.dt:.3f} s")
         if trouble and self.done == 0:
@@ -650,6 +703,8 @@ def _attributes(scenario: Scenario, walk: Walk, run: Run) -> dict[str, str | int
         | {
             "kind": "simulation",
             "drive": scenario.simulation.drive,
+            "contact_law": scenario.contact.contact_law,
+            "simulator": run.simulator,
             "time_step": scenario.simulation.dt,
         }
         | versions()
