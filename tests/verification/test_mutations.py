@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+import phasmid.simulation.experiment
 import phasmid.simulation.run
 import phasmid.verification.engine
 import phasmid.verification.equations
@@ -264,13 +265,13 @@ def test_a_walk_that_ends_early_is_a_row_that_fails():
 def test_ctrl_c_ends_the_verification_and_not_only_a_walk_of_it(monkeypatch):
     import signal
 
-    right = phasmid.simulation.run.simulate_part
+    right = phasmid.simulation.experiment.simulate_part
 
     def interrupt(*arguments, **options):
         signal.raise_signal(signal.SIGINT)
         return right(*arguments, **options)
 
-    monkeypatch.setattr(phasmid.simulation.run, "simulate_part", interrupt)
+    monkeypatch.setattr(phasmid.simulation.experiment, "simulate_part", interrupt)
     for number in (25, 28):
         with pytest.raises(KeyboardInterrupt):
             CHECKS[number].rows(Laboratory(PAPER.replace(duration=0.1)))

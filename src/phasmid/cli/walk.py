@@ -24,8 +24,8 @@ PLACES = {"robot", "height_map"}
 def run(options: argparse.Namespace) -> int:
     """Walk as the options say; returns the exit status."""
     scenario = _scenario(options)
-    from phasmid.motion import plan
-    from phasmid.recording import check_log, load_recording
+    from phasmid.motion import Motion, load_trajectory, plan
+    from phasmid.recording import check_log, check_mcap, load_recording
     from phasmid.reporting import check_folder
     from phasmid.simulation import (
         check_time_step,
@@ -34,13 +34,19 @@ def run(options: argparse.Namespace) -> int:
         with_sensors,
     )
 
-    walk = plan(scenario)
+    walk: Motion = (
+        load_trajectory(options.trajectory, scenario.load_robot(), unit=options.trajectory_unit)
+        if options.trajectory
+        else plan(scenario)
+    )
     check_time_step(scenario, walk.robot)
     legs = leg_numbers(options.legs, walk.robot)
     folder = Path(options.out or Path("results") / _folder_name(options, scenario))
     log = log_of(folder)
     check_folder(folder, force=options.force)
     check_log(log, force=options.force)
+    if options.mcap:
+        check_mcap()
     try:
         with _progress(scenario.duration, quiet=options.quiet) as progress:
             trouble = record(scenario, walk, log, progress=progress, force=options.force)
@@ -83,11 +89,12 @@ def write_report(
     from phasmid.reporting import print_summary, report, summarise
 
     figures = not options.no_figures
-    report(recording, folder, force=options.force, figures=figures)
+    report(recording, folder, force=options.force, figures=figures, mcap=options.mcap)
     if not options.quiet:
         print_summary(summarise(recording), legs=legs)
         written = "recording.nc, summary.json, scenario.toml, robot.toml"
-        print(f"\nWritten to {folder}{os.sep}: {written}{', figures/' if figures else ''}")
+        written += f"{', recording.mcap' if options.mcap else ''}{', figures/' if figures else ''}"
+        print(f"\nWritten to {folder}{os.sep}: {written}")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -103,6 +110,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
     )
     parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+    parser.add_argument(
+        "--trajectory",
+        metavar="FILE",
+        help="joint angles to follow instead of a plan: a .csv, .npy, .nc or .rec file",
+    )
+    parser.add_argument(
+        "--trajectory-unit",
+        choices=("rad", "deg"),
+        default="rad",
+        help="of its angles, where the file does not say; default: rad",
+    )
     parser.add_argument(
         "--check-time-step",
         action="store_true",
@@ -131,6 +149,9 @@ def add_report_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
     parser.add_argument(
         "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
+    )
+    parser.add_argument(
+        "--mcap", action="store_true", help="also write ROS 2 messages, for Foxglove (extra ros)"
     )
     parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
     parser.add_argument("--quiet", action="store_true", help="print only errors")
@@ -177,6 +198,8 @@ def _help_of(path: tuple[str, ...]) -> str:
 def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
     """The scenario's name, and what the options changed of it."""
     words = [scenario.name]
+    if options.trajectory:
+        words.append(Path(options.trajectory).stem)
     for key, value in vars(options).items():
         if key.startswith("field:") and value is not None and key != "field:name":
             text = Path(value).stem if key.removeprefix("field:") in PLACES else value

@@ -18,7 +18,7 @@ from phasmid.forces.family import (
 from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
 from phasmid.kinematics import jacobian
-from phasmid.motion import Walk
+from phasmid.motion import Motion, Walk
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import robot_to_toml
 from phasmid.scenario import Scenario, scenario_to_toml
@@ -158,7 +158,7 @@ def force_model_words(scenario: Scenario) -> str:
     return f"{model.force_model} ({', '.join(options)})" if options else model.force_model
 
 
-def recording_attributes(scenario: Scenario, walk: Walk) -> dict[str, str | int | float]:
+def recording_attributes(scenario: Scenario, walk: Motion) -> dict[str, str | int | float]:
     """Attributes that tell what was walked, enough to do it again.
 
     The robot stands there as its file gives it: the scenario's variants apply to it on reading.

@@ -3,7 +3,13 @@
 from phasmid.motion.course import Course
 from phasmid.motion.curves import Path, blend, join, lift
 from phasmid.motion.level import LevelCourse
-from phasmid.motion.trajectory import JointTrajectory
+from phasmid.motion.trajectory import (
+    JointTrajectory,
+    Motion,
+    SampledMotion,
+    SampledTrajectory,
+    trajectory_from_text,
+)
 from phasmid.motion.trajectory_file import load_trajectory
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.motion.walk import Walk, plan
@@ -11,8 +17,11 @@ from phasmid.motion.walk import Walk, plan
 __all__ = [
     "Course",
     "JointTrajectory",
+    "Motion",
     "LevelCourse",
     "Path",
+    "SampledMotion",
+    "SampledTrajectory",
     "TrunkMotion",
     "Walk",
     "blend",
@@ -21,5 +30,6 @@ __all__ = [
     "load_trajectory",
     "plan",
     "progress",
+    "trajectory_from_text",
     "trunk_motion",
 ]

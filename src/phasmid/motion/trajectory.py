@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import base64
+import binascii
 import math
+import zlib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.robot import JOINTS, Robot
+from phasmid.kinematics import body_from_hip, foot_position
+from phasmid.motion.trunk import TrunkMotion
+from phasmid.motion.walk import Walk
+from phasmid.robot import JOINTS, Robot, robot_to_toml
+from phasmid.scenario import Scenario
+
+MOST_ROWS = 1_000_000
+"""Most rows that are read: at 1 kHz a quarter of an hour."""
 
 LARGEST_ANGLE = 2 * math.pi
 """No joint of a leg turns further; a number beyond it is in degrees."""
@@ -55,13 +65,61 @@ class JointTrajectory:
         _check_limits(self.robot, self.q)
 
     @property
+    def is_periodic(self) -> bool:
+        """No: nothing is known of its cycles."""
+        return False
+
+    def check_planned_for(self, scenario: Scenario) -> None:
+        """Refuse a scenario with another robot than these joints belong to.
+
+        Raises:
+            InvalidInput: The robot differs.
+        """
+        if robot_to_toml(scenario.load_robot()) != robot_to_toml(self.robot):
+            raise InvalidInput(
+                "the trajectory is of another robot than the scenario has.",
+                hint="load_trajectory(path, scenario.load_robot())",
+            )
+
+    def sample(self, time: Float[np.ndarray, " times"]) -> SampledTrajectory:
+        """The joints at other times, with a trunk that waits for its feet to touch the ground.
+
+        Args:
+            time: Times from the trajectory's beginning [s], shape (M,).
+        """
+        time = np.asarray(time, dtype=float)
+        feet = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q[0]))
+        still = np.zeros((len(time), 3))
+        position = still + np.array([0.0, 0.0, -float(feet[:, 2].min())])
+        trunk = TrunkMotion(position, still, still, still, still, still)
+        return SampledTrajectory(self.robot, time, *self.angles(time), trunk)
+
+    def channels(self, time: Float[np.ndarray, " times"]) -> dict[str, np.ndarray]:
+        """What a recording tells of the plan: where the joints shall go, and no more."""
+        q, qd, qdd = self.angles(np.asarray(time, dtype=float))
+        return {
+            "joint_position_target": q,
+            "joint_velocity_target": qd,
+            "joint_acceleration_target": qdd,
+        }
+
+    def to_text(self) -> str:
+        """The trajectory as a recording carries it, read by `trajectory_from_text`."""
+        table = np.column_stack([self.time, self.q.reshape(len(self.time), -1)])
+        return base64.b64encode(zlib.compress(table.astype("<f8").tobytes())).decode()
+
+    @property
     def duration(self) -> float:
         """From the first row to the last [s]."""
         return float(self.time[-1] - self.time[0])
 
     def angles(
         self, time: Float[np.ndarray, " times"]
-    ) -> tuple[Float[np.ndarray, "times legs 3"], ...]:
+    ) -> tuple[
+        Float[np.ndarray, "times legs 3"],
+        Float[np.ndarray, "times legs 3"],
+        Float[np.ndarray, "times legs 3"],
+    ]:
         """Joint angles and their first two derivatives at other times.
 
         Args:
@@ -72,16 +130,66 @@ class JointTrajectory:
             Angles [rad], velocities [rad/s], accelerations [rad/s²], each of shape (M, L, 3).
         """
         time = np.asarray(time, dtype=float)
-        inside = (time >= 0) & (time <= self.duration)
+        inside = ((time >= 0) & (time <= self.duration))[:, None, None]
         at = np.clip(time, 0.0, self.duration) + self.time[0]
-        rates = (inside[:, None, None] * self._spline(at, order) for order in (1, 2))
-        return (self._spline(at), *rates)
+        velocity, acceleration = (inside * self._spline(at, order) for order in (1, 2))
+        return self._spline(at), velocity, acceleration
 
     @cached_property
     def _spline(self) -> Any:
         from scipy.interpolate import CubicSpline
 
         return CubicSpline(self.time, self.q, axis=0, bc_type="natural")
+
+
+@dataclass(frozen=True, eq=False)
+class SampledTrajectory:
+    """A trajectory at some times.
+
+    Attributes:
+        robot: The robot, L legs.
+        time: [s], shape (M,).
+        q: Joint angles [rad], shape (M, L, 3).
+        qd: Joint velocities [rad/s], shape (M, L, 3).
+        qdd: Joint accelerations [rad/s²], shape (M, L, 3).
+        trunk: Level and at rest, as high as the lowest foot at the beginning needs it.
+    """
+
+    robot: Robot
+    time: Float[np.ndarray, " time"]
+    q: Float[np.ndarray, "time legs 3"]
+    qd: Float[np.ndarray, "time legs 3"]
+    qdd: Float[np.ndarray, "time legs 3"]
+    trunk: TrunkMotion
+
+    @property
+    def foot_position(self) -> Float[np.ndarray, "time legs 3"]:
+        """Feet in world axes, if the trunk stayed [m], shape (M, L, 3)."""
+        p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
+        return p + self.trunk.position[:, None]
+
+
+Motion: TypeAlias = Walk | JointTrajectory
+"""What joints can follow."""
+
+SampledMotion: TypeAlias = Walk | SampledTrajectory
+"""The same at some times."""
+
+
+def trajectory_from_text(text: str, robot: Robot) -> JointTrajectory:
+    """The trajectory that `JointTrajectory.to_text` wrote.
+
+    Raises:
+        InvalidInput: It is none of this robot.
+    """
+    width = 1 + 3 * len(robot.legs)
+    try:
+        unpacker = zlib.decompressobj()
+        numbers = unpacker.decompress(base64.b64decode(text, validate=True), 8 * width * MOST_ROWS)
+        table = np.frombuffer(numbers, "<f8").astype(np.float64).reshape(-1, width)
+    except (binascii.Error, zlib.error, ValueError):
+        raise InvalidInput("the recording's trajectory is not one of its robot.") from None
+    return JointTrajectory(robot, table[:, 0], table[:, 1:].reshape(len(table), -1, 3))
 
 
 def joint_names(robot: Robot) -> tuple[str, ...]:

@@ -10,16 +10,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from phasmid.errors import InvalidInput, located, nearest
-from phasmid.motion.trajectory import JointTrajectory, joint_names
+from phasmid.motion.trajectory import MOST_ROWS, JointTrajectory, joint_names
 from phasmid.recording import load_recording
 from phasmid.robot import Robot
 from phasmid.units import UNITS, split_unit
 
 LARGEST_FILE = 200_000_000
 """Files above this many bytes are refused before they are read."""
-
-MOST_ROWS = 1_000_000
-"""Most rows that are read: at 1 kHz a quarter of an hour."""
 
 
 def load_trajectory(

@@ -5,7 +5,7 @@ from phasmid.recording.file import load_recording, save_recording
 from phasmid.recording.frames import DamagedRecording
 from phasmid.recording.log import RecordingLog, check_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
-from phasmid.recording.ros import save_mcap
+from phasmid.recording.ros import check_mcap, save_mcap
 
 __all__ = [
     "AXES",
@@ -18,6 +18,7 @@ __all__ = [
     "Recording",
     "RecordingLog",
     "check_log",
+    "check_mcap",
     "load_recording",
     "new_recording",
     "save_mcap",

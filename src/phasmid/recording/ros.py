@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -79,13 +80,9 @@ def save_mcap(
         InvalidInput: The extra ``ros`` is not installed, or the rate is not positive.
         OutputError: The file cannot be written.
     """
-    try:
-        from mcap_ros2.writer import Writer
-    except ImportError:
-        raise InvalidInput(
-            "an MCAP file needs the packages mcap and mcap-ros2-support, which were not found.",
-            hint='pip install "phasmid[ros]"',
-        ) from None
+    check_mcap()
+    from mcap_ros2.writer import Writer
+
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
     names = leg_names or [f"leg{number}" for number in np.asarray(recording["leg"].values)]
@@ -102,6 +99,21 @@ def save_mcap(
             writer.write_message(topic, schemas[kind], content, log_time=ns, publish_time=ns)
     writer.finish()
     write_whole(Path(path), file.getvalue())
+
+
+def check_mcap() -> None:
+    """Refuse to write MCAP files where nothing can; to be asked before a run starts.
+
+    Raises:
+        InvalidInput: The extra ``ros`` is not installed.
+    """
+    try:
+        import_module("mcap_ros2.writer")
+    except ImportError:
+        raise InvalidInput(
+            "an MCAP file needs the packages mcap and mcap-ros2-support, which were not found.",
+            hint='pip install "phasmid[ros]"',
+        ) from None
 
 
 def _rows(time: np.ndarray, rate: float) -> np.ndarray:

@@ -10,19 +10,25 @@ import shutil
 from pathlib import Path
 
 from phasmid.errors import InvalidInput, OutputError
-from phasmid.recording import Recording, save_recording
+from phasmid.recording import Recording, check_mcap, save_mcap, save_recording
 from phasmid.reporting.source import read_source
 from phasmid.reporting.summary import summarise
 
 OWN_FILES = ("summary.json", "recording.nc")
 """A folder that holds one of these is a run's."""
 
-ENTRIES = {*OWN_FILES, "scenario.toml", "robot.toml", "figures", "report.html", "video.mp4"}
+ENTRIES = {*OWN_FILES, "scenario.toml", "robot.toml", "figures", "recording.mcap"}
+ENTRIES |= {"report.html", "video.mp4"}
 """All that phasmid puts into a run's folder; with anything else in it, it is never replaced."""
 
 
 def report(
-    recording: Recording, folder: str | Path, *, force: bool = False, figures: bool = True
+    recording: Recording,
+    folder: str | Path,
+    *,
+    force: bool = False,
+    figures: bool = True,
+    mcap: bool = False,
 ) -> Path:
     """Write a run's folder: scenario, robot, recording, numbers and figures.
 
@@ -34,18 +40,22 @@ def report(
         folder: Where to; folders above it are made.
         force: Whether an older run of that name is replaced.
         figures: Whether pictures are drawn.
+        mcap: Whether ``recording.mcap`` is written too, as `phasmid.save_mcap` does.
 
     Returns:
         The folder.
 
     Raises:
-        InvalidInput: The folder exists, or the recording does not carry its robot and scenario.
+        InvalidInput: The folder exists, or the recording does not carry its robot and scenario, or
+            the extra ``ros`` is not installed.
         OutputError: The disk is full or the folder cannot be written; nothing is left behind.
     """
     folder = Path(folder)
     check_folder(folder, force=force)
     # What the recording lacks is found out before anything is written.
-    read_source(recording)
+    source = read_source(recording)
+    if mcap:
+        check_mcap()
     target = folder.resolve()
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     try:
@@ -53,6 +63,8 @@ def report(
             target.parent.mkdir(parents=True, exist_ok=True)
             partial.mkdir()
             _fill(recording, partial, figures=figures)
+            if mcap:
+                save_mcap(recording, partial / "recording.mcap", leg_names=source.robot.leg_names)
             _take_place(partial, target, folder, force=force)
         except BaseException:
             shutil.rmtree(partial, ignore_errors=True)

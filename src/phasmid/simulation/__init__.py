@@ -2,20 +2,19 @@
 
 from phasmid.simulation.contact import CONTACT_POINTS
 from phasmid.simulation.ending import Ending
-from phasmid.simulation.many import simulate_many
-from phasmid.simulation.model import build_model
-from phasmid.simulation.refinement import Refinement, time_step_refinement
-from phasmid.simulation.repetition import Difference, Replay, replay
-from phasmid.simulation.run import (
-    Run,
+from phasmid.simulation.experiment import (
     check_load,
-    check_time_step,
-    longest_time_step,
     new_run,
     record,
     simulate,
     with_sensors,
 )
+from phasmid.simulation.many import simulate_many
+from phasmid.simulation.model import build_model
+from phasmid.simulation.refinement import Refinement, time_step_refinement
+from phasmid.simulation.repetition import Difference, Replay, replay
+from phasmid.simulation.run import Run
+from phasmid.simulation.time_step import check_time_step, longest_time_step
 
 __all__ = [
     "CONTACT_POINTS",

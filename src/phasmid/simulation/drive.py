@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.motion import Walk
+from phasmid.motion import Motion, SampledMotion
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Drive(Protocol):
         """Torques of the last step, leg by leg [N·m], shape (3 L,)."""
 
     @staticmethod
-    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
         """What `command` is told so that a walk is followed with a time step [s], (N, 3 L)."""
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
@@ -52,7 +52,7 @@ class PrescribedDrive:
     Each joint is held by an equality constraint; its force is the joint's torque.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         self._data = data
         self._angle = model.eq_data[:, 0]
         self._count = 3 * len(walk.robot.legs)
@@ -68,7 +68,7 @@ class PrescribedDrive:
         return force
 
     @staticmethod
-    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Angles to hold so that position, velocity and acceleration follow the plan.
 
         The engine's constraint asks for the acceleration -b q' - k (q - target), so a target of
@@ -104,7 +104,7 @@ class PrescribedDrive:
 class IdealServoDrive:
     """Position servos with a torque that falls with speed, from stall to none at no load."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         servo = walk.robot.servo
         self._control, self._force = data.ctrl, data.actuator_force
         self._velocity = data.qvel[6:]
@@ -130,7 +130,7 @@ class IdealServoDrive:
         return force
 
     @staticmethod
-    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
         del dt
         return walk.q.reshape(len(walk.time), -1)

@@ -10,7 +10,7 @@ from phasmid.errors import FailedRuns, InvalidInput, PhasmidError
 from phasmid.motion import Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
-from phasmid.simulation.run import simulate_part
+from phasmid.simulation.experiment import simulate_part
 
 
 def simulate_many(

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phasmid.motion import Walk
+from phasmid.motion import Motion
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
 from phasmid.simulation.ending import Ending
-from phasmid.simulation.run import simulate
+from phasmid.simulation.experiment import simulate
 
 CYCLES = 2
 """Cycles of the walk that are compared: one from standing still and one in full swing."""
@@ -42,7 +42,7 @@ class Refinement:
         return {f"{PREFIX}{name}": value for name, value in vars(self).items()}
 
 
-def time_step_refinement(scenario: Scenario, walk: Walk) -> Refinement | None:
+def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
     """Simulate the first two cycles again, at the time step and at half of it, and compare.
 
     An error that falls with the time step is about as large as this difference where it is of

@@ -12,10 +12,12 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.motion import plan
+from phasmid.motion import plan, trajectory_from_text
 from phasmid.recording import Recording, load_recording
 from phasmid.scenario import recorded_scenario
-from phasmid.simulation.run import Progress, simulate_part, versions
+from phasmid.simulation.experiment import simulate_part
+from phasmid.simulation.run import Progress
+from phasmid.simulation.telling import versions
 
 
 @dataclass(frozen=True)
@@ -97,9 +99,10 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
     scenario, robot = recorded_scenario(recording.attrs)
     scenario = scenario.replace(robot=robot)
     samples = recording.sizes["time"]
-    repeated = simulate_part(
-        scenario, plan(scenario), samples, start=_start(recording), progress=progress
-    )
+    text = recording.attrs.get("trajectory")
+    robot = scenario.load_robot()
+    walk = plan(scenario) if text is None else trajectory_from_text(str(text), robot)
+    repeated = simulate_part(scenario, walk, samples, start=_start(recording), progress=progress)
     then = {name: str(recording.attrs.get(name, "")) for name in versions()}
     changed = {name: (then[name], now) for name, now in versions().items() if then[name] != now}
     return Replay(samples, len(recording.data_vars), first_difference(recording, repeated), changed)

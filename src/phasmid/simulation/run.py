@@ -4,35 +4,24 @@ from __future__ import annotations
 
 import base64
 import math
-import platform
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.forces.analysis import model_channels, recording_attributes
-from phasmid.kinematics import quaternion_rotation
-from phasmid.motion import Walk
-from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
-from phasmid.robot import Robot
+from phasmid.motion import Motion, SampledMotion
 from phasmid.scenario import SETTLING_TIME, Scenario
-from phasmid.sensors import sense
 from phasmid.simulation.complaint import collected_complaints
-from phasmid.simulation.contact import SOFT_TIME
 from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.ground import Footing
-from phasmid.simulation.interrupt import noticed_interrupts
 from phasmid.simulation.model import build_model
+from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
-from phasmid.simulation.start import check_start, raised
-from phasmid.terrain import Ground
+from phasmid.simulation.start import raised
 
 if TYPE_CHECKING:
     import mujoco
@@ -45,225 +34,6 @@ PLAN_STEPS = 32 * WATCH_STEPS
 
 Progress = Callable[[float], None]
 """Is told now and then how many seconds of the walk are done."""
-
-
-def simulate(
-    scenario: Scenario,
-    walk: Walk,
-    *,
-    progress: Progress | None = None,
-    log: str | Path | None = None,
-    force: bool = False,
-    start: Float[np.ndarray, " state"] | None = None,
-) -> Recording:
-    """Run a walk in the physics engine.
-
-    The robot starts at rest on its feet, in equilibrium. Interrupting the run (Ctrl-C) ends it
-    and keeps what was recorded.
-
-    Args:
-        scenario: Its simulation, contact and terrain are used.
-        walk: The plan that the joints follow.
-        progress: Is told how far the run is.
-        log: A file, by custom ``.rec``, that is written while the run goes on and outlives a
-            killed process; `phasmid.load_recording` reads it.
-        force: Whether an older file of that name is replaced.
-        start: A state of an earlier run of the same walk, from `Run.state`, to go on from.
-
-    Returns:
-        What physics made of the walk, beside the model's torques and forces at the same instants.
-        How the run ended is in the attributes ``ending`` and ``ending_reason``.
-
-    Raises:
-        InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
-            robot, gait or stride, or starts with a foot below the terrain, or the start is none
-            of its states, or the log exists.
-        InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
-        OutputError: The log cannot be written; what it holds until then can be read.
-    """
-    if log is not None:
-        record(scenario, walk, log, progress=progress, force=force, start=start)
-        return with_sensors(scenario, load_recording(log))
-    with noticed_interrupts() as interrupted:
-        return simulate_part(
-            scenario, walk, progress=progress, start=start, interrupted=interrupted
-        )
-
-
-def simulate_part(
-    scenario: Scenario,
-    walk: Walk,
-    samples: int | None = None,
-    *,
-    progress: Progress | None = None,
-    start: Float[np.ndarray, " state"] | None = None,
-    interrupted: Sequence[int] = (),
-) -> Recording:
-    """Run a walk as `simulate` does, or its beginning alone.
-
-    Args:
-        scenario: As in `simulate`.
-        walk: As in `simulate`.
-        samples: How many to record at most; None: all.
-        progress: As in `simulate`.
-        start: As in `simulate`.
-        interrupted: The run is stopped as soon as this is not empty.
-
-    Raises:
-        InvalidInput: As in `simulate`.
-        InfeasibleLoad: As in `simulate`.
-    """
-    run, model = _prepare(scenario, walk, start)
-    until = None if samples is None else run.step_of(samples - 1) + 1
-    trouble = run.advance(progress, interrupted=interrupted, until=until)
-    n = run.done
-    channels = _channels(run, run.log.part(slice(0, n)), model, slice(0, n))
-    attributes = _attributes(scenario, walk, run) | _ending(trouble)
-    return with_sensors(scenario, new_recording(run.time[:n], channels, attributes))
-
-
-def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
-    """A recording with what its sensors would have told, where the scenario asks for that.
-
-    A log does not hold it, since it follows from the rest.
-    """
-    wanted = scenario.sensors.measured == "everything"
-    return sense(scenario, recording) if wanted else recording
-
-
-def record(
-    scenario: Scenario,
-    walk: Walk,
-    path: str | Path,
-    *,
-    progress: Progress | None = None,
-    force: bool = False,
-    start: Float[np.ndarray, " state"] | None = None,
-) -> Trouble | None:
-    """Run a walk as `simulate` does, into a log file alone, in memory that does not grow with it.
-
-    Args:
-        scenario: As in `simulate`.
-        walk: As in `simulate`.
-        path: The log file.
-        progress: As in `simulate`.
-        force: As in `simulate`.
-        start: As in `simulate`.
-
-    Returns:
-        What ended the run early; None where it was completed.
-
-    Raises:
-        InvalidInput: As in `simulate`.
-        InfeasibleLoad: As in `simulate`.
-        OutputError: As in `simulate`.
-    """
-    run, model = _prepare(scenario, walk, start)
-    done = 0
-
-    def keep(rows: Samples) -> None:
-        nonlocal done
-        part = slice(done, done + len(rows.qpos))
-        log.append(run.time[part], _channels(run, rows, model, part))
-        done = part.stop
-
-    first = _channels(run, run.first, model, slice(0, 1))
-    attributes = _attributes(scenario, walk, run) | {
-        "ending": Ending.CUT.name,
-        "ending_reason": Ending.CUT.value,
-    }
-    with (
-        noticed_interrupts() as interrupted,
-        RecordingLog(path, first, attributes, time=run.time, force=force) as log,
-    ):
-        trouble = run.advance(progress, keep=keep, interrupted=interrupted)
-        log.finish(_ending(trouble))
-    return trouble
-
-
-def _prepare(
-    scenario: Scenario, walk: Walk, start: Float[np.ndarray, " state"] | None
-) -> tuple[Run, dict[str, np.ndarray]]:
-    """The run, ready to start, and the model's channels at all of its samples."""
-    walk.check_planned_for(scenario)
-    check_time_step(scenario, walk.robot)
-    if start is None:
-        check_start(scenario, walk)
-    run = new_run(scenario, walk, start=start)
-    # Before the run: what the feet cannot share is refused at once, and an interrupted run has
-    # little left to do.
-    return run, model_channels(scenario, walk.sample(run.time))
-
-
-def new_run(
-    scenario: Scenario, walk: Walk, *, start: Float[np.ndarray, " state"] | None = None
-) -> Run:
-    """The run of a walk, about to start, in the simulator that knows the contact law.
-
-    Args:
-        scenario: As in `simulate`.
-        walk: As in `simulate`.
-        start: As in `simulate`.
-
-    Raises:
-        InvalidInput: That simulator cannot do something else that the scenario asks for, or the
-            start is none of its states.
-    """
-    if scenario.contact.contact_law != "simscape":
-        return Run(scenario, walk, start=start)
-    # Here, since it readies its loops for the compiler when it is first imported.
-    from phasmid.simulation.prescribed.run import TrunkRun
-
-    return TrunkRun(scenario, walk, start=start)
-
-
-def check_time_step(scenario: Scenario, robot: Robot) -> None:
-    """Refuse a time step that cannot resolve the contact.
-
-    Raises:
-        InvalidInput: With the longest one that can.
-    """
-    longest = longest_time_step(scenario, robot.mass)
-    if scenario.simulation.dt > longest:
-        raise InvalidInput(
-            f"--dt {scenario.simulation.dt:g} s cannot resolve this contact "
-            f"(needs <= {longest:.2g} s).",
-            hint=f"--dt {longest / 2:.1g}",
-        )
-
-
-def check_load(scenario: Scenario, walk: Walk) -> None:
-    """Refuse a walk whose load the scenario's force model cannot share.
-
-    Where all cycles are alike, one of them is looked at.
-
-    Raises:
-        InvalidInput: The load transfer takes longer than the gait allows.
-        InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
-    """
-    interval = scenario.simulation.dt * scenario.record_steps
-    period, duration = scenario.stride.period, scenario.duration
-    for start in np.arange(0.0, period if walk.is_periodic else duration, period):
-        stop = min(start + period, duration)
-        model_channels(scenario, walk.sample(np.arange(start, stop, interval)))
-
-
-def longest_time_step(scenario: Scenario, mass: float) -> float:
-    """Longest time step that resolves the contact of a robot on three feet [s].
-
-    Args:
-        scenario: Its contact is used.
-        mass: Of the robot [kg].
-    """
-    if scenario.contact.contact_law == "mujoco":
-        # With longer ones the engine would make its contact softer by itself.
-        return SOFT_TIME / 2
-    # Each of twelve points carries its share of the mass. The engine takes a contact's spring and
-    # damper at the start of a step, which is stable up to twice the time returned here.
-    share = mass / 12
-    frequency = math.sqrt(scenario.contact.stiffness / share)
-    ratio = scenario.contact.law_damping / (2 * math.sqrt(scenario.contact.stiffness * share))
-    return (math.sqrt(ratio**2 + 1) - ratio) / frequency
 
 
 class Run:
@@ -286,7 +56,7 @@ class Run:
     def __init__(
         self,
         scenario: Scenario,
-        walk: Walk,
+        walk: Motion,
         *,
         start: Float[np.ndarray, " state"] | None = None,
     ) -> None:
@@ -404,7 +174,7 @@ class Run:
             return None
         return self._planned_targets(0, steps)
 
-    def _place(self, start: Walk) -> None:
+    def _place(self, start: SampledMotion) -> None:
         """Put the robot where the plan starts."""
         import mujoco
 
@@ -433,11 +203,11 @@ class Run:
         self._set_going(start)
         return None
 
-    def _still(self, start: Walk, count: int) -> Float[np.ndarray, "samples joints"]:
+    def _still(self, start: SampledMotion, count: int) -> Float[np.ndarray, "samples joints"]:
         """Targets of joints that stay where they start, for a number of steps."""
         return np.repeat(start.q.reshape(1, -1), count, axis=0)
 
-    def _set_going(self, start: Walk) -> None:
+    def _set_going(self, start: SampledMotion) -> None:
         """Give the robot at rest the place and the speeds with which the plan starts."""
         data = self.data
         # On a slope it creeps meanwhile; put back, its feet would stand in the ground.
@@ -592,140 +362,9 @@ class Run:
             self.done += len(rows.qpos)
 
 
-def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk) -> Drive:
+def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> Drive:
     """What moves the joints in this scenario."""
     kind = scenario.simulation.drive
     if kind == "servo":
         return ServoDrive(model, data, walk, scenario)
     return (PrescribedDrive if kind == "prescribed" else IdealServoDrive)(model, data, walk)
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """What the engine says at each sample, in its own order."""
-
-    qpos: Float[np.ndarray, "samples q"]
-    qvel: Float[np.ndarray, "samples v"]
-    sensors: Float[np.ndarray, "samples sensors"]
-    torque: Float[np.ndarray, "samples joints"]
-    drive: Float[np.ndarray, "samples state"]
-
-    @classmethod
-    def empty(cls, model: mujoco.MjModel, drive: Drive, samples: int) -> Samples:
-        """Room for a number of samples."""
-        widths = (model.nq, model.nv, model.nsensordata, model.nv - 6, len(drive.state))
-        return cls(*(np.empty((samples, width)) for width in widths))
-
-    def part(self, which: slice) -> Samples:
-        """Some of the samples, in the same memory."""
-        return Samples(*(getattr(self, field.name)[which] for field in fields(self)))
-
-    def put(self, at: int, samples: Samples) -> None:
-        """Copy samples to a place in these."""
-        for field in fields(self):
-            rows = getattr(samples, field.name)
-            getattr(self, field.name)[at : at + len(rows)] = rows
-
-    def rows(self) -> list[list[Any]]:
-        """Memory of each sample, field by field; that of the torques as arrays."""
-        return [
-            [array[k] if field.name == "torque" else array[k].data for k in range(len(array))]
-            for field, array in ((field, getattr(self, field.name)) for field in fields(self))
-        ]
-
-    def write(self, row: int, data: mujoco.MjData, drive: Drive) -> None:
-        """Write one sample as the engine stands."""
-        self.qpos[row], self.qvel[row] = data.qpos, data.qvel
-        self.sensors[row], self.torque[row] = data.sensordata, drive.torque()
-        self.drive[row] = drive.state
-
-
-Keep = Callable[[Samples], None]
-"""Takes samples that are recorded, in their order; their memory is used again afterwards."""
-
-
-def _channels(
-    run: Run, log: Samples, model: dict[str, np.ndarray], part: slice
-) -> dict[str, np.ndarray]:
-    """The engine's samples and the model's figures under the names of the house.
-
-    Args:
-        run: Whose samples they are.
-        log: The samples.
-        model: The model's channels at all samples of the run.
-        part: Which of these the samples are.
-    """
-    legs, n = len(run.robot.legs), len(log.qpos)
-    contact = log.sensors[:, : 4 * legs].reshape(n, legs, 4)
-    force = contact[..., 1:]
-    position = log.sensors[:, 4 * legs :].reshape(n, legs, 3)
-    channels = {name: values[part] for name, values in model.items()} | {
-        "joint_position": log.qpos[:, 7:].reshape(n, legs, 3),
-        "joint_velocity": log.qvel[:, 6:].reshape(n, legs, 3),
-        "joint_torque": log.torque.reshape(n, legs, 3),
-        "foot_force": force,
-        "foot_normal_force": _normal_part(force, position, run.ground),
-        "foot_position": position,
-        "contact": contact[..., 0] > 0,
-        "body_position": log.qpos[:, :3],
-        "body_velocity": log.qvel[:, :3],
-        "body_orientation": log.qpos[:, 3:7],
-        # The engine keeps a free body's angular velocity in its own axes.
-        "body_angular_velocity": np.einsum(
-            "tij,tj->ti", quaternion_rotation(log.qpos[:, 3:7]), log.qvel[:, 3:6]
-        ),
-    }
-    return channels | run.drive.channels(log.drive)
-
-
-@cache
-def versions() -> dict[str, str]:
-    """What a run's bits depend on besides its scenario and its robot, by attribute."""
-    import mujoco
-
-    try:
-        numba = version("numba")
-    except PackageNotFoundError:
-        numba = "none"
-    return {
-        "phasmid_version": version("phasmid"),
-        "mujoco_version": mujoco.__version__,
-        "numpy_version": np.__version__,
-        "numba_version": numba,
-        "machine": f"{platform.system()} {platform.machine()}",
-    }
-
-
-def _attributes(scenario: Scenario, walk: Walk, run: Run) -> dict[str, str | int | float]:
-    """What a recording says of its run, but for how it ended."""
-    return (
-        recording_attributes(scenario, walk)
-        | {
-            "kind": "simulation",
-            "drive": scenario.simulation.drive,
-            "contact_law": scenario.contact.contact_law,
-            "simulator": run.simulator,
-            "time_step": scenario.simulation.dt,
-        }
-        | versions()
-        | run.start_attribute()
-    )
-
-
-def _ending(trouble: Trouble | None) -> dict[str, str | int | float]:
-    """How a run ended, in a recording's attributes."""
-    ending = trouble.ending if trouble else Ending.COMPLETED
-    reason = trouble.sentence if trouble else ending.value
-    return {"ending": ending.name, "ending_reason": reason}
-
-
-def _normal_part(
-    force: Float[np.ndarray, "time legs 3"],
-    position: Float[np.ndarray, "time legs 3"],
-    ground: Ground,
-) -> Float[np.ndarray, "time legs"]:
-    """Part of the forces along the ground's normal at the feet [N]."""
-    if ground.is_level:
-        return force[..., 2]
-    normal = ground.normal(position[..., 0], position[..., 1])
-    return np.einsum("tlk,tlk->tl", force, normal)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.motion import Walk
+from phasmid.motion import Motion, SampledMotion
 from phasmid.robot import JOINTS, Servo
 from phasmid.scenario import Scenario
 from phasmid.simulation.compiled import compiled
@@ -235,7 +235,7 @@ class ServoDrive:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Walk, scenario: Scenario
+        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
     ) -> None:
         servo = scenario.servo.set_up(walk.robot.servo)
         if servo.armature == 0:
@@ -298,7 +298,7 @@ class ServoDrive:
         return torque
 
     @staticmethod
-    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
         del dt
         return walk.q.reshape(len(walk.time), -1)

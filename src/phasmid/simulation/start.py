@@ -7,14 +7,14 @@ import math
 import numpy as np
 
 from phasmid.errors import InvalidInput
-from phasmid.motion import Walk
+from phasmid.motion import Motion, SampledMotion
 from phasmid.scenario import Scenario
 
 DEEPEST_START = 0.002
 """How far a foot may start below the terrain; so far its contact gently pushes it out [m]."""
 
 
-def raised(scenario: Scenario, start: Walk) -> float:
+def raised(scenario: Scenario, start: SampledMotion) -> float:
     """How much higher than planned the robot starts [m].
 
     Args:
@@ -25,7 +25,7 @@ def raised(scenario: Scenario, start: Walk) -> float:
     return 0.0 if height is None else height - float(start.trunk.position[0, 2])
 
 
-def check_start(scenario: Scenario, walk: Walk) -> None:
+def check_start(scenario: Scenario, walk: Motion) -> None:
     """Refuse a start in which a foot is inside the ground.
 
     Raises:

@@ -13,14 +13,16 @@ from phasmid import batch
 from phasmid.dynamics import BodyMotion
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
-from phasmid.motion import Walk
+from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import POINT_RADIUS
 from phasmid.simulation.prescribed.legs import AXIS, LEG, LEGS, TIP, Legs, joints_of, leg_rows
 from phasmid.simulation.prescribed.trunk import advance
-from phasmid.simulation.run import WATCH_STEPS, Run, Samples, longest_time_step
+from phasmid.simulation.run import WATCH_STEPS, Run
+from phasmid.simulation.samples import Samples
 from phasmid.simulation.start import raised
+from phasmid.simulation.time_step import longest_time_step
 from phasmid.terrain import Blocky
 from phasmid.terrain.ground import upright
 
@@ -65,7 +67,7 @@ class _Planned:
         return np.empty(0)
 
     @staticmethod
-    def targets(walk: Walk, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Planned angles, shape (N, 3 L) [rad]."""
         del dt
         return walk.q.reshape(len(walk.time), -1)
@@ -132,7 +134,7 @@ class TrunkRun(Run):
         joints = Legs(walk.q, walk.qd, walk.qdd)
         return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
 
-    def _place(self, start: Walk) -> None:
+    def _place(self, start: SampledMotion) -> None:
         """Put the robot where the plan starts."""
         self.pose = np.concatenate([start.trunk.position[0], start.trunk.quaternion[0]])
         self.pose[2] += raised(self.scenario, start)
@@ -141,14 +143,14 @@ class TrunkRun(Run):
         self.first = Samples.empty(self.model, self.drive, 1)
         self.first.put(0, self.buffer.part(slice(0, 1)))
 
-    def _still(self, start: Walk, count: int) -> Float[np.ndarray, "samples width"]:
+    def _still(self, start: SampledMotion, count: int) -> Float[np.ndarray, "samples width"]:
         """Legs that stand still as they start, for a number of steps."""
         q = np.repeat(start.q, count + 1, axis=0)
         zero = np.zeros_like(q)
         joints = Legs(q, zero, zero)
         return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
 
-    def _set_going(self, start: Walk) -> None:
+    def _set_going(self, start: SampledMotion) -> None:
         """Give the robot at rest the place and the speeds with which the plan starts."""
         if self.ground.is_level:
             self.pose[:2] = start.trunk.position[0, :2]

@@ -1,0 +1,220 @@
+"""Walks in a simulator, recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.forces.analysis import model_channels
+from phasmid.motion import JointTrajectory, Motion, Walk
+from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
+from phasmid.scenario import Scenario
+from phasmid.sensors import sense
+from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.interrupt import noticed_interrupts
+from phasmid.simulation.run import Progress, Run
+from phasmid.simulation.samples import Samples
+from phasmid.simulation.start import check_start
+from phasmid.simulation.telling import ending_attributes, run_attributes, run_channels
+from phasmid.simulation.time_step import check_time_step
+
+
+def simulate(
+    scenario: Scenario,
+    walk: Motion,
+    *,
+    progress: Progress | None = None,
+    log: str | Path | None = None,
+    force: bool = False,
+    start: Float[np.ndarray, " state"] | None = None,
+) -> Recording:
+    """Run a walk in the physics engine.
+
+    The robot starts at rest on its feet, in equilibrium. Interrupting the run (Ctrl-C) ends it
+    and keeps what was recorded.
+
+    Args:
+        scenario: Its simulation, contact and terrain are used.
+        walk: The plan that the joints follow, or a trajectory: then there is no model beside the
+            simulation, and the run ends with it.
+        progress: Is told how far the run is.
+        log: A file, by custom ``.rec``, that is written while the run goes on and outlives a
+            killed process; `phasmid.load_recording` reads it.
+        force: Whether an older file of that name is replaced.
+        start: A state of an earlier run of the same walk, from `Run.state`, to go on from.
+
+    Returns:
+        What physics made of the walk, beside the model's torques and forces at the same instants.
+        How the run ended is in the attributes ``ending`` and ``ending_reason``.
+
+    Raises:
+        InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
+            robot, gait or stride, or starts with a foot below the terrain, or the start is none
+            of its states, or the log exists.
+        InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
+        OutputError: The log cannot be written; what it holds until then can be read.
+    """
+    if log is not None:
+        record(scenario, walk, log, progress=progress, force=force, start=start)
+        return with_sensors(scenario, load_recording(log))
+    with noticed_interrupts() as interrupted:
+        return simulate_part(
+            scenario, walk, progress=progress, start=start, interrupted=interrupted
+        )
+
+
+def simulate_part(
+    scenario: Scenario,
+    walk: Motion,
+    samples: int | None = None,
+    *,
+    progress: Progress | None = None,
+    start: Float[np.ndarray, " state"] | None = None,
+    interrupted: Sequence[int] = (),
+) -> Recording:
+    """Run a walk as `simulate` does, or its beginning alone.
+
+    Args:
+        scenario: As in `simulate`.
+        walk: As in `simulate`.
+        samples: How many to record at most; None: all.
+        progress: As in `simulate`.
+        start: As in `simulate`.
+        interrupted: The run is stopped as soon as this is not empty.
+
+    Raises:
+        InvalidInput: As in `simulate`.
+        InfeasibleLoad: As in `simulate`.
+    """
+    scenario = _lasting(scenario, walk)
+    run, model = _prepare(scenario, walk, start)
+    until = None if samples is None else run.step_of(samples - 1) + 1
+    trouble = run.advance(progress, interrupted=interrupted, until=until)
+    n = run.done
+    channels = run_channels(run, run.log.part(slice(0, n)), model, slice(0, n))
+    attributes = run_attributes(scenario, walk, run) | ending_attributes(trouble)
+    return with_sensors(scenario, new_recording(run.time[:n], channels, attributes))
+
+
+def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
+    """A recording with what its sensors would have told, where the scenario asks for that.
+
+    A log does not hold it, since it follows from the rest.
+    """
+    wanted = scenario.sensors.measured == "everything"
+    return sense(scenario, recording) if wanted else recording
+
+
+def record(
+    scenario: Scenario,
+    walk: Motion,
+    path: str | Path,
+    *,
+    progress: Progress | None = None,
+    force: bool = False,
+    start: Float[np.ndarray, " state"] | None = None,
+) -> Trouble | None:
+    """Run a walk as `simulate` does, into a log file alone, in memory that does not grow with it.
+
+    Args:
+        scenario: As in `simulate`.
+        walk: As in `simulate`.
+        path: The log file.
+        progress: As in `simulate`.
+        force: As in `simulate`.
+        start: As in `simulate`.
+
+    Returns:
+        What ended the run early; None where it was completed.
+
+    Raises:
+        InvalidInput: As in `simulate`.
+        InfeasibleLoad: As in `simulate`.
+        OutputError: As in `simulate`.
+    """
+    scenario = _lasting(scenario, walk)
+    run, model = _prepare(scenario, walk, start)
+    done = 0
+
+    def keep(rows: Samples) -> None:
+        nonlocal done
+        part = slice(done, done + len(rows.qpos))
+        log.append(run.time[part], run_channels(run, rows, model, part))
+        done = part.stop
+
+    first = run_channels(run, run.first, model, slice(0, 1))
+    attributes = run_attributes(scenario, walk, run) | {
+        "ending": Ending.CUT.name,
+        "ending_reason": Ending.CUT.value,
+    }
+    with (
+        noticed_interrupts() as interrupted,
+        RecordingLog(path, first, attributes, time=run.time, force=force) as log,
+    ):
+        trouble = run.advance(progress, keep=keep, interrupted=interrupted)
+        log.finish(ending_attributes(trouble))
+    return trouble
+
+
+def _lasting(scenario: Scenario, walk: Motion) -> Scenario:
+    """The scenario; of a trajectory for no longer than it lasts."""
+    if isinstance(walk, JointTrajectory) and walk.duration < scenario.duration:
+        return scenario.replace(duration=walk.duration)
+    return scenario
+
+
+def _prepare(
+    scenario: Scenario, walk: Motion, start: Float[np.ndarray, " state"] | None
+) -> tuple[Run, dict[str, np.ndarray]]:
+    """The run, ready to start, and the model's channels at all of its samples."""
+    walk.check_planned_for(scenario)
+    check_time_step(scenario, walk.robot)
+    if start is None:
+        check_start(scenario, walk)
+    run = new_run(scenario, walk, start=start)
+    # Before the run: what the feet cannot share is refused at once, and an interrupted run has
+    # little left to do.
+    if isinstance(walk, JointTrajectory):
+        return run, walk.channels(run.time)
+    return run, model_channels(scenario, walk.sample(run.time))
+
+
+def new_run(
+    scenario: Scenario, walk: Motion, *, start: Float[np.ndarray, " state"] | None = None
+) -> Run:
+    """The run of a walk, about to start, in the simulator that knows the contact law.
+
+    Args:
+        scenario: As in `simulate`.
+        walk: As in `simulate`.
+        start: As in `simulate`.
+
+    Raises:
+        InvalidInput: That simulator cannot do something else that the scenario asks for, or the
+            start is none of its states.
+    """
+    if scenario.contact.contact_law != "simscape":
+        return Run(scenario, walk, start=start)
+    # Here, since it readies its loops for the compiler when it is first imported.
+    from phasmid.simulation.prescribed.run import TrunkRun
+
+    return TrunkRun(scenario, walk, start=start)
+
+
+def check_load(scenario: Scenario, walk: Walk) -> None:
+    """Refuse a walk whose load the scenario's force model cannot share.
+
+    Where all cycles are alike, one of them is looked at.
+
+    Raises:
+        InvalidInput: The load transfer takes longer than the gait allows.
+        InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+    """
+    interval = scenario.simulation.dt * scenario.record_steps
+    period, duration = scenario.stride.period, scenario.duration
+    for start in np.arange(0.0, period if walk.is_periodic else duration, period):
+        stop = min(start + period, duration)
+        model_channels(scenario, walk.sample(np.arange(start, stop, interval)))
