@@ -41,7 +41,7 @@ class ContactTable(Table):
     friction_damping: Annotated[Number, Gt(0)] = 300.0
     kinetic_friction: Annotated[Number, Ge(0), Le(10)] = 0.5
     friction_threshold: Annotated[Number, Gt(0)] = 1e-3
-    impedance: Annotated[Number, Gt(0.01), Lt(0.99)] = 0.5
+    impedance: Annotated[Number, Gt(0.01), Lt(0.99)] = 0.2
     tip_width: Annotated[Length, Gt(0), Le(0.1)] = 0.004
 
     @property
