@@ -46,7 +46,7 @@ def test_models_are_compared_with_forces_and_torques(trial: Trial) -> None:
     force, torque = sharing.model_force_and_torque(trial, "minimum-torque")
     evidence = Evidence(SHORT)
     evidence._trials["the paper's walk"] = with_force(trial, force, torque + 0.1)
-    for name in ("AX-12A servos", DRIVES[1]):
+    for name in ("AX-12A servos", "AX-12A servos as springs", DRIVES[1]):
         evidence._trials[name] = with_force(trial, force, torque)
     found = {
         (share.model, share.drive): share

@@ -116,10 +116,11 @@ minimum-norm forces.
 
 ## How the ground shares the load
 
-Each force model beside three kinds of joints: prescribed ones, position servos of {position:g}
-N·m/rad, and the AX-12A, which has {own:g} N·m/rad. Rms differences from the simulated forces and
-torques amid stance; the nearest models of each column are **bold**. On three feet of level ground,
-far from slipping, four of the five models are one and the same; only `minimum-torque` differs.
+Each force model beside four kinds of joints: prescribed ones, position servos of {position:g}
+N·m/rad, servos that give like the AX-12A, by {own:g} N·m/rad, and the AX-12A itself with its own
+law, gears and friction. Rms differences from the simulated forces and torques amid stance; the
+nearest models of each column are **bold**. On three feet of level ground, far from slipping, four
+of the five models are one and the same; only `minimum-torque` differs.
 
 {shares}
 
@@ -153,9 +154,11 @@ each point that sticks, and the squeeze goes with it:
 
 {creeps}
 
-So what is left of it is the drag of feet that slide by very little, on a damper that this project
-chose. The minimum norm is its limit for ground that creeps freely. On rigid feet, rigid ground and
-Coulomb friction alone the squeeze would be whatever the touchdowns made it.
+What is left of it has two causes, which [physics](physics.md) computes from the plan: an inertia of
+the engine's contact that no ground has, and slips of hundredths of a millimetre a second, on a
+damper that this project chose. The minimum norm is its limit for ground that creeps freely. On
+rigid feet, rigid ground and Coulomb friction alone the squeeze would be whatever the touchdowns
+made it.
 
 ### Servos
 
@@ -169,8 +172,10 @@ share of them, by the time since touchdown:
 
 The time in which it fades is about that of a foot's friction damping against its joints' give. For
 servos as soft as the AX-12A it is longer than a stance, and `minimum-torque` is by far the nearest
-model; for servos four times as stiff on this ground neither is near, and for prescribed joints the
-minimum norm is. `friction-cone` and `smallest-largest-load` bound what the ground can give, and
+model. The AX-12A itself does not give like a spring: inside its margin and its friction it does not
+give at all, so that it keeps part of what touchdown left; `minimum-torque` remains the nearest. For
+servos four times as stiff on this ground neither is near, and for prescribed joints the minimum
+norm is. `friction-cone` and `smallest-largest-load` bound what the ground can give, and
 change nothing on a walk that is far from slipping.
 """
 

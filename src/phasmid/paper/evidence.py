@@ -21,7 +21,7 @@ from phasmid.simulation import simulate
 SERVO_STIFFNESS = 40.0
 """Of the position servo that stands between joints that do not give and the AX-12A [N·m/rad]."""
 
-DRIVES = ("prescribed", "servos of 40 N·m/rad", "AX-12A")
+DRIVES = ("prescribed", "servos of 40 N·m/rad", "AX-12A as springs", "AX-12A")
 """From joints that no torque moves off their plan to the robot's own servos."""
 
 GAITS = ("wave", "ripple", "amble")
@@ -98,11 +98,13 @@ class Evidence:
 
     def driven(self, drive: str) -> Trial:
         """The walk with one of `DRIVES`."""
-        prescribed, position, own = DRIVES
+        prescribed, position, springs, own = DRIVES
         if drive == prescribed:
             return self.walk
         if drive == own:
-            return self.trial("AX-12A servos", drive="ideal-servo")
+            return self.trial("AX-12A servos", drive="servo")
+        if drive == springs:
+            return self.trial("AX-12A servos as springs", drive="ideal-servo")
         assert drive == position, drive
         servo = replace(self.robot.servo, name=position, stiffness=SERVO_STIFFNESS)
         return self.trial(position, drive="ideal-servo", robot=replace(self.robot, servo=servo))

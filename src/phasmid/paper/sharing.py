@@ -184,8 +184,8 @@ def internal_forces(feet: np.ndarray) -> np.ndarray:
 
 
 def compare_relaxations(evidence: Evidence) -> list[Relaxation]:
-    """How the squeeze of each kind of servo fades from touchdown on."""
-    return [relaxation(evidence.driven(drive), drive) for drive in DRIVES[1:]]
+    """How the squeeze of servos that give like springs fades from touchdown on."""
+    return [relaxation(evidence.driven(drive), drive) for drive in DRIVES[1:3]]
 
 
 def relaxation(trial: Trial, drive: str) -> Relaxation:

@@ -38,7 +38,7 @@ class ContactTable(Table):
     contact_law: Literal["spring-damper", "mujoco", "simscape"] = "spring-damper"
     stiffness: Annotated[Number, Gt(0)] = 1e4
     damping: Annotated[Number, Gt(0)] | None = None
-    friction_damping: Annotated[Number, Gt(0)] = 300.0
+    friction_damping: Annotated[Number, Gt(0)] = 500.0
     kinetic_friction: Annotated[Number, Ge(0), Le(10)] = 0.5
     friction_threshold: Annotated[Number, Gt(0)] = 1e-3
     impedance: Annotated[Number, Gt(0.01), Lt(0.99)] = 0.2
