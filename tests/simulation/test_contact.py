@@ -9,6 +9,7 @@ from phasmid.robot import load_robot, preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model, longest_time_step, simulate
 from phasmid.simulation.contact import POINT_RADIUS
+from phasmid.simulation.time_step import longest_foot_step
 
 PAPER = load_scenario("paper")
 
@@ -69,8 +70,8 @@ def test_a_moving_point_is_a_spring_a_damper_and_a_small_mass(d):
 
 
 def test_a_pushed_robot_creeps_by_the_force_over_its_friction_damping():
-    # n points of 300 N s/m each: 5 N push the robot at 5/(300 n) m/s. Legs are held, so it is one
-    # rigid body, and after 0.5 s all transients are gone, exp(-0.5 s * 300 n/2.65/s) < 1e-100.
+    # n points of c N s/m each: 5 N push the robot at 5/(c n) m/s. Legs are held, so it is one rigid
+    # body, and after 0.5 s all transients are gone, exp(-0.5 s * 300 n/2.65/s) < 1e-100.
     run = Run(PAPER, plan(PAPER))
     model, data = run.model, run.data
     data.xfrc_applied[model.body("trunk").id, 0] = 5.0
@@ -79,7 +80,9 @@ def test_a_pushed_robot_creeps_by_the_force_over_its_friction_damping():
         run.drive.command(still)
         mujoco.mj_step(model, data)
     # 1e-3: held joints are hard to one part in a thousand.
-    assert data.qvel[0] == pytest.approx(5 / (300 * data.ncon), rel=1e-3)
+    assert data.qvel[0] == pytest.approx(
+        5 / (PAPER.contact.friction_damping * data.ncon), rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("preset", preset_names())
@@ -108,13 +111,34 @@ def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4
     scenario = PAPER.replace(dt=0.5)
     with pytest.raises(InvalidInput) as caught:
         simulate(scenario, plan(scenario))
-    longest = longest_time_step(scenario, load_robot("phantomx-paper").mass)
+    longest = longest_time_step(scenario, load_robot("phantomx-paper"))
     assert caught.value.what == (
         f"--dt 0.5 s cannot resolve this contact (needs <= {longest:.2g} s)."
     )
 
 
 def test_the_longest_time_step_that_is_allowed_walks():
-    longest = longest_time_step(PAPER, load_robot("phantomx-paper").mass)
+    longest = longest_time_step(PAPER, load_robot("phantomx-paper"))
     scenario = PAPER.replace(dt=0.999 * longest, duration=2.0, record_interval=None)
     assert simulate(scenario, plan(scenario)).attrs["ending"] == "COMPLETED"
+
+
+def jitter(scenario, dt):
+    """Largest change of a standing foot's force along the ground from step to step [N]."""
+    scenario = scenario.replace(dt=dt, duration=1.0)
+    run = Run(scenario, plan(scenario))
+    run.advance()
+    force = run.log.sensors[:, : 4 * 6].reshape(-1, 6, 4)[:, :, 1:3]
+    bearing = run.walk.sample(run.time).stance & (np.abs(run.time - 0.5) < 0.25)[:, None]
+    change = np.linalg.norm(np.diff(force, axis=0), axis=-1)
+    return float(change[bearing[1:] & bearing[:-1]].max())
+
+
+@pytest.mark.parametrize("changes", [{}, {"impedance": 0.1}, {"friction_damping": 2000.0}])
+def test_feet_chatter_only_beyond_the_step_that_the_lightest_foot_stands(changes):
+    # Stable where 2 c dt < 4 m along the ground: newtons from step to step beyond it, and below it
+    # no more than the smooth load itself changes in a step, 0.1 N.
+    scenario = PAPER.replace(**changes)
+    longest = longest_foot_step(scenario, load_robot("phantomx-paper"))
+    assert jitter(scenario, 0.9 * longest) < 0.1
+    assert jitter(scenario, 1.3 * longest) > 1.0

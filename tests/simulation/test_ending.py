@@ -90,7 +90,7 @@ def test_an_exploding_drive_is_diverged_and_writes_no_log_file(tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     robot = load_robot("phantomx-paper")
     wild = replace(robot.servo, stiffness=1e7, damping=0.0, armature=0.0, stall_torque=1e7)
-    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="ideal-servo", dt=0.0033)
+    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="ideal-servo", dt=0.0022)
     run = simulate(scenario, plan(scenario))
     assert run.attrs["ending"] == "DIVERGED"
     assert run.sizes["time"] >= 1

@@ -197,7 +197,7 @@ def test_the_engine_complains_to_the_thread_whose_run_it_is(capfd, tmp_path, mon
     monkeypatch.chdir(tmp_path)
     robot = load_robot("phantomx-paper")
     wild = replace(robot.servo, stiffness=1e7, damping=0.0, armature=0.0, stall_torque=1e7)
-    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="ideal-servo", dt=0.0033)
+    scenario = PAPER.replace(robot=replace(robot, servo=wild), drive="ideal-servo", dt=0.0022)
     good, bad = simulate_many([PAPER, scenario], workers=2)
     assert (good.attrs["ending"], bad.attrs["ending"]) == ("COMPLETED", "DIVERGED")
     assert list(tmp_path.iterdir()) == []

@@ -48,12 +48,25 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
     model = spec.compile()
     # The spring's constants are scaled by the engine's own measure of each foot's mobility,
     # which is known only after a first compilation.
-    for leg in robot.legs:
-        mobility = model.body(f"{leg.name}.tibia").invweight0[0]
+    for leg, mobility in zip(robot.legs, _mobility(model, robot), strict=True):
         set_contact(spec, leg, scenario, float(mobility))
     model = spec.compile()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model
+
+
+def foot_mobility(robot: Robot, scenario: Scenario) -> Float[np.ndarray, " legs"]:
+    """How easily each foot gives way at the neutral stance, the engine's measure [1/kg], (L,).
+
+    Args:
+        robot: The robot, L legs.
+        scenario: Its drive counts, whose rotors are inert.
+    """
+    return _mobility(_specification(robot, scenario).compile(), robot)
+
+
+def _mobility(model: mujoco.MjModel, robot: Robot) -> Float[np.ndarray, " legs"]:
+    return np.array([model.body(f"{leg.name}.tibia").invweight0[0] for leg in robot.legs])
 
 
 def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:

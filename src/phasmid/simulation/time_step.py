@@ -7,7 +7,11 @@ import math
 from phasmid.errors import InvalidInput
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.simulation.contact import SOFT_TIME
+from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME, friction_hardness
+from phasmid.simulation.model import foot_mobility
+
+MOST_OF_LIMIT = 0.9
+"""Part of the largest stable step that is allowed: feet are lighter in other poses."""
 
 
 def check_time_step(scenario: Scenario, robot: Robot) -> None:
@@ -16,7 +20,7 @@ def check_time_step(scenario: Scenario, robot: Robot) -> None:
     Raises:
         InvalidInput: With the longest one that can.
     """
-    longest = longest_time_step(scenario, robot.mass)
+    longest = longest_time_step(scenario, robot)
     if scenario.simulation.dt > longest:
         raise InvalidInput(
             f"--dt {scenario.simulation.dt:g} s cannot resolve this contact "
@@ -25,19 +29,48 @@ def check_time_step(scenario: Scenario, robot: Robot) -> None:
         )
 
 
-def longest_time_step(scenario: Scenario, mass: float) -> float:
-    """Longest time step that resolves the contact of a robot on three feet [s].
+def longest_time_step(scenario: Scenario, robot: Robot) -> float:
+    """Longest time step that resolves the contact [s].
 
     Args:
         scenario: Its contact is used.
-        mass: Of the robot [kg].
+        robot: On three of its feet.
     """
     if scenario.contact.contact_law == "mujoco":
         # With longer ones the engine would make its contact softer by itself.
         return SOFT_TIME / 2
+    contact = scenario.contact
     # Each of twelve points carries its share of the mass. The engine takes a contact's spring and
-    # damper at the start of a step, which is stable up to twice the time returned here.
-    share = mass / 12
-    frequency = math.sqrt(scenario.contact.stiffness / share)
-    ratio = scenario.contact.law_damping / (2 * math.sqrt(scenario.contact.stiffness * share))
-    return (math.sqrt(ratio**2 + 1) - ratio) / frequency
+    # damper at the start of a step, which is stable up to twice the time that is taken here.
+    share = robot.mass / 12
+    frequency = math.sqrt(contact.stiffness / share)
+    ratio = contact.law_damping / (2 * math.sqrt(contact.stiffness * share))
+    robot_on_feet = (math.sqrt(ratio**2 + 1) - ratio) / frequency
+    if contact.contact_law != "spring-damper":
+        return robot_on_feet
+    return min(robot_on_feet, MOST_OF_LIMIT * longest_foot_step(scenario, robot))
+
+
+def longest_foot_step(scenario: Scenario, robot: Robot) -> float:
+    """Longest time step with which the lightest foot does not chatter in the engine's contact [s].
+
+    A foot has the mass 1/A with which it resists a push, A its mobility, and that with which its
+    points resist their own acceleration: d/((1 - d) A) each along the normal, `friction_damping`
+    over `damping` times that along the ground. A symplectic step of a mass m on a spring k and a
+    damper c, both taken at its start, is stable where k dt² + 2 c dt < 4 m.
+
+    Args:
+        scenario: Its contact, drive and time step are used.
+        robot: Its lightest foot counts, at the neutral stance.
+    """
+    contact, mobility = scenario.contact, float(foot_mobility(robot, scenario).max())
+    own, hardness = contact.impedance / (1 - contact.impedance), friction_hardness(scenario)
+    steps = []
+    for k, c, hard in (
+        (contact.stiffness, contact.law_damping, 1.0),
+        (0.0, hardness * contact.law_damping, hardness),
+    ):
+        k, c = CONTACT_POINTS * k, CONTACT_POINTS * c
+        m = (1 + CONTACT_POINTS * hard * own) / mobility
+        steps.append((math.sqrt(c * c + 4 * k * m) - c) / k if k else 2 * m / c)
+    return min(steps)

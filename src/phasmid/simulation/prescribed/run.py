@@ -262,6 +262,6 @@ def substeps(scenario: Scenario, robot: Robot) -> int:
 
     Args:
         scenario: Its contact and time step are used.
-        robot: Its mass is used.
+        robot: The robot.
     """
-    return math.ceil(scenario.simulation.dt / (SUBSTEP * longest_time_step(scenario, robot.mass)))
+    return math.ceil(scenario.simulation.dt / (SUBSTEP * longest_time_step(scenario, robot)))
