@@ -80,9 +80,7 @@ def test_a_pushed_robot_creeps_by_the_force_over_its_friction_damping():
         run.drive.command(still)
         mujoco.mj_step(model, data)
     # 1e-3: held joints are hard to one part in a thousand.
-    assert data.qvel[0] == pytest.approx(
-        5 / (PAPER.contact.friction_damping * data.ncon), rel=1e-3
-    )
+    assert data.qvel[0] == pytest.approx(5 / (PAPER.contact.friction_damping * data.ncon), rel=1e-3)
 
 
 @pytest.mark.parametrize("preset", preset_names())

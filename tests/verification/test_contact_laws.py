@@ -23,7 +23,8 @@ def under(law, **changes):
 @cache
 def small(law, value):
     key = "impedance" if law == "spring-damper" else "friction_threshold"
-    found = trial(BRIEF, contact_law=law, tip_width=POINT_FOOT, **{key: value})
+    changes = {key: value, "friction_damping": 300.0, "tip_width": POINT_FOOT}
+    found = trial(BRIEF, contact_law=law, **changes)
     return squeeze(found, f"{key} {value:g}")
 
 
@@ -52,8 +53,8 @@ def test_each_law_carries_weight_and_inertia_amid_stance(law):
 @pytest.mark.parametrize("impedance", [0.2, 0.5, 0.8])
 def test_the_engines_squeeze_is_its_frictions_mass_times_the_turning_of_the_legs(impedance):
     # F = m J' q' with m = 4 impratio d/((1 - d) A), less drag on the slip of half the depth: no
-    # number is fitted. What both miss stays at 0.02 N, a five-hundredth of a foot's load, while the
-    # squeeze grows twentyfold with d.
+    # number is fitted. With 300 N s/m a point along the ground, what both miss stays at 0.02 N, a
+    # five-hundredth of a foot's load, while the squeeze grows twentyfold with d.
     found = small("spring-damper", impedance)
     assert found.missed < 0.025
     assert found.by_mass == pytest.approx(found.simulated, abs=0.03)
@@ -80,7 +81,9 @@ def test_internal_forces_add_up_to_nothing():
 def test_the_page_tells_the_numbers_and_shows_the_figure():
     trials = {law: under(law) for law in LAWS}
     # The page shows the same trials as its own, of 10 s, does.
-    squeezes = [squeeze(under(LAWS[0], tip_width=POINT_FOOT), "impedance 0.5")]
+    squeezes = [
+        squeeze(under(LAWS[0], tip_width=POINT_FOOT), f"impedance {BRIEF.contact.impedance:g}")
+    ]
     comparison = Comparison(trials, dict.fromkeys(LAWS, 2e-5), squeezes)
     page = document(comparison)
     assert f"within {100 * comparison.largest_load_gap:.2f} %" in page
