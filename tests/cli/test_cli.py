@@ -413,6 +413,16 @@ def test_every_public_name_can_be_imported():
         phasmid.nothing  # noqa: B018
 
 
+def test_fields_that_do_nothing_are_noted(here, capsys):
+    arguments = ["walk", "--voltage", "9", "--duration", "0.1", "--no-figures"]
+    note = 'voltage has no effect with drive "prescribed".'
+    status, text = answered(capsys, *arguments, "--out", "a")
+    assert (status, text) == (0, f"phasmid: note: {note}\n")
+    assert note in json.loads((here / "a/summary.json").read_text())["warnings"]
+    assert answered(capsys, *arguments, "--out", "b", "--quiet") == (0, "")
+    assert answered(capsys, "check", "a/scenario.toml") == (0, f"phasmid: note: {note}\n")
+
+
 def test_one_option_chooses_the_terrain(here):
     # --terrain names the kind; other options of the terrain go with it, and the folder keeps both.
     arguments = ["walk", "--terrain", "step", "--rise-mm", "25", "--duration", "0.1"]

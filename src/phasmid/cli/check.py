@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -64,6 +65,7 @@ def _check_scenario(scenario: Scenario) -> int:
     import numpy as np
 
     from phasmid.motion import plan
+    from phasmid.scenario import idle_fields
     from phasmid.simulation import check_load, check_time_step
 
     walk = plan(scenario)
@@ -86,6 +88,8 @@ def _check_scenario(scenario: Scenario) -> int:
     print(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
     for line in _on_terrain(scenario, walk):
         print(f"  {line}")
+    for sentence in idle_fields(scenario):
+        print(f"phasmid: note: {sentence}", file=sys.stderr)
     print("possible.")
     return 0
 

@@ -27,6 +27,7 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.motion import Motion, load_trajectory, plan
     from phasmid.recording import check_log, check_mcap, load_recording
     from phasmid.reporting import check_folder
+    from phasmid.scenario import idle_fields
     from phasmid.simulation import (
         check_time_step,
         record,
@@ -47,6 +48,9 @@ def run(options: argparse.Namespace) -> int:
     check_log(log, force=options.force)
     if options.mcap:
         check_mcap()
+    if not options.quiet:
+        for sentence in idle_fields(scenario):
+            print(f"phasmid: note: {sentence}", file=sys.stderr)
     try:
         with _progress(scenario.duration, quiet=options.quiet) as progress:
             trouble = record(scenario, walk, log, progress=progress, force=options.force)

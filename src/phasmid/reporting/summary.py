@@ -99,7 +99,7 @@ def summarise(recording: Recording) -> Summary:
         },
     }
     compact: Summary = _known(summary)
-    compact["warnings"] = warnings(summary)
+    compact["warnings"] = warnings(summary, source)
     return compact
 
 

@@ -6,7 +6,8 @@ import math
 from typing import Any
 
 from phasmid.recording.channels import JOINTS
-from phasmid.reporting.source import plain
+from phasmid.reporting.source import Source, plain
+from phasmid.scenario import idle_fields
 
 NOTABLE_SLIP = 5e-3
 """Mean slip per step above which feet do not stay where they stand [m]."""
@@ -18,12 +19,13 @@ NOTABLE_SWING_LOAD = 0.01
 """Part of the weight above which a swinging leg bears load."""
 
 
-def warnings(summary: dict[str, Any]) -> list[str]:
+def warnings(summary: dict[str, Any], source: Source) -> list[str]:
     """Sentences on what the robot cannot do or what the walk should not do.
 
     Args:
         summary: The sections of `phasmid.reporting.summarise`. Torques are the simulated ones, or
             else the model's.
+        source: The experiment, of which some fields may do nothing.
     """
     # Servos with a law of their own never get beyond their limits; what that costs is told.
     limited = bool(summary["servos"])
@@ -37,7 +39,8 @@ def warnings(summary: dict[str, Any]) -> list[str]:
         _swing(summary),
         _slip(summary),
     ]
-    return [sentence for sentence in found if sentence]
+    said = [sentence for sentence in found if sentence]
+    return said + idle_fields(source.scenario, source.robot)
 
 
 def _stall(summary: dict[str, Any]) -> str:
