@@ -321,6 +321,35 @@ def test_what_the_robot_cannot_do_is_said_at_the_end(walk):
     assert sum(line.startswith("! ") for line in lines) == 5
 
 
+@pytest.mark.parametrize("share", [0.23, 0.8, 1.2, -0.5])
+def test_a_completed_walk_that_left_its_way_is_warned_of(short_walk, share):
+    # Four steps of 40 mm: within a step the pace may differ by 0.15 of it, 4 % of the way, so
+    # that more than 14 % counts.
+    position = short_walk["body_position"].values * np.array([share, 1.0, 1.0])
+    lost = changed(short_walk, body_position=position)
+    lost.attrs["ending"] = "COMPLETED"
+    sentence = f"The robot walked {100 * share:.0f} % of its way: it does not follow its plan."
+    assert sentence in summarise(lost)["warnings"]
+    for attributes in ({"ending": "FELL"}, {"trajectory": "any"}):
+        told = lost.assign_attrs(attributes)
+        assert not any("of its way" in sentence for sentence in summarise(told)["warnings"])
+
+
+def test_a_completed_turn_that_was_not_made_is_warned_of(walk):
+    scenario = load_scenario("paper").replace(step_length=0.0, step_turn_deg=10.0)
+    told = walk(duration=4.0, interval=0.01, scenario=scenario, ending="COMPLETED")
+    # The made-up walk goes straight ahead and never turns.
+    assert (
+        "The robot turned 0 % of its turn: it does not follow its plan."
+        in (summarise(told)["warnings"])
+    )
+
+
+def test_a_completed_walk_on_its_way_is_not_warned_of(short_walk):
+    done = short_walk.assign_attrs({"ending": "COMPLETED"})
+    assert not any("its plan" in sentence for sentence in summarise(done)["warnings"])
+
+
 def test_an_analysis_is_warned_of_by_the_models_torque(walk):
     recording = walk(duration=2.0, interval=0.05, drop=("joint_torque",))
     torque = 2.0 * load_robot("phantomx-paper").servo.stall_torque * np.ones((41, 6, 3))

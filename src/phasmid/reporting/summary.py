@@ -60,6 +60,7 @@ def summarise(recording: Recording) -> Summary:
         "samples": recorded,
         "samples_not_finite": recorded - len(time) or None,
         "planned_duration": scenario.duration,
+        "follows": "trajectory" if "trajectory" in recording.attrs else None,
     }
     limits = robot.servo
     summary = {

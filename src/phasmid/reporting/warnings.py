@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from phasmid.recording.channels import JOINTS
+from phasmid.reporting.joints import SHORTEST_WAY
 from phasmid.reporting.source import Source, plain
 from phasmid.scenario import idle_fields
 
@@ -17,6 +18,13 @@ NOTABLE_SATURATION = 0.01
 
 NOTABLE_SWING_LOAD = 0.01
 """Part of the weight above which a swinging leg bears load."""
+
+NOTABLE_LAG = 0.1
+"""Part of the commanded way, or turn, by which a walk that was completed may miss it."""
+
+WITHIN_STEP = 0.15
+"""Part of a step by which a rest-to-rest walk leads or trails the constant pace within it: the
+largest difference of 10 s³ - 15 s⁴ + 6 s⁵ from s is 0.147."""
 
 
 def warnings(summary: dict[str, Any], source: Source) -> list[str]:
@@ -30,6 +38,7 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
     # Servos with a law of their own never get beyond their limits; what that costs is told.
     limited = bool(summary["servos"])
     found = [
+        *_way(summary),
         "" if limited else _stall(summary),
         "" if limited else _speed(summary),
         _shutdown(summary),
@@ -41,6 +50,32 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
     ]
     said = [sentence for sentence in found if sentence]
     return said + idle_fields(source.scenario, source.robot)
+
+
+def _way(summary: dict[str, Any]) -> list[str]:
+    """How much of its way and of its turn a walk made that came to its end elsewhere."""
+    run, way = summary["run"], summary["travel"]
+    # A trajectory commands joints and no way.
+    if run.get("ending") != "COMPLETED" or run.get("follows") == "trajectory":
+        return []
+    found = []
+    if "distance" in way:
+        ahead = math.hypot(way["commanded_forward"], way["commanded_sideways"])
+        made, asked = way["distance"], way["commanded_distance"]
+        # A way that is not nearly a circle has a direction, and what lies across it is no part.
+        if ahead > asked / 2:
+            along = way["commanded_forward"] * way["forward"]
+            along += way["commanded_sideways"] * way["sideways"]
+            made, asked = along / ahead, ahead
+        found.append(("walked", "way", made, asked))
+    if "heading_change" in way:
+        found.append(("turned", "turn", way["heading_change"], way["commanded_turn"]))
+    allowed = NOTABLE_LAG + WITHIN_STEP / max(way["commanded_steps"], 1e-9)
+    return [
+        f"The robot {verb} {100 * made / asked:.0f} % of its {noun}: it does not follow its plan."
+        for verb, noun, made, asked in found
+        if abs(asked) > SHORTEST_WAY and abs(made / asked - 1) > allowed
+    ]
 
 
 def _stall(summary: dict[str, Any]) -> str:
