@@ -9,6 +9,7 @@ import pytest
 from phasmid.recording import new_recording
 from phasmid.reporting import figures, print_summary, summarise
 from phasmid.robot import load_robot
+from phasmid.scenario import load_scenario
 
 SERVO = load_robot("phantomx-paper").servo
 
@@ -70,6 +71,28 @@ def test_a_torque_beyond_stall_is_no_fault_of_a_servo_whose_friction_holds(loade
     assert not any(
         "cannot make this walk" in sentence for sentence in summarise(strong)["warnings"]
     )
+
+
+def test_limits_of_servos_with_their_own_law_are_those_at_their_supply(walk):
+    # The stall torque falls by kept k (12 - 9) / R; the friction stays.
+    scenario = load_scenario("paper").replace(drive="servo", voltage=9.0)
+    motor = SERVO.motor
+    recording = walk(duration=2.0, interval=0.01, scenario=scenario, drive="servo")
+    summary = summarise(recording)
+    weaker = (1 - motor.load_loss) * motor.constant * 3.0 / motor.resistance
+    stall = SERVO.stall_torque - weaker
+    assert summary["robot"]["stall_torque"] == pytest.approx(stall, rel=1e-12)
+    torque, speed = summary["torque"]["simulation"], summary["speed"]
+    assert torque["largest_over_stall"] == pytest.approx(torque["largest"] / stall, rel=1e-12)
+    assert speed["largest_over_no_load"] == pytest.approx(
+        speed["largest"] / motor.no_load_speed(9.0), rel=1e-12
+    )
+    sink = io.StringIO()
+    print_summary(summary, file=sink)
+    text = " ".join(sink.getvalue().split())
+    assert f"stall {stall:.4g} N·m at 9 V" in text
+    assert "% of stall at 9 V" in text
+    assert "no-load speed at 9 V" in text
 
 
 def test_the_printed_summary_has_a_line_on_load_and_one_on_heat(loaded):

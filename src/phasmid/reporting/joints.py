@@ -33,7 +33,7 @@ def torque(recording: Recording, source: Source, name: str) -> dict[str, Any]:
     tau = channel(recording, name)
     if tau is None:
         return {}
-    size, stall = np.abs(tau), source.robot.servo.stall_torque
+    size, stall = np.abs(tau), source.stall_torque
     peak = size.max(axis=0)
     return {
         "peak": peak.tolist(),
@@ -76,7 +76,7 @@ def speed(recording: Recording, source: Source) -> dict[str, Any]:
                 "channel": name,
                 "peak": peak.tolist(),
                 "largest": float(peak.max()),
-                "largest_over_no_load": float(peak.max() / source.robot.servo.no_load_speed),
+                "largest_over_no_load": float(peak.max() / source.no_load_speed),
             }
     return {}
 

@@ -44,7 +44,7 @@ def servos(recording: Recording, source: Source) -> dict[str, Any]:
     }
     torque = channel(recording, "joint_torque")
     if torque is not None:
-        above = np.abs(torque) > STEADY_SHARE * servo.stall_torque
+        above = np.abs(torque) > STEADY_SHARE * source.stall_torque
         found["above_advice"] = _over_time(share, above).tolist()
     resistance, warming = servo.motor.resistance, servo.thermal_resistance
     steady = table.ambient_temperature + warming * resistance * _over_time(share, current**2)

@@ -12,6 +12,10 @@ from phasmid.recording import Recording
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario, recorded_scenario
 
+LEAST = 1e-6
+"""What is taken as stall torque [N·m] and no-load speed [rad/s] of a servo whose supply does not
+overcome its friction, so that shares of them are numbers."""
+
 
 @dataclass(frozen=True, eq=False)
 class Source:
@@ -33,6 +37,29 @@ class Source:
     def step_time(self) -> float:
         """Time for which a foot stands, and in which the body makes one step [s]."""
         return self.gait.duty_factor * self.scenario.stride.period
+
+    @property
+    def supply(self) -> float | None:
+        """Supply of servos that move the joints by their own law [V]; None for other drives."""
+        own = self.scenario.simulation.drive == "servo"
+        known = self.robot.servo.stall_current is not None
+        return self.scenario.servo.voltage if own and known else None
+
+    @property
+    def stall_torque(self) -> float:
+        """Of the servos at their supply, or else as rated [N·m]."""
+        servo = self.robot.servo
+        if self.supply is None:
+            return servo.stall_torque
+        return max(servo.motor.stall_torque(self.supply), LEAST)
+
+    @property
+    def no_load_speed(self) -> float:
+        """Of the servos at their supply, or else as rated [rad/s]."""
+        servo = self.robot.servo
+        if self.supply is None:
+            return servo.no_load_speed
+        return max(servo.motor.no_load_speed(self.supply), LEAST)
 
 
 def read_source(recording: Recording) -> Source:

@@ -62,7 +62,6 @@ def summarise(recording: Recording) -> Summary:
         "planned_duration": scenario.duration,
         "follows": "trajectory" if "trajectory" in recording.attrs else None,
     }
-    limits = robot.servo
     summary = {
         "run": run,
         "robot": {
@@ -71,9 +70,10 @@ def summarise(recording: Recording) -> Summary:
             "mass": robot.mass,
             "gravity": scenario.model.gravity,
             "weight": source.weight,
-            "servo": limits.name,
-            "stall_torque": limits.stall_torque,
-            "no_load_speed": limits.no_load_speed,
+            "servo": robot.servo.name,
+            "stall_torque": source.stall_torque,
+            "no_load_speed": source.no_load_speed,
+            "supply": source.supply,
             "advised_share_of_stall": STEADY_SHARE,
         },
         "travel": way,

@@ -164,10 +164,12 @@ def _kinds(summary: Summary, section: str, label: str) -> Iterator[tuple[str, di
 
 
 def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    at = _at_supply(summary)
     for label, torque in _kinds(summary, "torque", "Largest torque"):
         yield (
             label,
-            f"{torque['largest']:.3f} N·m, {100 * torque['largest_over_stall']:.0f} % of stall; "
+            f"{torque['largest']:.3f} N·m, "
+            f"{100 * torque['largest_over_stall']:.0f} % of stall{at}; "
             f"{100 * torque['share_above_advice']:.1f} % of samples above stall/5",
         )
     if "speed" in summary:
@@ -175,7 +177,7 @@ def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
         yield (
             "Fastest joint",
             f"{speed['largest']:.2f} rad/s, "
-            f"{100 * speed['largest_over_no_load']:.0f} % of the servo's no-load speed",
+            f"{100 * speed['largest_over_no_load']:.0f} % of the servo's no-load speed{at}",
         )
     if "energy" in summary:
         energy = summary["energy"]
@@ -238,8 +240,13 @@ def _refinement_facts(summary: Summary) -> Iterator[tuple[str, str]]:
             "Time step",
             f"{1000 * found['time_step']:g} ms against half of it, the first "
             f"{found['duration']:g} s: normal forces {100 * found['normal_force']:.2g} %, "
-            f"torques {100 * found['joint_torque']:.2g} % (rms), way {1e6 * found['way']:.2g} µm",
+            f"torques {100 * found['joint_torque']:.2g} % (rms), way {_small(found['way'])}",
         )
+
+
+def _small(way: float) -> str:
+    """A small length in the unit that needs no power of ten."""
+    return f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
 
 
 def _leg_row(summary: Summary, leg: int, name: str) -> list[str]:
@@ -296,8 +303,14 @@ def _torque_note(summary: Summary) -> str:
     forces = f"; model forces: {model}" if model and "model" in torque else ""
     return plain(
         f"Torques in N·m, {source}; servo {robot['servo']}, "
-        f"stall {robot['stall_torque']:g} N·m{forces}."
+        f"stall {robot['stall_torque']:.4g} N·m{_at_supply(summary)}{forces}."
     )
+
+
+def _at_supply(summary: Summary) -> str:
+    """At which voltage servos of their own law have their limits."""
+    supply = summary["robot"].get("supply")
+    return "" if supply is None else f" at {supply:g} V"
 
 
 def _first(kinds: dict[str, Any]) -> dict[str, Any]:
