@@ -200,12 +200,14 @@ def _help_of(path: tuple[str, ...]) -> str:
 
 
 def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
-    """The scenario's name, and what the options changed of it."""
+    """The name that is given, or the scenario's and what the options changed of it."""
+    if vars(options)["field:name"] is not None:
+        return scenario.name
     words = [scenario.name]
     if options.trajectory:
         words.append(Path(options.trajectory).stem)
     for key, value in vars(options).items():
-        if key.startswith("field:") and value is not None and key != "field:name":
+        if key.startswith("field:") and value is not None:
             text = Path(value).stem if key.removeprefix("field:") in PLACES else value
             words.append(f"{key.removeprefix('field:').replace('_', '-')}-{text}")
     name = "_".join(words)
