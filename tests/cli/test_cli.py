@@ -243,6 +243,7 @@ def test_a_report_of_a_damaged_log_says_what_was_lost(here, capsys):
     said = "cut.rec ends mid-frame: 1 of about 4 frames recovered; the original is untouched."
     assert text == f"phasmid: {said}\n"
     assert (here / "cut.rec").read_bytes() == cut
+    assert answered(capsys, "replay", "cut.rec") == (0, f"phasmid: {said}\n")
     recording = load_recording(here / "cut/recording.nc")
     assert recording.sizes["time"] == 512
     assert recording.attrs["ending_reason"] == f"The run was cut off: {said}"
@@ -281,11 +282,18 @@ def test_a_replay_says_whether_the_bits_are_the_same(here, capsys):
     capsys.readouterr()
     assert main(["replay", "a/recording.nc"]) == 0
     assert capsys.readouterr().out.startswith("equal: 1001 samples of ")
-    other = load_recording(here / "a/recording.nc")
+    assert main(["replay", "a"]) == 0
+    assert capsys.readouterr().out.startswith("equal: 1001 samples of ")
+    other = load_recording(here / "a")
     other.joint_torque.values[300] += 1.0
     save_recording(other, here / "b.nc")
     assert main(["replay", "b.nc"]) == 1
     assert capsys.readouterr().out.startswith("different: joint_torque at sample 300 (0.3 s) is ")
+    assert main(["report", "a", "--out", "again", "--no-figures", "--quiet"]) == 0
+    assert (here / "again/summary.json").read_text() == (here / "a/summary.json").read_text()
+    status, text = answered(capsys, "report", ".")
+    assert status == 2
+    assert text.startswith("phasmid: . is a folder without a recording.nc.")
 
 
 def started(here, *arguments):
@@ -421,6 +429,12 @@ def test_fields_that_do_nothing_are_noted(here, capsys):
     assert note in json.loads((here / "a/summary.json").read_text())["warnings"]
     assert answered(capsys, *arguments, "--out", "b", "--quiet") == (0, "")
     assert answered(capsys, "check", "a/scenario.toml") == (0, f"phasmid: note: {note}\n")
+
+
+def test_a_name_that_is_given_is_the_folders(here):
+    arguments = ["walk", "--name", "mine", "--duration", "0.1", "--no-figures", "--quiet"]
+    assert main([*arguments, "--gait", "wave"]) == 0
+    assert [p.name for p in (here / "results").iterdir()] == ["mine"]
 
 
 def test_one_option_chooses_the_terrain(here):

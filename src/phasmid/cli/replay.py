@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import argparse
 
+from phasmid.cli.report import told_damage
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the file."""
-    parser.add_argument("file", metavar="FILE", help="a recording.nc, or the .rec of a run")
+    parser.add_argument(
+        "file", metavar="FILE", help="a recording.nc, its folder, or the .rec of a run"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Replay the file that the options name; returns the exit status."""
+    from phasmid.recording import load_recording
     from phasmid.simulation import replay
 
-    found = replay(options.file)
+    with told_damage():
+        recording = load_recording(options.file)
+    found = replay(recording)
     print(found)
     return 0 if found.equal else 1

@@ -5,35 +5,54 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from phasmid.cli.walk import add_report_options, leg_numbers, write_report
+
+if TYPE_CHECKING:
+    from phasmid.recording import DamagedRecording
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the file and the output."""
-    parser.add_argument("file", metavar="FILE", help="a recording.nc, or the .rec of a run")
+    parser.add_argument(
+        "file", metavar="FILE", help="a recording.nc, its folder, or the .rec of a run"
+    )
     parser.add_argument(
         "--out", metavar="DIR", help="result folder; default: the file's name without its ending"
     )
     add_report_options(parser)
 
 
+@contextmanager
+def told_damage() -> Iterator[list[DamagedRecording]]:
+    """Print what is damaged of a recording that is read, each as one sentence; it is also given."""
+    from phasmid.recording import DamagedRecording
+
+    found: list[DamagedRecording] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DamagedRecording)
+        yield found
+    found += [w.message for w in caught if isinstance(w.message, DamagedRecording)]
+    for damage in found:
+        print(f"phasmid: {damage}", file=sys.stderr)
+
+
 def run(options: argparse.Namespace) -> int:
     """Report on the file that the options name; returns the exit status."""
-    from phasmid.recording import DamagedRecording, load_recording
+    from phasmid.recording import load_recording
     from phasmid.reporting import check_folder, read_source
     from phasmid.scenario import recorded_scenario
     from phasmid.simulation import with_sensors
 
     path = Path(options.file)
-    folder = Path(options.out or path.with_suffix(""))
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", DamagedRecording)
+    # Only a file's name has an ending.
+    folder = Path(options.out or (path if path.is_dir() else path.with_suffix("")))
+    with told_damage() as damage:
         recording = load_recording(path)
-    damage = [w.message for w in caught if isinstance(w.message, DamagedRecording)]
-    for found in damage:
-        print(f"phasmid: {found}", file=sys.stderr)
     check_folder(folder, force=options.force)
     legs = leg_numbers(options.legs, read_source(recording).robot)
     scenario, robot = recorded_scenario(recording.attrs)

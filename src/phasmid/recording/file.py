@@ -93,7 +93,8 @@ def load_recording(path: str | Path) -> Recording:
     """Read a recording; all of it is in memory and the file is closed.
 
     Args:
-        path: A file that `save_recording` wrote, or the log of a run.
+        path: A file that `save_recording` wrote, the log of a run, or a result folder, of which
+            ``recording.nc`` is read.
 
     Raises:
         InvalidInput: The file is absent, damaged, not a recording, or of a newer format.
@@ -103,6 +104,8 @@ def load_recording(path: str | Path) -> Recording:
     """
     path = Path(path)
     try:
+        if path.is_dir():
+            path = _inside(path)
         size = path.stat().st_size
         log = is_log(path)
     except FileNotFoundError:
@@ -125,6 +128,17 @@ def load_recording(path: str | Path) -> Recording:
             f"{path} is not a recording that can be read: {reason[:160]}.",
             hint="a recording.nc that phasmid wrote, copied whole",
         ) from None
+
+
+def _inside(folder: Path) -> Path:
+    """The recording of a result folder."""
+    path = folder / "recording.nc"
+    if not path.exists():
+        raise InvalidInput(
+            f"{folder} is a folder without a recording.nc.",
+            hint="a recording.nc, a .rec, or a folder that phasmid wrote",
+        )
+    return path
 
 
 def _read_netcdf(
