@@ -351,6 +351,31 @@ def test_an_interrupt_that_is_swallowed_is_raised_again(monkeypatch, capsys):
     assert capsys.readouterr().err == "phasmid: stopped.\n"
 
 
+@pytest.mark.parametrize(
+    ("error", "passed_on"), [(KeyboardInterrupt, []), (ValueError, [ValueError])]
+)
+def test_an_interrupt_that_cannot_be_raised_is_not_printed(monkeypatch, error, passed_on):
+    # What a destructor raises, Python hands to its hook for what cannot be raised.
+    seen = []
+
+    def hook(unraisable):
+        seen.append(unraisable.exc_type)
+
+    class Dying:
+        def __del__(self):
+            raise error
+
+    def dropping(_):
+        Dying()
+        return 0
+
+    monkeypatch.setattr(sys, "unraisablehook", hook)
+    monkeypatch.setattr("phasmid.cli._run", dropping)
+    assert main([]) == 0
+    assert seen == passed_on
+    assert sys.unraisablehook is hook
+
+
 @pytest.mark.parametrize("name", ["phantomx-paper", "phantomx-ax", "phantomx-mk4", "paper"])
 def test_check_says_that_the_presets_are_possible(here, capsys, name):
     assert main(["check", name]) == 0

@@ -77,6 +77,12 @@ def _status(arguments: list[str]) -> int:
 def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
     """Note each Ctrl-C before it raises: an interrupted import may end as an ImportError."""
     finished: list[bool] = []
+    complain = sys.unraisablehook
+
+    def quiet(unraisable: Any) -> None:
+        # Python prints a Ctrl-C that is raised where nobody can catch it; it is raised again.
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+            complain(unraisable)
 
     def handle(number: int, frame: Any) -> None:
         if not noticed:
@@ -91,10 +97,12 @@ def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
         # Only the main thread may do so; elsewhere no Ctrl-C arrives.
         yield
         return
+    sys.unraisablehook = quiet
     try:
         yield
     finally:
         finished.append(True)
+        sys.unraisablehook = complain
         signal.signal(signal.SIGINT, before)
 
 
