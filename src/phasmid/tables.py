@@ -182,6 +182,9 @@ def _speak(
         key = key_of(str(loc[-1]), field) if field else str(loc[-1])
         return InvalidInput(f"{subject} is missing.", where=where, hint=f"{key} = ...")
     hints = [m.text for m in field.metadata if isinstance(m, Hint)] if field else []
+    guess = nearest(value, choices(field)) if field and isinstance(value, str) else ""
+    if guess:
+        hints.append(f'"{guess}"')
     return InvalidInput(
         f"{subject} is {_show(value, ending)}; it must be {_demand(field, detail, ending)}.",
         where=where,

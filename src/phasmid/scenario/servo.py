@@ -30,8 +30,8 @@ class ServoTable(Table):
         torque_limit: Largest output, as a share of the full one.
         compliance_margin: Position error up to which the output is nothing [ticks]; a pair stands
             for turning towards smaller and towards larger angles.
-        compliance_slope: Error beyond the margin at which the output is full [ticks]; 2, 4, 8 and
-            so on up to 128, or a pair.
+        compliance_slope: Error beyond the margin at which the output is full [ticks], or a pair;
+            powers of two count, from 2 to 128: of other numbers the one below is taken.
         punch: Output at the margin, in 1/1023 of the full one.
         p_gain: Output per position error of a servo with a PID law, in its maker's units.
         d_gain: Output per change of that error, in its maker's units.
