@@ -120,8 +120,24 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
         ),
         pytest.param(
             ["walk", "--stance-law", "coxa"],
-            '--stance-law is "coxa"; it must be "straight" or "coxa-only".',
+            '--stance-law is "coxa"; it must be "straight" or "coxa-only".\n  try  "coxa-only"',
             id="choice",
+        ),
+        pytest.param(
+            ["walk", "--drive", "sevro"],
+            '--drive is "sevro"; it must be "prescribed", "ideal-servo" or "servo".\n'
+            '  try  "servo"',
+            id="choice-misspelt",
+        ),
+        pytest.param(
+            ["walk", "--edge-x-mm", "300", "400"],
+            '--edge-x-mm takes one list; "400" stands apart.\n  try  --edge-x-mm 300,400',
+            id="list-apart",
+        ),
+        pytest.param(
+            ["walk", "--edge-x-mm", "[300, 400"],
+            '--edge-x-mm is "[300, 400"; it must be a list.\n  try  --edge-x-mm A,B,...',
+            id="list-torn",
         ),
         pytest.param(
             ["walk", "papper"], 'no scenario called "papper".\n  try  "paper"', id="scenario"
@@ -479,3 +495,25 @@ def test_lists_of_the_terrain_are_written_with_commas(here):
     table = load_scenario(folder / "scenario.toml").terrain
     assert (table.edge_x, table.edge_z) == ((0.4, 0.5), (-0.01, 0.0))
     assert table.patches == ((0.0, 1.0, -1.0, 1.0, 0.5), (0.5, 1.0, -1.0, 1.0, 0.2))
+
+
+def test_lists_may_be_written_as_in_a_file(here):
+    arguments = ["walk", "--patches", "[[0.3, 0.6, -1, 1, 0.1]]", "--compliance-slope", "64,32"]
+    arguments += ["--compliance-margin", "[1, 2]", "--drive", "servo", "--duration", "0.1"]
+    arguments += ["--terrain", "steps", "--edge-x-mm", "[300,400]", "--edge-z-mm", "-10,0"]
+    arguments += ["--planned-on", "level", "--out", "a", "--no-figures", "--quiet"]
+    assert main(arguments) == 0
+    scenario = load_scenario(here / "a/scenario.toml")
+    assert scenario.terrain.patches == ((0.3, 0.6, -1.0, 1.0, 0.1),)
+    assert (scenario.terrain.edge_x, scenario.terrain.edge_z) == ((0.3, 0.4), (-0.01, 0.0))
+    assert scenario.servo.compliance_slope == (64.0, 32.0)
+    assert scenario.servo.compliance_margin == (1.0, 2.0)
+
+
+def test_help_shows_how_lists_are_written(capsys):
+    with pytest.raises(SystemExit):
+        main(["walk", "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    assert "--edge-x-mm A,B,..." in text
+    assert "--compliance-slope A,B" in text
+    assert "--patches A,B,C,D,E;..." in text

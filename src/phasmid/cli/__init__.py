@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from phasmid.cli.parser import COMMANDS, build_parser, flags, join_negative_numbers
+from phasmid.cli.walk import check_lists
 from phasmid.errors import InvalidInput, PhasmidError, nearest
 
 
@@ -129,6 +130,8 @@ def _run(arguments: list[str]) -> int:
         hint = f"phasmid {guess}" if guess else f"phasmid {' or phasmid '.join(COMMANDS)}"
         raise InvalidInput(f'no command "{command}".', hint=hint)
     parser = build_parser(command)
+    if command == "walk":
+        check_lists(arguments)
     options, unknown = parser.parse_known_args(join_negative_numbers(arguments))
     if unknown:
         known = [flag for flag in flags(parser) if flag.startswith("--")]

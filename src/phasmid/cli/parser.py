@@ -90,13 +90,13 @@ def flags(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def join_negative_numbers(arguments: list[str]) -> list[str]:
-    """Join ``--option -1e-3``, which argparse would take for two options."""
+    """Join ``--option -1e-3`` or ``--option -10,0``, which argparse would take for two options."""
     joined: list[str] = []
     for argument in arguments:
         option = joined[-1] if joined else ""
         if argument.startswith("-") and option.startswith("--") and "=" not in option:
             try:
-                float(argument)
+                float(argument.split(",")[0])
             except ValueError:
                 pass
             else:

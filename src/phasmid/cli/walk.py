@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
+import string
 import sys
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 from phasmid.errors import InvalidInput
 
@@ -173,7 +175,8 @@ def _table_of(path: tuple[str, ...]) -> Any:
 def _metavar(path: tuple[str, ...]) -> str:
     from phasmid.tables import choices
 
-    return "|".join(choices(_table_of(path).model_fields[path[-1]])) or "VALUE"
+    words = "|".join(choices(_table_of(path).model_fields[path[-1]]))
+    return words or _list_form(path) or "VALUE"
 
 
 def _help_of(path: tuple[str, ...]) -> str:
@@ -239,11 +242,52 @@ def _scenario(options: argparse.Namespace) -> Scenario:
 
 def _value(key: str, text: str) -> Any:
     """An option's text as a number, a list of numbers, or text."""
-    if key == "offsets" or key.startswith(("edge_x", "edge_z")):
+    from phasmid.scenario import option_keys
+
+    form = _list_form(option_keys()[key])
+    if form and text.startswith("["):
+        try:
+            return tomllib.loads(f"list = {text}")["list"]
+        except tomllib.TOMLDecodeError:
+            flag = f"--{key.replace('_', '-')}"
+            raise InvalidInput(
+                f'{flag} is "{text}"; it must be a list.', hint=f"{flag} {form}"
+            ) from None
+    if form.endswith(";..."):
+        return [[_number(part) for part in row.split(",")] for row in text.split(";")]
+    if form.endswith(",...") or (form and "," in text):
         return [_number(part) for part in text.split(",")]
-    if key == "patches":
-        return [[_number(part) for part in patch.split(",")] for patch in text.split(";")]
     return text if key in {*PLACES, "name", "description", "gait", "terrain"} else _number(text)
+
+
+def _list_form(path: tuple[str, ...]) -> str:
+    """How a field that is a list is written as an option; empty where it is none."""
+    pending = [_table_of(path).model_fields[path[-1]].annotation]
+    while pending:
+        kind = pending.pop()
+        parts = get_args(kind)
+        if get_origin(kind) is tuple:
+            if parts[-1] is not Ellipsis:
+                return ",".join(string.ascii_uppercase[: len(parts)])
+            inner = get_args(parts[0]) if get_origin(parts[0]) is tuple else ()
+            return f"{','.join(string.ascii_uppercase[: len(inner)])};..." if inner else "A,B,..."
+        pending += parts
+    return ""
+
+
+def check_lists(arguments: list[str]) -> None:
+    """Refuse a list whose numbers stand apart: the second would be taken for a scenario."""
+    from phasmid.scenario import option_keys
+
+    lists = {
+        f"--{key.replace('_', '-')}" for key, path in option_keys().items() if _list_form(path)
+    }
+    for flag, first, second in zip(arguments, arguments[1:], arguments[2:], strict=False):
+        numbers = (_number(first), _number(second))
+        if flag in lists and not any(isinstance(number, str) for number in numbers):
+            raise InvalidInput(
+                f'{flag} takes one list; "{second}" stands apart.', hint=f"{flag} {first},{second}"
+            )
 
 
 def _number(text: str) -> int | float | str:
