@@ -9,10 +9,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from phasmid.errors import InvalidInput, located, nearest
+from phasmid.errors import InvalidInput, a_kind, located, nearest
 from phasmid.motion.trajectory import MOST_ROWS, JointTrajectory, joint_names
 from phasmid.recording import load_recording
-from phasmid.robot import Robot
+from phasmid.robot import Robot, load_robot
 from phasmid.units import UNITS, split_unit
 
 LARGEST_FILE = 200_000_000
@@ -20,7 +20,7 @@ LARGEST_FILE = 200_000_000
 
 
 def load_trajectory(
-    path: str | Path, robot: Robot, *, unit: Literal["rad", "deg"] = "rad"
+    path: str | Path, robot: Robot | str | Path, *, unit: Literal["rad", "deg"] = "rad"
 ) -> JointTrajectory:
     """Read joint angles over time.
 
@@ -29,7 +29,7 @@ def load_trajectory(
             joint, in any order; a name may end in its unit, as ``right_front.coxa_deg``), a
             ``.npy`` array with a row per time (time, then leg by leg coxa, femur, tibia), or a
             recording with measured or simulated joint angles.
-        robot: Whose joints they are.
+        robot: Whose joints they are, or what `load_robot` takes for it.
         unit: Of the angles in a ``.csv`` or ``.npy`` whose names tell none.
 
     Raises:
@@ -37,6 +37,15 @@ def load_trajectory(
             are no trajectory.
         InfeasibleWalk: A joint would pass its limits or be faster than its servo.
     """
+    if isinstance(robot, str | Path):
+        robot = load_robot(robot)
+    if not isinstance(robot, Robot):
+        raise InvalidInput(
+            f"robot is {a_kind(robot)}; it must be a Robot, or the name of one.",
+            hint='load_trajectory(path, "phantomx-paper")',
+        )
+    if not isinstance(path, str | Path):
+        raise InvalidInput(f"path is {a_kind(path)}; it must be the name of a file.")
     path = Path(path)
     if unit not in ("rad", "deg"):
         raise InvalidInput(f'unit is "{unit}"; it must be "rad" or "deg".')

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.errors import InvalidInput, a_kind
 from phasmid.forces.analysis import model_channels
 from phasmid.motion import JointTrajectory, Motion, Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
@@ -57,6 +58,7 @@ def simulate(
         InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
+    _check_kinds(scenario, walk)
     if log is not None:
         record(scenario, walk, log, progress=progress, force=force, start=start)
         return with_sensors(scenario, load_recording(log))
@@ -157,6 +159,20 @@ def record(
         trouble = run.advance(progress, keep=keep, interrupted=interrupted)
         log.finish(ending_attributes(trouble))
     return trouble
+
+
+def _check_kinds(scenario: object, walk: object) -> None:
+    """Refuse what is no scenario or no motion, such as their names."""
+    if not isinstance(scenario, Scenario):
+        raise InvalidInput(
+            f"scenario is {a_kind(scenario)}; it must be a Scenario.",
+            hint='phasmid.load_scenario("paper")',
+        )
+    if not isinstance(walk, Walk | JointTrajectory):
+        raise InvalidInput(
+            f"walk is {a_kind(walk)}; it must be a plan or a trajectory.",
+            hint="phasmid.plan(scenario)",
+        )
 
 
 def _lasting(scenario: Scenario, walk: Motion) -> Scenario:
