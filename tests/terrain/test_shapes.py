@@ -156,3 +156,13 @@ def test_ground_that_cannot_be_walked_is_refused(make, what):
     with pytest.raises(InvalidInput) as caught:
         make()
     assert caught.value.what.startswith(what)
+
+
+@pytest.mark.parametrize(
+    ("unit", "hint"), [(1e-3, "a larger map_cell"), (1.0, "are these numbers millimetres?")]
+)
+def test_a_height_map_in_millimetres_is_guessed(unit, hint):
+    # Heights from 0 to 60, 10 mm apart: even in millimetres too steep.
+    with pytest.raises(InvalidInput) as caught:
+        HeightMap(unit * 60.0 * np.eye(3), 0.01, 0.0)
+    assert caught.value.hint.startswith(hint)

@@ -15,6 +15,9 @@ from phasmid.terrain.shape import Places, Surface, ramp
 MOST_SAMPLES = 4096 * 4096
 """Most samples of a height map."""
 
+TALLEST = 2.0
+"""Height of hills above which a map that is too steep is likely in other units than metres [m]."""
+
 RAMP = 0.1
 """Way over which the map grows out of the level ground before it [m]."""
 
@@ -61,7 +64,9 @@ class HeightMap:
                 f"height map has a slope of {math.degrees(math.atan(max(steepest))):.0f}° at row "
                 f"{row + 1}, column {column + 1}; 45° is the steepest this contact model is "
                 "verified for.",
-                hint="a smaller map_height, or a larger map_cell",
+                hint="are these numbers millimetres? a .npy or .csv holds metres"
+                if float(np.ptp(self.heights)) > TALLEST
+                else "a larger map_cell, or of an image a smaller map_height",
             )
 
     @cached_property
