@@ -230,6 +230,13 @@ def test_the_picture_shows_robot_ground_and_gait(short_walk, tmp_path, monkeypat
     assert (tmp_path / "walk.png").stat().st_size < 1_000_000
 
 
+def test_the_picture_tells_how_a_run_ended_early(short_walk, monkeypatch):
+    monkeypatch.setattr("phasmid.reporting.drawing.DPI", 60)
+    half = short_walk.sel(time=slice(0, 2.5))
+    assert "fell at 2.50 s" in words(walk_picture(half.assign_attrs(ending="FELL")))
+    assert " at 2.50 s" not in words(walk_picture(half.assign_attrs(ending="COMPLETED")))
+
+
 def test_the_picture_tells_every_standing_foots_force(short_walk, monkeypatch):
     from matplotlib.patches import FancyArrow
 

@@ -121,3 +121,6 @@ def test_each_channel_of_the_servos_has_its_figure(loaded):
     # The right middle femur's line, in per cent.
     line = found["servo-duty"].axes[1].lines[1]
     assert min(line.get_ydata()) == pytest.approx(-100.0)
+    # One line per joint has nothing beside it that could be told apart.
+    (legend,) = found["servo-duty"].legends
+    assert [text.get_text() for text in legend.get_texts()] == ["coxa", "femur", "tibia"]

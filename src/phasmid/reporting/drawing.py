@@ -29,6 +29,9 @@ FORCE_COLOUR, FORCE_TEXT = "#e8590c", "#a33c05"
 FORCE_LENGTH = 1.2
 """Length of an arrow that bears the whole weight, in spans of the robot's hips."""
 
+ENDINGS = {"FELL": "fell", "DIVERGED": "diverged", "STOPPED": "stopped", "CUT": "cut off"}
+"""How a recording ended that was not completed, for the caption."""
+
 
 def can_be_drawn(recording: Recording) -> bool:
     """Whether the recording tells the robot's pose."""
@@ -120,6 +123,9 @@ def _words(axis: Axes, recording: Recording, source: Source, now: int) -> tuple[
     stride, time = source.scenario.stride, float(recording["time"].values[now])
     lines = [drive_words(recording, source), f"t = {time:.2f} s"]
     lines[1] += f" · step {1000 * stride.step_length:.4g} mm · grid 100 mm"
+    ending = ENDINGS.get(attribute(recording, "ending"))
+    if ending:
+        lines.append(f"{ending} at {float(recording['time'].values[-1]):.2f} s")
     if source.scenario.terrain.kind != "flat":
         lines.insert(0, f"terrain: {source.scenario.terrain.kind}")
     forces = _forces(recording, now)

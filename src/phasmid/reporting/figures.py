@@ -186,7 +186,7 @@ def servo_figure(recording: Recording, legs: tuple[int, ...], name: str) -> Figu
     with styled():
         panel = panels(recording, legs, what, unit, [f"{table.voltage:g} V", span])
         _draw_joints(panel, recording, legs, values, None, scale=scale)
-        legend(panel, JOINT_ENTRIES + _pair_entries(recording, values, None, ""))
+        legend(panel, JOINT_ENTRIES)
     return panel.figure
 
 
