@@ -82,7 +82,7 @@ def hills(path):
 
 
 def outcome(walk, run):
-    """How the walk went, in one sentence."""
+    """How the walk went, in one sentence, and what its summary warns of."""
     target = walk.sample(run["time"].values[-1:])
     made, planned = (
         float(np.hypot(*(p[-1, :2] - start[:2])))
@@ -95,9 +95,10 @@ def outcome(walk, run):
     tilt = math.degrees(float(np.arccos(up.min())))
     climbed = 1000 * float(np.ptp(run["body_position"].values[:, 2]))
     ending = run.attrs["ending_reason"]
+    doubts = "".join(f"\n\n> {sentence}" for sentence in phasmid.summarise(run)["warnings"])
     return (
         f"{ending} Way {1000 * made:.0f} mm of {1000 * planned:.0f} planned; the trunk's height "
-        f"ranges over {climbed:.0f} mm, its largest tilt is {tilt:.1f}°."
+        f"ranges over {climbed:.0f} mm, its largest tilt is {tilt:.1f}°.{doubts}"
     )
 
 
