@@ -146,6 +146,10 @@ def test_friction_is_that_of_the_last_patch_that_holds_a_point():
         (lambda: HeightMap(HILLS, 0.0, 0.0), "samples of the height map are 0 m apart"),
         (lambda: Ground(Flat(), math.nan), "friction is nan; it must be 0 or more and 10 or less"),
         (lambda: Patch((1, 1), (0, 1), 0.3), "a patch of friction goes from 1 to 1 m"),
+        (
+            lambda: Ground(Flat(), 0.7, 1001 * (Patch((0, 1), (0, 1), 0.1),)),
+            "ground has 1001 patches of friction; the limit is 1000.",
+        ),
         (lambda: Blocks(0.001, 0.0, 0.0, 0.1, 0.3), "a field of 3840000 blocks; the limit is"),
         (lambda: Blocks(0.1, 0.1, 0.2, 0.1, 0.3), "the floor between blocks lies 0.1 m deep"),
         (lambda: Steps((0.1,), ()), "steps.z has 0 values; one per edge, 1 in all."),
