@@ -231,7 +231,9 @@ class ServoDrive:
     A rotor of its own turns behind each joint's gears, which twist like a spring once their
     backlash is used up. The torque of a joint is what this spring gives it: friction of motor and
     gears is taken off. Where the joint is held against its load the friction helps, so that the
-    torque may exceed what the motor gives.
+    torque may exceed what the motor gives. The gears' friction follows the motor's torque and not
+    the load: a servo that has shut down is turned back against its Coulomb and viscous friction
+    alone, and the leg on it falls nearly freely.
     """
 
     def __init__(
