@@ -12,7 +12,6 @@ from phasmid.errors import InvalidInput
 from phasmid.tables import Angle, AngularVelocity, Count, Number, Table, Time
 from phasmid.units import STANDARD_GRAVITY
 
-
 SENSORS = ("joint", "imu", "foot")
 """What measures, by the beginning of its options' names."""
 
