@@ -306,11 +306,11 @@ class ServoDrive:
         return walk.q.reshape(len(walk.time), -1)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Output, current, temperature and shutdown of every servo."""
+        """Output, current, rotor's speed, temperature and shutdown of every servo."""
         rows = states.reshape(len(states), len(FIELDS), -1, 3)
         read = {
             f"servo_{name}": rows[:, FIELDS.index(name)]
-            for name in ("duty", "current", "temperature")
+            for name in ("duty", "current", "speed", "temperature")
         }
         return read | {"servo_shutdown": rows[:, FIELDS.index("shutdown")] != RUNNING}
 
