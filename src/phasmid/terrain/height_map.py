@@ -83,15 +83,15 @@ class HeightMap:
         inside = np.linspace(0.0, 1.0, 5)
         u = self.start + self.cell * (i[:, None, None] + inside[:, None])
         v = self.cell * (j[:, None, None] + inside - (rows - 1) / 2)
-        self._check_slope(*np.broadcast_arrays(u, v), "between its samples")
+        self._check_slope(u, v, "between its samples")
         if self.heights.any():
             u = self.start + np.linspace(0.0, RAMP, 21)[:, None]
             v = self.cell * (np.arange(-2.0, 2 * rows + 1) - (rows - 1)) / 2
             where = "where it grows out of the level ground before it"
-            self._check_slope(*np.broadcast_arrays(u, v), where)
+            self._check_slope(u, v, where)
 
     def _check_slope(self, u: np.ndarray, v: np.ndarray, where: str) -> None:
-        u, v = u.ravel(), v.ravel()
+        u, v = (np.ravel(each) for each in np.broadcast_arrays(u, v))
         steepest, at = 1.0, -1
         for first in range(0, len(u), STRIP):
             slope = self.surface(u[first : first + STRIP], v[first : first + STRIP])[1]
