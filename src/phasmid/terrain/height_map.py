@@ -109,7 +109,7 @@ class HeightMap:
             f"height map has a slope of {math.degrees(math.atan(steepest)):.0f}° {where} near row "
             f"{row + 1}, column {column + 1}; 45° is the steepest this contact model is verified "
             "for.",
-            hint="a smaller map_height, or a larger map_cell",
+            hint="lower heights, by a smaller map_height where the map is an image",
         )
 
     def _steep_cells(self) -> tuple[np.ndarray, np.ndarray]:
