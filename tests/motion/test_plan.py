@@ -170,6 +170,21 @@ def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, ga
             "Shortest period: 0.49 s.",
             id="G9",
         ),
+        # No load: R i + k w = V and k i (1 - c1) = c0 + b w; 44.0 rpm at 9 V by docs/servos.md is
+        # 4.605 rad/s, and 0.5 s * 6.03 / 4.605 rounds up to 0.66 s.
+        pytest.param(
+            {"period": 0.5, "drive": "servo", "voltage": 9},
+            "joint right_front.femur would turn at 6.03 rad/s; the servo AX-12A allows 4.61 rad/s "
+            "at 9 V. Shortest period: 0.66 s.",
+            id="G9-supply",
+        ),
+        # Below R c0/(k (1 - c1)) friction holds the rotor.
+        pytest.param(
+            {"drive": "servo", "voltage": 0.05},
+            "joint right_front.femur would turn at 1.51 rad/s; the servo AX-12A allows 0 rad/s "
+            "at 0.05 V.",
+            id="G9-held",
+        ),
     ],
 )
 def test_a_walk_that_cannot_be_made_is_told_why(changes, what):
@@ -184,6 +199,7 @@ def test_a_walk_that_cannot_be_made_is_told_why(changes, what):
 def test_the_longest_stride_and_the_shortest_period_that_are_told_can_be_walked():
     plan(PAPER.replace(step_length_mm=230, step_height=0.0))
     plan(PAPER.replace(period=0.49))
+    plan(PAPER.replace(period=0.5, drive="servo", voltage=12))
     with pytest.raises(InfeasibleWalk):
         plan(PAPER.replace(step_length_mm=232))
     with pytest.raises(InfeasibleWalk):

@@ -203,6 +203,13 @@ def test_a_walk_over_terrain_serves_no_other_terrain():
             id="steep",
         ),
         pytest.param(
+            # A load slides where friction is below tan 25° = 0.466.
+            {"terrain": "slope", "slope_deg": 25, "friction": 0.3},
+            "on this slope terrain every foot would slide: friction is 0.3 at the most, and the "
+            "slope takes 0.47.",
+            id="slippery",
+        ),
+        pytest.param(
             {"terrain": "stairs", "stance_law": "coxa-only", "step_length_mm": 40},
             "on this stairs terrain feet cannot slide as the stance law coxa-only has them.",
             id="coxa-only",
@@ -224,6 +231,14 @@ def test_what_cannot_be_walked_is_told_with_its_time_and_terrain(changes, what):
         plan(PAPER.replace(**changes))
     assert what in caught.value.what
     assert caught.value.what.startswith(f"on this {changes['terrain']} terrain")
+
+
+def test_the_friction_that_is_told_holds_and_a_planner_that_is_not_told_lets_it_slide():
+    slippery = PAPER.replace(terrain="slope", slope_deg=25, friction=0.3)
+    plan(slippery.replace(friction=0.47))
+    plan(slippery.replace(planned_on="level"))
+    # One firm strip under the left feet: not every foot slides.
+    plan(slippery.replace(patches=[(-1, 3, 0, 1, 0.7)]))
 
 
 def test_a_step_that_is_too_high_is_told_with_the_leg_that_cannot_reach():

@@ -22,6 +22,7 @@ UNITS_OF_THE_DESIGN = {
     "joint_torque_model": "N·m",
     "servo_duty": "1",
     "servo_current": "A",
+    "servo_speed": "rad/s",
     "servo_temperature": "degC",
     "servo_shutdown": "1",
     "foot_force": "N",

@@ -224,3 +224,30 @@ def test_a_recording_with_nothing_to_measure_is_refused():
     stance = new_recording(np.zeros(1), {"stance": np.ones((1, 6), dtype=bool)}, {})
     with pytest.raises(InvalidInput, match="nothing that a sensor could measure"):
         sense(scenario, stance)
+
+
+def test_samples_rarer_than_readings_are_refused_by_scenario_and_sense_alike(short):
+    # A sensor at 100/s has a new reading every 10 ms; samples every 20 ms hold half of them.
+    scenario, run = short
+    what = (
+        "imu_rate is 100 readings a second and a sample is recorded every 20 ms; old values would "
+        "pass for new readings."
+    )
+    with pytest.raises(InvalidInput) as caught:
+        scenario.replace(measured="everything", record_interval=0.02)
+    assert caught.value.what == what
+    assert caught.value.hint == "record_interval_ms = 10 or less, or imu_rate = 50 or less"
+    scenario.replace(record_interval=0.02)
+    with pytest.raises(InvalidInput) as caught:
+        sense(scenario, run.isel(time=slice(None, None, 20)))
+    assert caught.value.what == what
+    # What is not recorded is not read.
+    joints = run[["joint_position"]].isel(time=slice(None, None, 20))
+    assert "joint_position_measured" in sense(scenario, joints)
+
+
+@pytest.mark.parametrize("sensor", ["joint", "imu", "foot"])
+def test_every_sensor_may_read_as_often_as_samples_are_recorded(sensor):
+    scenario = load_scenario("paper").replace(**PERFECT, dt=0.0005, record_interval=0.001)
+    with pytest.raises(InvalidInput, match=f"{sensor}_rate is 1001 readings a second"):
+        scenario.replace(**{f"{sensor}_rate": 1001})

@@ -137,6 +137,13 @@ def test_t6_a_slope_too_steep():
     )
 
 
+def test_ice_of_tiny_tiles():
+    # Every second of 80 by 40 tiles of 30 mm on 2.4 m by 1.2 m.
+    with pytest.raises(InvalidInput) as caught:
+        PAPER.replace(terrain="ice", tile_mm=30)
+    assert caught.value.what == "ground has 1600 patches of friction; the limit is 1000."
+
+
 def test_t8_edges_that_do_not_increase():
     with pytest.raises(InvalidInput) as caught:
         PAPER.replace(terrain="steps", edge_x=[0.1, 0.3, 0.55, 0.4], edge_z=[0.01] * 4)

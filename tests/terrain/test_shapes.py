@@ -21,6 +21,7 @@ from phasmid.terrain import (
 )
 
 HILLS = 0.02 * np.random.default_rng(3).uniform(size=(7, 9))
+EAST, NORTH = np.meshgrid(np.arange(31) * 0.02, np.arange(31) * 0.02)
 CURVED = [
     Slope(0.2),
     Slope(-0.3, start=0.4),
@@ -143,9 +144,30 @@ def test_friction_is_that_of_the_last_patch_that_holds_a_point():
         (lambda: Waves(0.2, 0.4, 0.3), "waves of 200 mm in 400 mm are steeper than 45°"),
         (lambda: Rough(0.05, 0.1, 0.3), "rough ground of 50 mm in waves of 100 mm is steeper"),
         (lambda: HeightMap(np.eye(3), 0.1, 0.0), "height map has a slope of 84° at row 1, column"),
+        # A ramp to h over 0.1 m is as steep as 15/8 h/0.1 m in its middle: atan(1.125).
+        (
+            lambda: HeightMap(np.full((5, 9), 0.06), 0.01, 0.3),
+            "height map has a slope of 48° where it grows out of the level ground before it near",
+        ),
+        # The cubic through 0, 0, h, h is as steep as 5/4 h/cell halfway: atan(1.1875).
+        (
+            lambda: HeightMap(np.where(EAST > 0.3, 0.019, 0.0), 0.02, 0.3),
+            "height map has a slope of 50° between its samples near row ",
+        ),
+        # 0.8 along and 0.8 across are 0.8 √2 together: 48.5°, and more at the bends.
+        (
+            lambda: HeightMap(np.clip(0.8 * (EAST + NORTH - 0.7), 0.0, 0.06), 0.02, 0.3),
+            "height map has a slope of 5",
+        ),
+        # 24 waves up to 3.2 m long: heights of 90 mm on a ramp of 100 mm.
+        (lambda: Rough(0.03, 0.8, 0.3), "rough ground of 30 mm in waves of 800 mm is steeper"),
         (lambda: HeightMap(HILLS, 0.0, 0.0), "samples of the height map are 0 m apart"),
         (lambda: Ground(Flat(), math.nan), "friction is nan; it must be 0 or more and 10 or less"),
         (lambda: Patch((1, 1), (0, 1), 0.3), "a patch of friction goes from 1 to 1 m"),
+        (
+            lambda: Ground(Flat(), 0.7, 1001 * (Patch((0, 1), (0, 1), 0.1),)),
+            "ground has 1001 patches of friction; the limit is 1000.",
+        ),
         (lambda: Blocks(0.001, 0.0, 0.0, 0.1, 0.3), "a field of 3840000 blocks; the limit is"),
         (lambda: Blocks(0.1, 0.1, 0.2, 0.1, 0.3), "the floor between blocks lies 0.1 m deep"),
         (lambda: Steps((0.1,), ()), "steps.z has 0 values; one per edge, 1 in all."),

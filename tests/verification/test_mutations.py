@@ -20,7 +20,9 @@ from phasmid.verification import (
     CHECKS,
     Verdict,
     bodies,
+    contact,
     equations,
+    friction,
     legs,
     momentum,
     planning,
@@ -200,6 +202,33 @@ def test_servos_that_ignore_their_limits_are_found_out(tamper, monkeypatch):
     monkeypatch.setattr(IdealServoDrive, "command", command)
     found = failing(21, Laboratory(PAPER.replace(robot=with_stall_torque(0.3))))
     assert found[:2] == ["torque, ideal-servo", "torque at speed, ideal-servo"]
+
+
+@pytest.mark.parametrize(
+    ("channel", "case"),
+    [
+        ("joint_torque", "torque, beyond what friction explains, servo"),
+        ("servo_current", "current, off the motor's law, servo"),
+        ("servo_duty", "current, off the motor's law, servo"),
+        ("servo_speed", "current, off the motor's law, servo"),
+    ],
+)
+def test_a_servo_that_records_a_thousandth_more_is_found_out(channel, case):
+    laboratory = Laboratory()
+    walk = laboratory.walk(drive="servo", duration=4.0)
+    walk[channel] = 1.001 * walk[channel]
+    assert case in failing(21, laboratory)
+
+
+@pytest.mark.parametrize(
+    ("number", "case"),
+    [(19, "points that slipped, all steps together"), (20, "impacts")],
+)
+def test_a_largest_value_of_nothing_is_found_out(number, case, monkeypatch):
+    # A bench whose runs make no step sees no impact and no slip.
+    for module in (friction, contact):
+        monkeypatch.setattr(module, "hold", lambda run, steps: iter(()))
+    assert failing(number) == [case]
 
 
 def test_paths_of_lower_degree_are_found_out(monkeypatch):

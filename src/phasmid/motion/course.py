@@ -13,7 +13,7 @@ from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet, step_pose
 from phasmid.motion.curves import Path, blend
 from phasmid.motion.feet import foothold, in_body, swing_fraction
-from phasmid.motion.footholds import Footholds, choose_footholds
+from phasmid.motion.footholds import Footholds, choose_footholds, holding_friction
 from phasmid.motion.posture import Postures, fit_postures, leaning_trunk
 from phasmid.motion.swing import Swings, plan_swings
 from phasmid.motion.trunk import TrunkMotion, between_events, progress, trunk_motion
@@ -98,8 +98,8 @@ def plan_course(
         end: Time until which the course shall reach [s].
 
     Raises:
-        InfeasibleWalk: The feet would slide by the stance law, or a leg finds no foothold, or
-            strikes the ground on its way to one.
+        InfeasibleWalk: The feet would slide by the stance law or for want of friction, or a leg
+            finds no foothold, or strikes the ground on its way to one.
     """
     stride = scenario.stride
     if stride.stance_law != "straight":
@@ -125,6 +125,7 @@ def plan_course(
             hint="another stride, a larger search_radius or steepest_foothold, or a smaller "
             "foothold_margin",
         )
+    _check_grip(scenario, terrain, footholds.place[counted][:, :2])
     ends = (footholds.place[:-1].reshape(-1, 3), footholds.place[1:].reshape(-1, 3))
     swings = plan_swings(terrain, scenario.footing, stride, *ends).reshaped(last - EARLIEST)
     struck = np.argwhere(counted[1:] & (land[1:] >= 0) & ~swings.clear)
@@ -144,6 +145,25 @@ def plan_course(
         counted,
         swings,
         _postures(scenario, robot, gait, footholds, last),
+    )
+
+
+def _check_grip(
+    scenario: Scenario, terrain: Terrain, places: Float[np.ndarray, "places 2"]
+) -> None:
+    """Refuse ground on which no foot would hold.
+
+    Raises:
+        InfeasibleWalk: With the friction that every foothold would hold with.
+    """
+    holding, friction = holding_friction(terrain, places), terrain.friction(*places.T)
+    if (friction >= holding).any():
+        return
+    needed = math.ceil(100 * float(holding.max())) / 100
+    raise InfeasibleWalk(
+        f"{place(scenario)} every foot would slide: friction is {float(friction.max()):g} at the "
+        f"most, and the slope takes {needed:g}.",
+        hint=f'friction = {needed:g}, or planned_on = "level" to see it slide',
     )
 
 

@@ -14,7 +14,7 @@ from phasmid.gait import Gait
 from phasmid.kinematics import hip_from_body, joint_angles, reach, within_reach
 from phasmid.motion.course import Course, place
 from phasmid.motion.level import LevelCourse
-from phasmid.robot import JOINTS
+from phasmid.robot import JOINTS, Servo
 from phasmid.scenario import Scenario
 
 CHECKED_SAMPLES = 60
@@ -166,17 +166,30 @@ def check_speed(
         InfeasibleWalk: A joint would turn faster than its servo without load.
     """
     servo, speed = course.robot.servo, np.abs(qd)
-    peak, limit = float(speed.max()), servo.no_load_speed
+    peak, (limit, supply) = float(speed.max()), _fastest(scenario, servo)
     if peak <= limit:
         return
     t, leg, joint = _first_largest(speed, axis=1)
-    shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
+    told, hint = "", "a higher voltage"
+    # Below some voltage a servo's friction holds it, however slow the walk is.
+    if limit > 0:
+        shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
+        told, hint = f" Shortest period: {shortest:.2f} s.", ""
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} "
-        f"rad/s; the servo {servo.name} allows {limit:.3g} rad/s. "
-        f"Shortest period: {shortest:.2f} s."
+        f"rad/s; the servo {servo.name} allows {limit:.3g} rad/s{supply}.{told}",
+        hint=hint,
     )
+
+
+def _fastest(scenario: Scenario, servo: Servo) -> tuple[float, str]:
+    """Largest speed of a servo without load [rad/s], and at which supply where that counts."""
+    if scenario.simulation.drive != "servo":
+        return servo.no_load_speed, ""
+    voltage = scenario.servo.voltage
+    own = scenario.servo.set_up(servo)
+    return own.motor.no_load_speed(voltage), f" at {voltage:g} V"
 
 
 def check_support(

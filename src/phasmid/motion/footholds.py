@@ -113,10 +113,16 @@ def has_grip(
     terrain: Terrain, footing: FootingTable, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
     """Whether places have the least friction, and as much as their slope takes, shape (N,)."""
-    x, y = places[:, 0], places[:, 1]
-    n = terrain.normal(x, y)
-    needed = np.maximum(footing.least_friction, np.hypot(n[:, 0], n[:, 1]) / n[:, 2])
-    return np.asarray(terrain.friction(x, y) >= needed)
+    needed = np.maximum(footing.least_friction, holding_friction(terrain, places))
+    return np.asarray(terrain.friction(places[:, 0], places[:, 1]) >= needed)
+
+
+def holding_friction(
+    terrain: Terrain, places: Float[np.ndarray, "places 2"]
+) -> Float[np.ndarray, " places"]:
+    """Friction without which a load slides down the slope of places, shape (N,)."""
+    n = terrain.normal(places[:, 0], places[:, 1])
+    return np.asarray(np.hypot(n[:, 0], n[:, 1]) / n[:, 2])
 
 
 def _heights(

@@ -47,6 +47,7 @@ CHANNELS: dict[str, Channel] = {
     "joint_torque_model": Channel(_JOINT, "N·m", "joint torque by inverse dynamics"),
     "servo_duty": Channel(_JOINT, "1", "output of the servo, a share of its supply voltage"),
     "servo_current": Channel(_JOINT, "A", "current of the servo's motor"),
+    "servo_speed": Channel(_JOINT, "rad/s", "speed of the servo's rotor, seen at the output"),
     "servo_temperature": Channel(_JOINT, "degC", "temperature of the servo"),
     "servo_shutdown": Channel(_JOINT, "1", "whether the servo has shut down", "bool"),
     "foot_force": Channel(_FOOT, "N", "force of the ground on the foot, world axes"),

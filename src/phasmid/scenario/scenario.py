@@ -115,6 +115,8 @@ class Scenario(Table):
                 f"record_interval is {interval:g} s; "
                 f"it must be a whole number of steps of {dt:g} s."
             )
+        if self.sensors.measured == "everything":
+            self.sensors.check_interval(dt * self.record_steps)
         recorded = self.duration / (dt * self.record_steps)
         if recorded > MOST_RECORDED:
             raise InvalidInput(

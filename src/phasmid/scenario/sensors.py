@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le
 
+from phasmid.errors import InvalidInput
 from phasmid.tables import Angle, AngularVelocity, Count, Number, Table, Time
 from phasmid.units import STANDARD_GRAVITY
+
+SENSORS = ("joint", "imu", "foot")
+"""What measures, by the beginning of its options' names."""
 
 
 class SensorsTable(Table):
@@ -62,3 +67,24 @@ class SensorsTable(Table):
     foot_delay: Annotated[Time, Ge(0), Le(10)] = 0.005
     foot_force_noise: Annotated[Number, Ge(0)] = 0.1
     contact_threshold: Annotated[Number, Gt(0)] = 0.5
+
+    def check_interval(self, interval: float, sensors: Iterable[str] = SENSORS) -> None:
+        """Refuse samples so rare that a reading would fall between two of them.
+
+        Args:
+            interval: From one recorded sample to the next [s].
+            sensors: Those that are to read, each the beginning of its options' names.
+
+        Raises:
+            InvalidInput: A sensor reads more often; old values would pass for new ones.
+        """
+        for sensor in sensors:
+            rate = getattr(self, f"{sensor}_rate")
+            # A millionth: times of samples are sums of steps.
+            if interval * rate > 1 + 1e-6:
+                raise InvalidInput(
+                    f"{sensor}_rate is {rate:g} readings a second and a sample is recorded every "
+                    f"{1000 * interval:g} ms; old values would pass for new readings.",
+                    hint=f"record_interval_ms = {1000 / rate:g} or less, or {sensor}_rate = "
+                    f"{1 / interval:g} or less",
+                )

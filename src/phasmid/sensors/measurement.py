@@ -35,7 +35,8 @@ def sense(scenario: Scenario, recording: Recording) -> Recording:
         ``foot_normal_force_measured`` and ``contact_measured``, as far as it has what they measure.
 
     Raises:
-        InvalidInput: It has nothing that a sensor could measure.
+        InvalidInput: It has nothing that a sensor could measure, or so few samples that a sensor
+            reads more often.
     """
     channels = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
     time = np.asarray(recording["time"].values)
@@ -62,15 +63,22 @@ def measured_channels(
             output is not recorded.
         time: [s], shape (N,).
         channels: What was seen, by name.
+
+    Raises:
+        InvalidInput: A sensor reads more often than there are samples.
     """
     table = scenario.sensors
+    interval = float(np.diff(time).max(initial=0.0))
     told: dict[str, np.ndarray] = {}
     if "joint_position" in channels:
+        table.check_interval(interval, ["joint"])
         told |= joint_channels(table, time, channels["joint_position"], _load(robot, channels))
     if all(name in channels for name in IMU_NEEDS):
+        table.check_interval(interval, ["imu"])
         seen = (channels[name] for name in IMU_NEEDS)
         told |= imu_channels(table, scenario.model.gravity, time, *seen)
     if "foot_normal_force" in channels:
+        table.check_interval(interval, ["foot"])
         told |= foot_channels(table, time, channels["foot_normal_force"])
     return told
 

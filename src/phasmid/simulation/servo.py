@@ -231,7 +231,9 @@ class ServoDrive:
     A rotor of its own turns behind each joint's gears, which twist like a spring once their
     backlash is used up. The torque of a joint is what this spring gives it: friction of motor and
     gears is taken off. Where the joint is held against its load the friction helps, so that the
-    torque may exceed what the motor gives.
+    torque may exceed what the motor gives. The gears' friction follows the motor's torque and not
+    the load: a servo that has shut down is turned back against its Coulomb and viscous friction
+    alone, and the leg on it falls nearly freely.
     """
 
     def __init__(
@@ -304,11 +306,11 @@ class ServoDrive:
         return walk.q.reshape(len(walk.time), -1)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Output, current, temperature and shutdown of every servo."""
+        """Output, current, rotor's speed, temperature and shutdown of every servo."""
         rows = states.reshape(len(states), len(FIELDS), -1, 3)
         read = {
             f"servo_{name}": rows[:, FIELDS.index(name)]
-            for name in ("duty", "current", "temperature")
+            for name in ("duty", "current", "speed", "temperature")
         }
         return read | {"servo_shutdown": rows[:, FIELDS.index("shutdown")] != RUNNING}
 

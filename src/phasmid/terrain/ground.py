@@ -16,6 +16,9 @@ from phasmid.terrain.shape import Places, Shape
 HIGHEST_FRICTION = 10.0
 """Coefficients of friction above this one are refused."""
 
+MOST_PATCHES = 1000
+"""Most patches of friction: every foot looks at all of them in every step."""
+
 
 @dataclass(frozen=True)
 class Patch:
@@ -59,6 +62,11 @@ class Ground:
 
     def __post_init__(self) -> None:
         _check_friction(self.coefficient, "friction")
+        if len(self.patches) > MOST_PATCHES:
+            raise InvalidInput(
+                f"ground has {len(self.patches)} patches of friction; the limit is {MOST_PATCHES}.",
+                hint="a larger tile, or fewer patches",
+            )
 
     @property
     def is_level(self) -> bool:

@@ -28,6 +28,17 @@ CUBIC[3, 4:] = 0.0
 """Weights of four neighbours by powers of the way from the second to the third, and their slope."""
 
 
+MOST_OVER = 1.5 * 1.25
+"""By how much the cubic's slope may exceed the largest difference of the samples around it: its
+weights of their differences add up to 1.5 at the most, those across to 1.25."""
+
+MOST_CELLS = 10_000
+"""Most cells whose slope is looked at between the samples, the steepest ones."""
+
+STRIP = 1 << 18
+"""Samples that are looked at at once."""
+
+
 @dataclass(frozen=True, eq=False)
 class HeightMap:
     """Heights on a grid, as a picture from above with u to the right and v up.
@@ -68,6 +79,61 @@ class HeightMap:
                 if float(np.ptp(self.heights)) > TALLEST
                 else "a larger map_cell, or of an image a smaller map_height",
             )
+        self._check_between()
+
+    def _check_between(self) -> None:
+        """Refuse slopes that lie between the samples, or where the map grows out of the level."""
+        rows = self.heights.shape[0]
+        i, j = self._steep_cells()
+        inside = np.linspace(0.0, 1.0, 5)
+        u = self.start + self.cell * (i[:, None, None] + inside[:, None])
+        v = self.cell * (j[:, None, None] + inside - (rows - 1) / 2)
+        self._check_slope(u, v, "between its samples")
+        if self.heights.any():
+            u = self.start + np.linspace(0.0, RAMP, 21)[:, None]
+            v = self.cell * (np.arange(-2.0, 2 * rows + 1) - (rows - 1)) / 2
+            where = "where it grows out of the level ground before it"
+            self._check_slope(u, v, where)
+
+    def _check_slope(self, u: np.ndarray, v: np.ndarray, where: str) -> None:
+        u, v = (np.ravel(each) for each in np.broadcast_arrays(u, v))
+        steepest, at = 1.0, -1
+        for first in range(0, len(u), STRIP):
+            slope = self.surface(u[first : first + STRIP], v[first : first + STRIP])[1]
+            steep = np.hypot(slope[:, 0], slope[:, 1])
+            if steep.max() > steepest:
+                at = first + int(np.argmax(steep))
+                steepest = float(steep.max())
+        # A hair beyond 45° is round-off.
+        if at < 0 or steepest <= 1 + 1e-9:
+            return
+        rows, columns = self.heights.shape
+        column = min(max(round((u[at] - self.start) / self.cell), 0), columns - 1)
+        row = min(max(round((rows - 1) / 2 - v[at] / self.cell), 0), rows - 1)
+        raise InvalidInput(
+            f"height map has a slope of {math.degrees(math.atan(steepest)):.0f}° {where} near row "
+            f"{row + 1}, column {column + 1}; 45° is the steepest this contact model is verified "
+            "for.",
+            hint="lower heights, by a smaller map_height where the map is an image",
+        )
+
+    def _steep_cells(self) -> tuple[np.ndarray, np.ndarray]:
+        """Cells between samples that could be steeper than 45°, numbered along u and along v."""
+        grid, (rows, columns) = self._grid, self.heights.shape
+        strip = max(1, STRIP // (rows + 4))
+        steepness, cells = [], []
+        for first in range(0, columns + 1, strip):
+            part = grid[first : min(first + strip, columns + 1) + 3]
+            along = _largest(_largest(np.abs(np.diff(part, axis=0)), 3).T, 4).T
+            across = _largest(_largest(np.abs(np.diff(part, axis=1)), 4).T, 3).T
+            steep = MOST_OVER / self.cell * np.hypot(along, across)
+            found = np.argwhere(steep > 1)
+            steepness.append(steep[tuple(found.T)])
+            # The first window lies around the cell before the first sample.
+            cells.append(found + np.array([first - 1, -1]))
+        most = np.argsort(-np.concatenate(steepness), kind="stable")[:MOST_CELLS]
+        i, j = np.concatenate(cells)[most].T
+        return i, j
 
     @cached_property
     def _grid(self) -> Float[np.ndarray, "along across"]:
@@ -99,6 +165,15 @@ class HeightMap:
         near = self._grid[i[:, :, None], j[:, None, :]]
         found = weights[0] @ near @ np.swapaxes(weights[1], 1, 2)
         return found[:, 0, 0], found[:, 1, 0] / self.cell, found[:, 0, 1] / self.cell
+
+
+def _largest(values: np.ndarray, width: int) -> np.ndarray:
+    """Largest of so many neighbours along the first axis, wherever all of them are there."""
+    count = len(values) - width + 1
+    found = values[:count]
+    for k in range(1, width):
+        found = np.maximum(found, values[k : k + count])
+    return found
 
 
 def check_samples(rows: int, columns: int) -> None:

@@ -24,6 +24,11 @@ CHUNK = 1 << 14
 """Points that are evaluated at once."""
 
 
+SEEN, LOOKS = 2.4, 96
+"""Side of the square behind the start whose slopes are looked at [m], at so many places each way,
+25 mm apart: a sixth of the default's shortest wave."""
+
+
 @dataclass(frozen=True)
 class Rough:
     """Plane waves of random direction, phase and length, all equally steep, added up.
@@ -49,9 +54,10 @@ class Rough:
                 "must be 0 or more, the second greater than 0."
             )
         # Each of the waves adds its share to the mean square of the slope, which three standard
-        # deviations seldom exceed.
+        # deviations seldom exceed; where it does near the start, and on the ramp, is looked up.
         k, _, amplitude = self._waves
         steep = 3 * float(np.linalg.norm(amplitude * np.linalg.norm(k, axis=0))) / 2
+        steep = max(steep, self._steepest())
         if steep > 1:
             raise InvalidInput(
                 f"rough ground of {1000 * self.roughness:g} mm in waves of "
@@ -59,6 +65,16 @@ class Rough:
                 "contact model is verified for.",
                 hint=f"a roughness of {1000 * self.roughness / steep:.2g} mm or less",
             )
+
+    def _steepest(self) -> float:
+        """Steepest slope found on the ramp and behind it."""
+        steepest = 0.0
+        for length in (RAMP, SEEN):
+            u = self.start + np.linspace(0.0, length, LOOKS)
+            v = np.linspace(-SEEN / 2, SEEN / 2, LOOKS)
+            slope = self.surface(np.repeat(u, LOOKS), np.tile(v, LOOKS))[1]
+            steepest = max(steepest, float(np.hypot(slope[:, 0], slope[:, 1]).max()))
+        return steepest
 
     @cached_property
     def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

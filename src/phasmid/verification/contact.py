@@ -21,7 +21,7 @@ from phasmid.robot import Robot
 from phasmid.simulation import Run
 from phasmid.verification.engine import Touch, hold, joint_state, touching, trunk_motion
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Reading, seen
 
 if TYPE_CHECKING:
     import mujoco
@@ -122,7 +122,7 @@ def standing(laboratory: Laboratory) -> list[Reading]:
 
 def impact_energy(laboratory: Laboratory) -> list[Reading]:
     """Energy from the last instant before each touch to the first after it; drops, joints held."""
-    gained, rng = -math.inf, np.random.default_rng(20)
+    gained, impacts, rng = -math.inf, 0, np.random.default_rng(20)
     for _ in range(DROPS):
         height = rng.uniform(0.01, HIGHEST)
         roll, pitch = rng.uniform(-STEEPEST, STEEPEST, 2)
@@ -141,6 +141,7 @@ def impact_energy(laboratory: Laboratory) -> list[Reading]:
                 continue
             after = _State.of(data)
             if touched:
+                impacts += 1
                 gained = max(gained, _energy(run, after) - _energy(run, before))
             before, touched = after, False
     return [
@@ -150,7 +151,8 @@ def impact_energy(laboratory: Laboratory) -> list[Reading]:
             "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J.",
             unit="J",
             case="most that any impact gained",
-        )
+        ),
+        seen(impacts, "impacts"),
     ]
 
 

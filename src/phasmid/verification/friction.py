@@ -9,7 +9,7 @@ import numpy as np
 from phasmid.simulation import Run
 from phasmid.verification.engine import hold, touching
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Reading, seen
 
 FRICTIONS = (0.3, 0.7)
 """Coefficients of friction that are tried."""
@@ -124,7 +124,7 @@ def stopping(laboratory: Laboratory) -> list[Reading]:
 
 def cone(laboratory: Laboratory) -> list[Reading]:
     """Every point's friction while the robot slides and stops, at every step."""
-    over, along = -math.inf, -math.inf
+    over, along, slips = -math.inf, -math.inf, 0
     for friction in FRICTIONS:
         run = laboratory.standing(friction=friction)
         run.data.qvel[:2] = [0.6, -0.8]
@@ -132,6 +132,7 @@ def cone(laboratory: Laboratory) -> list[Reading]:
         for _ in hold(run, 300):
             found = _friction(run, friction, slipping)
             over, along = max(over, found[0]), max(along, found[1])
+            slips += found[2]
     return [
         Reading(
             max(over, 0.0),
@@ -147,18 +148,19 @@ def cone(laboratory: Laboratory) -> list[Reading]:
             unit="N",
             case="along the slip",
         ),
+        seen(slips, "points that slipped, all steps together"),
     ]
 
 
-def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float]:
-    """Excess over the cone, and the largest friction along the slip of a point that slips [N]."""
+def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float, int]:
+    """Excess over the cone, the largest friction along the slip [N], and how many points slip."""
     import mujoco
 
     # Contacts, forces and velocities of one instant.
     mujoco.mj_forward(run.model, run.data)
     touch = touching(run.robot, run.model, run.data)
     if not len(touch.leg):
-        return -math.inf, -math.inf
+        return -math.inf, -math.inf, 0
     normal = np.sum(touch.force * touch.normal, axis=1)
     tangential = touch.force - normal[:, None] * touch.normal
     slip = touch.velocity - np.sum(touch.velocity * touch.normal, axis=1)[:, None] * touch.normal
@@ -166,7 +168,7 @@ def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float]
     over = np.linalg.norm(tangential, axis=1) - friction * normal
     fast = speed > slipping
     along = np.sum(tangential * slip, axis=1)[fast] / speed[fast]
-    return float(over.max()), float(along.max(initial=-math.inf))
+    return float(over.max()), float(along.max(initial=-math.inf)), int(fast.sum())
 
 
 def _weight(run: Run) -> float:

@@ -37,6 +37,17 @@ class Reading:
     case: str = ""
 
 
+def seen(count: int, case: str) -> Reading:
+    """How often something was looked at; where it never was, a number that fails.
+
+    Args:
+        count: How often.
+        case: What was looked at.
+    """
+    why = "Counted: a largest value of none at all would say nothing."
+    return Reading(float(count) if count else math.nan, None, why, case=case)
+
+
 @dataclass(frozen=True)
 class Row:
     """One line of the table.

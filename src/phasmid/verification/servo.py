@@ -24,8 +24,11 @@ def servo_limits(laboratory: Laboratory) -> list[Reading]:
         if drive == "prescribed":
             # It takes whatever torque it needs, and says so.
             continue
-        scenario = laboratory.scenario.replace(drive=drive, duration=4.0)
-        recording = laboratory.walk(drive=drive, duration=4.0)
+        changes: dict[str, Any] = {"drive": drive, "duration": 4.0}
+        if laboratory.scenario.record_steps > 1:
+            # From one step to the next the rotor's motion is followed.
+            changes["record_interval"] = laboratory.scenario.simulation.dt
+        scenario, recording = laboratory.scenario.replace(**changes), laboratory.walk(**changes)
         own = "servo_current" in recording
         found = _motor(scenario, recording) if own else _ideal(scenario, recording)
         for what, (excess, unit) in (found | _range(scenario, recording)).items():
@@ -55,21 +58,27 @@ def _ideal(scenario: Scenario, recording: Recording) -> Excesses:
 
 
 def _motor(scenario: Scenario, recording: Recording) -> Excesses:
-    """Of a motor under the share of the supply that its servo gives it at the most."""
+    """Of a motor under its supply, and of the gears behind it.
+
+    A step begins with the rotor's speed of the sample before and ends with that of its own: with
+    i = (duty V - k w')/R its inertia takes J (w - w')/dt = k i - b w' - torque - friction, and the
+    friction is no more than c0 + c1 |k i|.
+    """
     table: Any = scenario.servo
     servo: Any = table.set_up(scenario.load_robot().servo)
-    motor, supply = servo.motor, table.voltage
-    duty, current = recording["servo_duty"].values, recording["servo_current"].values
-    # What the voltage leaves over the resistance is the speed's; as a motor it drives, else it
-    # is driven.
-    speed = (supply * duty - motor.resistance * current) / motor.constant
-    drives = current * speed > 0
-    most = servo.torque_limit * supply
-    lifts = (1 - motor.load_loss) * motor.constant * np.abs(current) - motor.coulomb
+    motor = servo.motor
+    duty, current = (recording[f"servo_{name}"].values[1:] for name in ("duty", "current"))
+    torque, speed = recording["joint_torque"].values[1:], recording["servo_speed"].values
+    running = ~recording["servo_shutdown"].values[:-1]
+    before, change = speed[:-1], np.diff(speed, axis=0) / scenario.simulation.dt
+    law = running * (duty * table.voltage - motor.constant * before) / motor.resistance
+    push = motor.constant * current
+    friction = push - motor.viscous * before - servo.armature * change - torque
+    most = motor.coulomb + motor.load_loss * np.abs(push)
     return {
         "share of the supply": (float(np.abs(duty).max() - servo.torque_limit), "1"),
-        "torque": (float(lifts[drives].max() - motor.stall_torque(most)), "N·m"),
-        "speed": (float(np.abs(speed[drives]).max() - most / motor.constant), "rad/s"),
+        "current, off the motor's law": (float(np.abs(current - law).max()), "A"),
+        "torque, beyond what friction explains": (float((np.abs(friction) - most).max()), "N·m"),
     }
 
 
