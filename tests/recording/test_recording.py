@@ -245,6 +245,36 @@ def test_a_small_file_cannot_claim_a_large_array(tmp_path):
         load_recording(path)
 
 
+@pytest.mark.parametrize(
+    ("shape", "written", "words"),
+    [
+        # Chunks that were never written are in no file, whatever else makes it large.
+        ((2_500_000,), 1, "is damaged: it claims"),
+        ((4_000_001,), 4_000_001, "has 4000001 samples; a recording has at most 4000000"),
+        ((5, 2), 5, "time has shape"),
+        ((5,), 5, 'channel "stance" has shape'),
+    ],
+)
+def test_a_file_that_cannot_be_a_recording_is_refused_unread(
+    tmp_path, monkeypatch, shape, written, words
+):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "bomb.nc"
+    with h5py.File(path, "w") as file:
+        file.attrs["format"] = 1
+        time = file.create_dataset("time", shape, "f8", chunks=True, compression="gzip")
+        time[:written] = 1.0
+        file["stance"] = np.ones((4, 6), np.int8)
+        file["other"] = np.zeros(2000)
+
+    def read(*_):
+        raise AssertionError("an array was read")
+
+    monkeypatch.setattr(h5py.Dataset, "__getitem__", read)
+    with pytest.raises(InvalidInput, match=words):
+        load_recording(path)
+
+
 def test_a_file_cannot_draw_numbers_from_other_files(tmp_path):
     h5py = pytest.importorskip("h5py")
     save_recording(full(), tmp_path / "a.nc")

@@ -77,3 +77,9 @@ CHANNELS: dict[str, Channel] = {
 
 COORDINATES: dict[str, tuple[str, ...]] = {"joint": JOINTS, "axis": AXES, "quaternion": QUATERNION}
 """Axes of fixed length; ``time`` and ``leg`` are as long as the run and the robot make them."""
+
+MOST_RECORDED = 4_000_000
+"""Most samples of a recording."""
+
+MOST_BYTES = 16_000_000_000
+"""Most bytes of a recording in memory: those samples of a large robot with all channels."""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import secrets
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from phasmid.errors import InvalidInput, OutputError, PhasmidError, located
-from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
 from phasmid.recording.frames import DamagedRecording, is_log, read_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
@@ -193,15 +195,51 @@ def _check_claims(stored: Any, path: Path, size: int) -> None:
     """Refuse arrays that the file cannot hold itself, before any memory is asked for them."""
     import h5py
 
-    claimed = 0
+    claimed = written = 0
     for name in stored:
         array = stored[name]
         own = isinstance(stored.get(name, getlink=True), h5py.HardLink)
         if not own or not isinstance(array, h5py.Dataset) or array.external or array.is_virtual:
             raise InvalidInput(f"{path} is damaged: {name} is not an array of its own.")
-        claimed += array.nbytes
-    if claimed > DEFLATE_LIMIT * size:
-        raise InvalidInput(f"{path} is damaged: it claims {claimed:.3g} bytes in a file of {size}.")
+        # A chunk is read whole, however little of it belongs to the array.
+        claimed += max(array.nbytes, math.prod(array.chunks or ()) * array.dtype.itemsize)
+        written += array.id.get_storage_size()
+    # What was never written costs a file nothing, so that its size alone bounds nothing.
+    if claimed > DEFLATE_LIMIT * min(size, written):
+        raise InvalidInput(
+            f"{path} is damaged: it claims {claimed:.3g} bytes and holds {min(size, written)}."
+        )
+    if claimed > MOST_BYTES:
+        raise InvalidInput(
+            f"{path} holds {claimed:.3g} bytes; a recording holds at most {float(MOST_BYTES):g}."
+        )
+    _check_shapes({str(name): stored[name] for name in stored}, path)
+
+
+def _check_shapes(arrays: Mapping[str, Any], path: Path) -> None:
+    """Refuse arrays that do not fit their channels, before any of them is read."""
+    time = arrays["time"].shape
+    if len(time) != 1:
+        raise InvalidInput(f"{path}: time has shape {time}; it must be one row.")
+    if time[0] > MOST_RECORDED:
+        raise InvalidInput(
+            f"{path} has {time[0]} samples; a recording has at most {MOST_RECORDED}."
+        )
+    legs = None
+    for name, array in arrays.items():
+        if array.dtype.kind not in "biuf" and name not in COORDINATES:
+            raise InvalidInput(f"{path}: {name} does not hold plain numbers.")
+        if name not in CHANNELS:
+            continue
+        dims, shape = CHANNELS[name].dims, array.shape
+        if "leg" in dims and legs is None and len(shape) > 1:
+            legs = shape[1]
+        sizes = {"time": time[0], "leg": legs}
+        wanted = tuple(sizes[dim] if dim in sizes else len(COORDINATES[dim]) for dim in dims)
+        if shape != wanted:
+            raise InvalidInput(
+                f'{path}: channel "{name}" has shape {shape}; it must be ({", ".join(dims)}).'
+            )
 
 
 def _read(stored: Any) -> np.ndarray:

@@ -10,6 +10,7 @@ from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.gait import Gait, load_gait
+from phasmid.recording.channels import MOST_RECORDED
 from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.footing import FootingTable
@@ -40,9 +41,6 @@ MOST_SAMPLES = 10_000_000
 
 SETTLING_TIME = 1.0
 """Time for which the robot stands still before a simulated walk, to find its equilibrium [s]."""
-
-MOST_RECORDED = 4_000_000
-"""Most samples of a recording: about 1.6 kB each for a hexapod while the run is put together."""
 
 
 class Scenario(Table):
