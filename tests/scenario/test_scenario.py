@@ -94,7 +94,7 @@ def test_every_field_has_one_key_of_its_own():
         ),
         pytest.param(
             {"duration": 50_000, "period": 10.0},
-            "50000 s recorded every 1 ms is 5e+07 samples, about 80 GB; the limit is 4e+06.",
+            "50000 s recorded every 1 ms is 5e+07 samples, about 105 GB; the limit is 4e+06.",
             "a longer --record-interval, or a shorter duration",
             id="memory",
         ),

@@ -11,6 +11,7 @@ import pytest
 from phasmid import replay, simulate_many
 from phasmid.errors import FailedRuns, InvalidInput
 from phasmid.forces import analyse
+from phasmid.forces.analysis import model_channels
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot
@@ -210,3 +211,70 @@ def test_a_run_in_another_thread_needs_no_signals():
     thread.start()
     thread.join()
     assert done[0].attrs["ending"] == "COMPLETED"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"force_model": "friction-cone", "torque_limits": "counted", "load_transfer": 0.01},
+        {"terrain": "waves"},
+    ],
+)
+def test_the_model_has_the_same_bits_whichever_samples_are_computed_together(changes):
+    # A log is filled block by block, and a replay or a state may begin and end anywhere.
+    scenario = PAPER.replace(**changes)
+    walk, time = plan(scenario), np.arange(1201) * 0.001
+    whole = model_channels(scenario, walk.sample(time))
+    for block in (1, 7, 512):
+        for first in range(0, 1201 if block == 512 else 70, block):
+            part = slice(first, first + block)
+            for name, values in model_channels(scenario, walk.sample(time[part])).items():
+                assert values.tobytes() == whole[name][part].tobytes()
+
+
+def test_a_run_asks_the_model_for_a_block_at_a_time(tmp_path, monkeypatch):
+    # One of two cycles of 1 s, with both its ends, is looked at before the run; then the log asks
+    # for one sample to be told its channels, and each of the 2001 is asked for once.
+    asked = []
+
+    def counted(scenario, walk):
+        asked.append(len(walk.q))
+        return model_channels(scenario, walk)
+
+    monkeypatch.setattr("phasmid.simulation.experiment.model_channels", counted)
+    scenario = PAPER.replace(duration=2, period=1)
+    record(scenario, plan(scenario), tmp_path / "walk.rec")
+    assert max(asked) <= 1024
+    assert sum(asked) == 1001 + 1 + 2001
+
+
+def test_a_replay_of_a_few_samples_asks_the_model_for_no_more(monkeypatch):
+    scenario = PAPER.replace(duration=3, terrain="waves")
+    recording = simulate(scenario, plan(scenario)).isel(time=slice(0, 5))
+    asked = []
+
+    def counted(scenario, walk):
+        asked.append(len(walk.q))
+        return model_channels(scenario, walk)
+
+    monkeypatch.setattr("phasmid.simulation.experiment.model_channels", counted)
+    assert replay(recording).equal
+    # Once before the run and once in it.
+    assert asked == [5, 5]
+
+
+def test_ctrl_c_while_a_run_is_prepared_ends_it_at_once(monkeypatch):
+    def interrupt(scenario, walk):
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError("it went on")
+
+    monkeypatch.setattr("phasmid.simulation.experiment.model_channels", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(PAPER, plan(PAPER))
+
+
+def test_a_run_that_is_stopped_does_not_settle():
+    run = Run(PAPER, plan(PAPER), interrupted=[1])
+    assert run.trouble.ending.name == "STOPPED"
+    assert not run.data.qvel.any()

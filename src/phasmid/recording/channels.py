@@ -79,7 +79,7 @@ COORDINATES: dict[str, tuple[str, ...]] = {"joint": JOINTS, "axis": AXES, "quate
 """Axes of fixed length; ``time`` and ``leg`` are as long as the run and the robot make them."""
 
 MOST_RECORDED = 4_000_000
-"""Most samples of a recording."""
+"""Most samples of a recording: of a simulated hexapod 1.7 kB each, with servos 2.1 kB."""
 
 MOST_BYTES = 16_000_000_000
 """Most bytes of a recording in memory: those samples of a large robot with all channels."""

@@ -119,7 +119,7 @@ class Scenario(Table):
         if recorded > MOST_RECORDED:
             raise InvalidInput(
                 f"{self.duration:g} s recorded every {1000 * dt * self.record_steps:g} ms is "
-                f"{recorded:.3g} samples, about {recorded * 1.6e-6:.3g} GB; the limit is "
+                f"{recorded:.3g} samples, about {recorded * 2.1e-6:.3g} GB; the limit is "
                 f"{float(MOST_RECORDED):g}.",
                 hint="a longer --record-interval, or a shorter duration",
             )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,9 @@ from phasmid.simulation.samples import Samples
 from phasmid.simulation.start import check_start
 from phasmid.simulation.telling import ending_attributes, run_attributes, run_channels
 from phasmid.simulation.time_step import check_time_step
+
+LOAD_SAMPLES = 1024
+"""Samples at which the load is looked at together before a run; their number fills the memory."""
 
 
 def simulate(
@@ -62,10 +67,7 @@ def simulate(
     if log is not None:
         record(scenario, walk, log, progress=progress, force=force, start=start)
         return with_sensors(scenario, load_recording(log))
-    with noticed_interrupts() as interrupted:
-        return simulate_part(
-            scenario, walk, progress=progress, start=start, interrupted=interrupted
-        )
+    return simulate_part(scenario, walk, progress=progress, start=start, interrupted=None)
 
 
 def simulate_part(
@@ -75,7 +77,7 @@ def simulate_part(
     *,
     progress: Progress | None = None,
     start: Float[np.ndarray, " state"] | None = None,
-    interrupted: Sequence[int] = (),
+    interrupted: Sequence[int] | None = (),
 ) -> Recording:
     """Run a walk as `simulate` does, or its beginning alone.
 
@@ -85,20 +87,34 @@ def simulate_part(
         samples: How many to record at most; None: all.
         progress: As in `simulate`.
         start: As in `simulate`.
-        interrupted: The run is stopped as soon as this is not empty.
+        interrupted: The run is stopped as soon as this is not empty; None: at Ctrl-C.
 
     Raises:
         InvalidInput: As in `simulate`.
         InfeasibleLoad: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run, model = _prepare(scenario, walk, start)
-    until = None if samples is None else run.step_of(samples - 1) + 1
-    trouble = run.advance(progress, interrupted=interrupted, until=until)
-    n = run.done
-    channels = run_channels(run, run.log.part(slice(0, n)), model, slice(0, n))
+    run = _prepare(scenario, walk, start, samples=samples, interrupted=interrupted or ())
+    count = len(run.time) if samples is None else min(samples, len(run.time))
+    room: dict[str, np.ndarray] = {}
+    done = 0
+
+    def keep(rows: Samples) -> None:
+        nonlocal done
+        part = slice(done, done + len(rows.qpos))
+        for name, values in _told(run, rows, run.time[part]).items():
+            if name not in room:
+                room[name] = np.empty((count, *values.shape[1:]), values.dtype)
+            room[name][part] = values
+        done = part.stop
+
+    noticed = noticed_interrupts() if interrupted is None else nullcontext(interrupted)
+    with noticed as seen:
+        until = run.step_of(count - 1) + 1 if samples is not None else None
+        trouble = run.advance(progress, keep=keep, interrupted=seen, until=until)
+    channels = {name: values[:done] for name, values in room.items()}
     attributes = run_attributes(scenario, walk, run) | ending_attributes(trouble)
-    return with_sensors(scenario, new_recording(run.time[:n], channels, attributes))
+    return with_sensors(scenario, new_recording(run.time[:done], channels, attributes))
 
 
 def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
@@ -138,16 +154,16 @@ def record(
         OutputError: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run, model = _prepare(scenario, walk, start)
+    run = _prepare(scenario, walk, start)
     done = 0
 
     def keep(rows: Samples) -> None:
         nonlocal done
         part = slice(done, done + len(rows.qpos))
-        log.append(run.time[part], run_channels(run, rows, model, part))
+        log.append(run.time[part], _told(run, rows, run.time[part]))
         done = part.stop
 
-    first = run_channels(run, run.first, model, slice(0, 1))
+    first = _told(run, run.first, run.time[:1])
     attributes = run_attributes(scenario, walk, run) | {
         "ending": Ending.CUT.name,
         "ending_reason": Ending.CUT.value,
@@ -183,23 +199,42 @@ def _lasting(scenario: Scenario, walk: Motion) -> Scenario:
 
 
 def _prepare(
-    scenario: Scenario, walk: Motion, start: Float[np.ndarray, " state"] | None
-) -> tuple[Run, dict[str, np.ndarray]]:
-    """The run, ready to start, and the model's channels at all of its samples."""
+    scenario: Scenario,
+    walk: Motion,
+    start: Float[np.ndarray, " state"] | None,
+    *,
+    samples: int | None = None,
+    interrupted: Sequence[int] = (),
+) -> Run:
+    """The run, ready to start, of which what cannot be is refused at once."""
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk.robot)
     if start is None:
         check_start(scenario, walk)
-    run = new_run(scenario, walk, start=start)
-    # Before the run: what the feet cannot share is refused at once, and an interrupted run has
-    # little left to do.
-    if isinstance(walk, JointTrajectory):
-        return run, walk.channels(run.time)
-    return run, model_channels(scenario, walk.sample(run.time))
+    run = new_run(scenario, walk, start=start, interrupted=interrupted)
+    if not isinstance(walk, JointTrajectory):
+        last = len(run.time) if samples is None else min(samples, len(run.time))
+        check_load(scenario, walk, until=float(run.time[last - 1]), interrupted=interrupted)
+    return run
+
+
+def _told(run: Run, rows: Samples, time: Float[np.ndarray, " time"]) -> dict[str, np.ndarray]:
+    """All channels at some samples: the model's beside the engine's.
+
+    The model's are computed here, beside the run, so that neither its length nor Ctrl-C matters:
+    each sample's bits are the same, whichever others are computed with it.
+    """
+    if isinstance(run.walk, JointTrajectory):
+        return run_channels(run, rows, run.walk.channels(time))
+    return run_channels(run, rows, model_channels(run.scenario, run.walk.sample(time)))
 
 
 def new_run(
-    scenario: Scenario, walk: Motion, *, start: Float[np.ndarray, " state"] | None = None
+    scenario: Scenario,
+    walk: Motion,
+    *,
+    start: Float[np.ndarray, " state"] | None = None,
+    interrupted: Sequence[int] = (),
 ) -> Run:
     """The run of a walk, about to start, in the simulator that knows the contact law.
 
@@ -207,30 +242,48 @@ def new_run(
         scenario: As in `simulate`.
         walk: As in `simulate`.
         start: As in `simulate`.
+        interrupted: It comes to rest no further as soon as this is not empty.
 
     Raises:
         InvalidInput: That simulator cannot do something else that the scenario asks for, or the
             start is none of its states.
     """
     if scenario.contact.contact_law != "simscape":
-        return Run(scenario, walk, start=start)
+        return Run(scenario, walk, start=start, interrupted=interrupted)
     # Here, since it readies its loops for the compiler when it is first imported.
     from phasmid.simulation.prescribed.run import TrunkRun
 
-    return TrunkRun(scenario, walk, start=start)
+    return TrunkRun(scenario, walk, start=start, interrupted=interrupted)
 
 
-def check_load(scenario: Scenario, walk: Walk) -> None:
+def check_load(
+    scenario: Scenario,
+    walk: Walk,
+    *,
+    until: float | None = None,
+    interrupted: Sequence[int] = (),
+) -> None:
     """Refuse a walk whose load the scenario's force model cannot share.
 
     Where all cycles are alike, one of them is looked at.
+
+    Args:
+        scenario: Tells the model and the recorded instants.
+        walk: The plan.
+        until: The last instant that is looked at [s]; None: the walk's last.
+        interrupted: Nothing more is looked at as soon as this is not empty.
 
     Raises:
         InvalidInput: The load transfer takes longer than the gait allows.
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
     interval = scenario.simulation.dt * scenario.record_steps
-    period, duration = scenario.stride.period, scenario.duration
-    for start in np.arange(0.0, period if walk.is_periodic else duration, period):
-        stop = min(start + period, duration)
-        model_channels(scenario, walk.sample(np.arange(start, stop, interval)))
+    last = scenario.duration if until is None else until
+    if walk.is_periodic:
+        last = min(last, scenario.stride.period)
+    count = math.floor(last / interval + 1e-9) + 1
+    for first in range(0, count, LOAD_SAMPLES):
+        if interrupted:
+            return
+        part = np.arange(first, min(first + LOAD_SAMPLES, count))
+        model_channels(scenario, walk.sample(part * interval))

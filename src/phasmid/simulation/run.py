@@ -59,6 +59,7 @@ class Run:
         walk: Motion,
         *,
         start: Float[np.ndarray, " state"] | None = None,
+        interrupted: Sequence[int] = (),
     ) -> None:
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
         self.dt = scenario.simulation.dt
@@ -75,7 +76,7 @@ class Run:
         self._rows = self.buffer.rows()
         self._place(walk.sample(np.zeros(1)))
         if start is None:
-            self.trouble = self._settle()
+            self.trouble = self._settle(interrupted)
         else:
             self.restore(start)
         self._start = start
@@ -191,11 +192,13 @@ class Run:
         self.first = Samples.empty(self.model, self.drive, 1)
         self.first.write(0, data, self.drive)
 
-    def _settle(self) -> Trouble | None:
+    def _settle(self, interrupted: Sequence[int]) -> Trouble | None:
         """Let the robot come to rest on its feet, then set it going as the plan does."""
         start = self.walk.sample(np.zeros(1))
         still = self._still(start, WATCH_STEPS)
         for _ in range(math.ceil(SETTLING_TIME / self.dt / WATCH_STEPS)):
+            if interrupted:
+                return Trouble(Ending.STOPPED, 0, "before its first step")
             self._advance(still)
             trouble = self._look(WATCH_STEPS)
             if trouble:

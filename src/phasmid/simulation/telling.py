@@ -19,22 +19,19 @@ from phasmid.simulation.samples import Samples
 from phasmid.terrain import Ground
 
 
-def run_channels(
-    run: Run, log: Samples, model: dict[str, np.ndarray], part: slice
-) -> dict[str, np.ndarray]:
+def run_channels(run: Run, log: Samples, model: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The engine's samples and the model's figures under the names of the house.
 
     Args:
         run: Whose samples they are.
         log: The samples.
-        model: The model's channels at all samples of the run.
-        part: Which of these the samples are.
+        model: The model's channels at these samples.
     """
     legs, n = len(run.robot.legs), len(log.qpos)
     contact = log.sensors[:, : 4 * legs].reshape(n, legs, 4)
     force = contact[..., 1:]
     position = log.sensors[:, 4 * legs :].reshape(n, legs, 3)
-    channels = {name: values[part] for name, values in model.items()} | {
+    channels = model | {
         "joint_position": log.qpos[:, 7:].reshape(n, legs, 3),
         "joint_velocity": log.qvel[:, 6:].reshape(n, legs, 3),
         "joint_torque": log.torque.reshape(n, legs, 3),
