@@ -45,8 +45,8 @@ def run(options: argparse.Namespace) -> int:
     check_time_step(scenario, walk.robot)
     legs = leg_numbers(options.legs, walk.robot)
     folder = Path(options.out or Path("results") / _folder_name(options, scenario))
-    log = log_of(folder)
     check_folder(folder, force=options.force)
+    log = log_of(folder)
     check_log(log, force=options.force)
     if options.mcap:
         check_mcap()

@@ -91,6 +91,11 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
         OutputError: It cannot be made there.
     """
     folder = Path(folder)
+    if folder.name in ("", ".."):
+        raise InvalidInput(
+            f'"{folder}" is no name for a run\'s folder; it must be a new one.',
+            hint=f'"{folder / "walk"}"',
+        )
     try:
         exists = folder.exists() or folder.is_symlink()
         if exists:
