@@ -7,6 +7,7 @@ early (fell, diverged); 70 our own mistake; 130 interrupted.
 from __future__ import annotations
 
 import _thread
+import errno
 import os
 import signal
 import sys
@@ -14,6 +15,7 @@ import time
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 from phasmid.cli.parser import COMMANDS, build_parser, flags, join_negative_numbers
@@ -43,8 +45,41 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
+UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
+"""What a stream says that cannot be written to; a file's own errors carry its name."""
+
+
 def _status(arguments: list[str]) -> int:
     """Run the command; returns its exit status, whatever happens."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            # Who closed a stream wants to hear nothing.
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+    try:
+        try:
+            return _answered(arguments)
+        finally:
+            # What cannot be printed shall be told now, and not when the interpreter has ended.
+            sys.stdout.flush()
+    except OSError as error:
+        return _unheard(error)
+
+
+def _unheard(error: OSError) -> int:
+    """Say that the output cannot be written, and write no more of it; returns the status."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    with suppress(OSError):
+        reason = (error.strerror or str(error)).lower()
+        print(f"phasmid: cannot write the output: {reason}.", file=sys.stderr, flush=True)
+        return 1
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+    return 1
+
+
+def _answered(arguments: list[str]) -> int:
+    """Run the command and say what went wrong; returns the exit status."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             # An old terminal's encoding shall not turn a degree sign into a crash.
@@ -59,11 +94,14 @@ def _status(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         print("phasmid: stopped.", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        # Whoever read our output has gone; the interpreter must not flush into the pipe again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
-    except Exception:
+    except SystemExit as stopped:
+        # So rich says that whoever read our output has gone.
+        if stopped.code == 1:
+            raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno in UNHEARD and error.filename is None:
+            raise
         if interrupted:
             print("phasmid: stopped.", file=sys.stderr)
             return 130

@@ -27,6 +27,10 @@ class Parser(argparse.ArgumentParser):
         """Raise what argparse would print."""
         raise InvalidInput(f"{message}.", hint=f"{self.prog} --help")
 
+    def _print_message(self, message: str, file: Any = None) -> None:
+        # The inherited one is silent where nothing can be written.
+        (file or sys.stderr).write(message)
+
 
 def build_parser(command: str | None) -> Parser:
     """The parser; of the fields of a scenario it knows those that this command needs."""
