@@ -2,12 +2,15 @@
 
 import contextlib
 import errno
+import io
 import json
+import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -524,3 +527,57 @@ def test_a_place_that_is_no_new_folder_is_refused(here, capsys, place):
         assert status == 2
         assert "is no name for a run's folder" in error
     assert list(here.iterdir()) == []
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("check paper > /dev/full", "no space left on device"),
+        ("--help > /dev/full", "no space left on device"),
+        ("check paper | true", "broken pipe"),
+    ],
+)
+def test_output_that_nobody_takes_is_told_in_one_sentence(here, command, said, unbuffered):
+    if not Path("/dev/full").exists():
+        pytest.skip("this system has no full device")
+    # A named pipe whose reader has gone before the command writes: a shell's "| true", for sure.
+    run, _, place = command.partition(" > " if ">" in command else " | ")
+    if place == "true":
+        read, write = os.pipe()
+        os.close(read)
+    else:
+        write = os.open(place, os.O_WRONLY)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "phasmid", *run.split()],
+            check=False,
+            stdout=write,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+        )
+    finally:
+        os.close(write)
+    assert done.stderr == f"phasmid: cannot write the output: {said}.\n"
+    assert done.returncode == 1
+
+
+def test_a_command_needs_neither_of_its_streams(here, monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    monkeypatch.setattr(sys, "stderr", None)
+    assert main(["walk", "--duration", "0.1", "--no-figures"]) == 0
+    assert main(["verify", "--rows", "1"]) == 0
+    assert main(["nothing"]) == 2
+    sys.stdout.close()
+    sys.stderr.close()
+
+
+def test_a_walk_whose_summary_cannot_be_printed_leaves_its_folder_and_no_log(here, monkeypatch):
+    class Full(io.StringIO):
+        def write(self, text):
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(sys, "stdout", Full())
+    assert main(["walk", "--duration", "0.1", "--no-figures", "--out", "a"]) == 1
+    assert [path.name for path in here.iterdir()] == ["a"]

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.walk import add_report_options, leg_numbers, write_report
+from phasmid.cli.walk import add_report_options, leg_numbers, print_report, write_report
 
 if TYPE_CHECKING:
     from phasmid.recording import DamagedRecording
@@ -58,5 +58,6 @@ def run(options: argparse.Namespace) -> int:
     scenario, robot = recorded_scenario(recording.attrs)
     if "joint_position" in recording and "joint_position_measured" not in recording:
         recording = with_sensors(scenario.replace(robot=robot), recording)
-    write_report(recording, folder, options, legs)
+    write_report(recording, folder, options)
+    print_report(recording, folder, options, legs)
     return 2 if any(found.wrong for found in damage) else 0

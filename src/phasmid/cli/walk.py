@@ -64,13 +64,15 @@ def run(options: argparse.Namespace) -> int:
         if options.check_time_step and not trouble:
             refinement = time_step_refinement(scenario, walk)
             recording.attrs |= refinement.attributes() if refinement else {}
-        write_report(recording, folder, options, legs)
+        write_report(recording, folder, options)
     except KeyboardInterrupt:
         if log.exists():
             print(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
             return 130
         raise
+    # The folder is whole: nobody need read what is printed.
     log.unlink(missing_ok=True)
+    print_report(recording, folder, options, legs)
     if trouble:
         print(f"phasmid: {trouble.sentence}", file=sys.stderr)
     return 3 if trouble else 0
@@ -85,22 +87,30 @@ def _later(log: Path) -> str:
     return f"  try  phasmid report {log}, which makes the folder of it"
 
 
-def write_report(
+def write_report(recording: Recording, folder: Path, options: argparse.Namespace) -> None:
+    """Write a recording's folder, as the options say."""
+    from phasmid.reporting import report
+
+    figures = not options.no_figures
+    report(recording, folder, force=options.force, figures=figures, mcap=options.mcap)
+
+
+def print_report(
     recording: Recording,
     folder: Path,
     options: argparse.Namespace,
     legs: tuple[int, ...] | None,
 ) -> None:
-    """Write a recording's folder and print its summary, as the options say."""
-    from phasmid.reporting import print_summary, report, summarise
+    """Print a recording's summary and what its folder holds, as the options say."""
+    from phasmid.reporting import print_summary, summarise
 
-    figures = not options.no_figures
-    report(recording, folder, force=options.force, figures=figures, mcap=options.mcap)
-    if not options.quiet:
-        print_summary(summarise(recording), legs=legs)
-        written = "recording.nc, summary.json, scenario.toml, robot.toml"
-        written += f"{', recording.mcap' if options.mcap else ''}{', figures/' if figures else ''}"
-        print(f"\nWritten to {folder}{os.sep}: {written}")
+    if options.quiet:
+        return
+    print_summary(summarise(recording), legs=legs)
+    written = "recording.nc, summary.json, scenario.toml, robot.toml"
+    written += f"{', recording.mcap' if options.mcap else ''}"
+    written += f"{'' if options.no_figures else ', figures/'}"
+    print(f"\nWritten to {folder}{os.sep}: {written}")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
