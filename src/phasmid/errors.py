@@ -27,17 +27,23 @@ class PhasmidError(Exception):
         self.hint = hint
 
     def __str__(self) -> str:
-        lines = [_plain(self.what)]
+        lines = [plain(self.what)]
         if self.where:
-            lines.append(f"  in   {_plain(self.where)}")
+            lines.append(f"  in   {plain(self.where)}")
         if self.hint:
-            lines.append(f"  try  {_plain(self.hint)}")
+            lines.append(f"  try  {plain(self.hint)}")
         return "\n".join(lines)
 
 
-def _plain(text: str) -> str:
-    """A text without characters that would drive a terminal: names in files may carry them."""
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+def plain(text: str) -> str:
+    """A text on one line, without what would drive a terminal: names in files may carry it.
+
+    Args:
+        text: Whatever came from a file, an option or a name.
+    """
+    return "".join(
+        c if c.isprintable() else " " if c.isspace() else "\N{REPLACEMENT CHARACTER}" for c in text
+    )
 
 
 class InvalidInput(PhasmidError):

@@ -7,8 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phasmid.errors import InvalidInput, OutputError
-from phasmid.recording import CHANNELS, load_recording, new_recording, save_recording
+from phasmid.errors import InvalidInput, OutputError, plain
+from phasmid.recording import (
+    CHANNELS,
+    DamagedRecording,
+    load_recording,
+    new_recording,
+    save_recording,
+)
+from phasmid.simulation.repetition import Replay
 
 SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4}
 
@@ -334,3 +341,14 @@ def test_importing_loads_neither_xarray_nor_a_plotting_library():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_a_text_from_a_file_cannot_drive_a_terminal():
+    # A title set by ESC ] 0 ; ... BEL, a line overwritten by CR, an escape of C1, a lone surrogate.
+    hostile = "a\x1b]0;owned\x07 \rb\x9b2J\udc80 é"
+    said = "a\N{REPLACEMENT CHARACTER}]0;owned\N{REPLACEMENT CHARACTER}  b"
+    said += "\N{REPLACEMENT CHARACTER}2J\N{REPLACEMENT CHARACTER} é"
+    assert plain(hostile) == said
+    assert str(InvalidInput(hostile)) == said
+    assert str(DamagedRecording(hostile, wrong=False)) == said
+    assert said in str(Replay(1, 1, None, {"machine": (hostile, "here")}))

@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.errors import plain
+
 if TYPE_CHECKING:
     from phasmid.paper.document import Results
 
@@ -43,7 +45,8 @@ def run(options: argparse.Namespace) -> int:
     results = reproduce(folder, force=options.force, announce=announce)
     if not options.quiet:
         _print_grades(results)
-        print(f"\nWritten to {folder}: paper.md with notes and comparisons, paper/ with figures")
+        place = plain(str(folder))
+        print(f"\nWritten to {place}: paper.md with notes and comparisons, paper/ with figures")
     return 0
 
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
     from phasmid.recording import Recording
@@ -84,7 +84,7 @@ def log_of(folder: Path) -> Path:
 
 
 def _later(log: Path) -> str:
-    return f"  try  phasmid report {log}, which makes the folder of it"
+    return f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
 
 
 def write_report(recording: Recording, folder: Path, options: argparse.Namespace) -> None:
@@ -110,7 +110,7 @@ def print_report(
     written = "recording.nc, summary.json, scenario.toml, robot.toml"
     written += f"{', recording.mcap' if options.mcap else ''}"
     written += f"{'' if options.no_figures else ', figures/'}"
-    print(f"\nWritten to {folder}{os.sep}: {written}")
+    print(f"\nWritten to {plain(str(folder))}{os.sep}: {written}")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

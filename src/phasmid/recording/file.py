@@ -66,7 +66,7 @@ def write_whole(path: Path, data: bytes | memoryview) -> None:
                 file.flush()
                 os.fsync(file.fileno())
             partial.replace(path)
-            _sync_folder(path.parent)
+            sync_folder(path.parent)
         except BaseException:
             with contextlib.suppress(OSError):
                 partial.unlink()
@@ -81,7 +81,7 @@ def cannot_write(path: Path, error: OSError) -> OutputError:
     return OutputError(f"cannot write {path}: {reason}.")
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Force a rename to the disk, on systems that let a folder be opened."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
@@ -151,7 +151,7 @@ def _read_netcdf(
 
     with h5py.File(path, "r") as stored:
         attributes = {
-            str(name): _plain(value)
+            str(name): _own(value)
             for name, value in stored.attrs.items()
             if not str(name).startswith("_NC")
         }
@@ -167,7 +167,7 @@ def _read_netcdf(
 _COORDINATES = {"time", "leg", *COORDINATES}
 
 
-def _plain(value: Any) -> str | int | float:
+def _own(value: Any) -> str | int | float:
     """An attribute as Python's own text or number."""
     if isinstance(value, bytes | np.bytes_):
         return value.decode("utf-8")
@@ -249,7 +249,7 @@ def _read(stored: Any) -> np.ndarray:
     if channel is None:
         # An unknown name is refused later, in the words of `new_recording`.
         return np.zeros(0)
-    units = _plain(stored.attrs["units"])
+    units = _own(stored.attrs["units"])
     if units != channel.units:
         raise InvalidInput(f'channel "{name}" is in {units}; it must be in {channel.units}.')
     values = np.asarray(stored[()])

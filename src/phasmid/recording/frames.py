@@ -23,7 +23,7 @@ from typing import IO, Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, plain
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.recording.recording import Attributes
 
@@ -49,7 +49,7 @@ class DamagedRecording(UserWarning):
     """
 
     def __init__(self, message: str, *, wrong: bool) -> None:
-        super().__init__(message)
+        super().__init__(plain(message))
         self.wrong = wrong
 
 

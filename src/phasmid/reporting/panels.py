@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, plain
 from phasmid.recording import Recording
-from phasmid.reporting.source import Source, attribute, channel, plain, read_source
+from phasmid.reporting.source import Source, attribute, channel, read_source
 from phasmid.reporting.steps import intervals
 from phasmid.reporting.style import FAINT, Figure, shrunk, wrapped
 

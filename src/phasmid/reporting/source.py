@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording
 from phasmid.robot import Robot
@@ -106,8 +106,3 @@ def finite_part(recording: Recording) -> Recording:
 def attribute(recording: Recording, name: str) -> str:
     """An attribute as text that is safe to print; empty where the recording lacks it."""
     return plain(str(recording.attrs.get(name, "")))
-
-
-def plain(text: str) -> str:
-    """Text on one line, without the control characters that could steer a terminal."""
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())

@@ -7,8 +7,7 @@ import textwrap
 from collections.abc import Iterator
 from typing import IO, Any, Protocol, cast, runtime_checkable
 
-from phasmid.errors import InvalidInput
-from phasmid.reporting.source import plain
+from phasmid.errors import InvalidInput, plain
 from phasmid.reporting.summary import REFINEMENT, Summary
 from phasmid.reporting.warnings import largest_joint
 

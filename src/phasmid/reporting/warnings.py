@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from phasmid.errors import plain
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.joints import SHORTEST_WAY
-from phasmid.reporting.source import Source, plain
+from phasmid.reporting.source import Source
 from phasmid.scenario import idle_fields
 
 NOTABLE_SLIP = 5e-3

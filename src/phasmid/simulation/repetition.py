@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, plain
 from phasmid.motion import plan, trajectory_from_text
 from phasmid.recording import Recording, load_recording
 from phasmid.scenario import recorded_scenario
@@ -70,7 +70,7 @@ class Replay:
                 f"{found.repeated!r}; {found.recorded!r} was recorded"
             )
         changed = ", ".join(
-            f"{name} {now} here, {then or 'unknown'} then"
+            f"{name} {now} here, {plain(then) or 'unknown'} then"
             for name, (then, now) in self.versions.items()
         )
         return f"{said}; {changed}." if changed else f"{said}."
