@@ -1,8 +1,12 @@
 """A log of a run: what was appended can be read, wherever it was cut, whatever was damaged."""
 
 import contextlib
+import errno
 import json
+import os
+import stat
 import struct
+import threading
 import warnings
 import zlib
 
@@ -277,3 +281,54 @@ def test_damaged_logs_are_refused_or_read_and_nothing_else(tmp_path_factory, dat
         warnings.simplefilter("ignore", DamagedRecording)
         with contextlib.suppress(PhasmidError):
             assert 0 < load_recording(path).sizes["time"] <= 6
+
+
+def test_a_disk_that_fails_is_told_though_every_write_succeeded(tmp_path, monkeypatch):
+    # The system tells it once, to whoever asks first.
+    told = iter([OSError(errno.EIO, "Input/output error")])
+    real = os.fsync
+
+    def failing(handle):
+        if stat.S_ISREG(os.fstat(handle).st_mode):
+            for error in told:
+                raise error
+        real(handle)
+
+    monkeypatch.setattr(log.os, "fsync", failing)
+    with pytest.raises(OutputError, match="to the disk: input/output error; 0 of 20 samples"):
+        write(tmp_path / "walk.rec")
+
+
+def test_the_folders_of_a_log_are_forced_to_the_disk_with_it(tmp_path, monkeypatch):
+    forced = []
+    monkeypatch.setattr(log, "sync_folder", forced.append)
+    write(tmp_path / "a/b/walk.rec")
+    assert forced == [tmp_path / "a/b", tmp_path / "a", tmp_path]
+
+
+def test_a_run_whose_log_was_replaced_meanwhile_says_so(tmp_path):
+    path, arrays, time = tmp_path / "walk.rec", everything(2), np.arange(2.0)
+    first = RecordingLog(path, arrays, CUT, time=time, force=True)
+    with first:
+        first.append(time, arrays)
+        with RecordingLog(path, arrays, CUT, time=time, force=True) as second:
+            second.append(time, arrays)
+            second.finish(DONE)
+        with pytest.raises(OutputError, match="was replaced by another run"):
+            first.finish(DONE)
+    assert load_recording(path).attrs["ending"] == DONE["ending"]
+
+
+def test_an_interrupt_as_a_log_appears_leaves_no_thread(tmp_path, monkeypatch):
+    arrays, time = everything(2), np.arange(2.0)
+    start = threading.Thread.start
+
+    def interrupted(thread):
+        start(thread)
+        raise KeyboardInterrupt
+
+    one = RecordingLog(tmp_path / "walk.rec", arrays, CUT, time=time)
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt), one:
+        one.append(time, arrays)
+    assert not one._syncing.is_alive()

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, OutputError
+from phasmid.recording.file import sync_folder
 from phasmid.recording.frames import frame, header, json_frame, opening, payload, sample_size
 from phasmid.recording.recording import Attributes
 
@@ -64,11 +65,15 @@ class RecordingLog:
         self._opening = opening(header(attributes, first, len(time)))
         self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
         self._file: Any = None
+        self._made: list[Path] = []
+        self._failure: OSError | None = None
         self._closing = threading.Event()
         self._syncing = threading.Thread(target=self._sync_now_and_then, daemon=True)
 
     def __enter__(self) -> RecordingLog:
         try:
+            folders = self.path.parent, *self.path.parent.parents
+            self._made = [folder for folder in folders if not folder.exists()]
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = self._partial.open("xb", buffering=0)
             self._size = 0
@@ -104,9 +109,16 @@ class RecordingLog:
             attributes: They replace those of the same names.
 
         Raises:
-            OutputError: It cannot be written.
+            OutputError: It cannot be written, or forced to the disk, or another run has replaced
+                the file.
         """
         try:
+            if not os.path.samestat(os.fstat(self._file.fileno()), self.path.stat()):
+                raise OutputError(
+                    f"{self.path} was replaced by another run of this name; what was recorded here "
+                    "is lost.",
+                    hint="another --out for each",
+                )
             self._write(json_frame(b"DONE", attributes, self._done))
         except OSError as error:
             raise self._cannot_write(error) from None
@@ -117,25 +129,39 @@ class RecordingLog:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        """Close the file.
+
+        Raises:
+            OutputError: It could not be forced to the disk.
+        """
         if self._done == 0:
             self._discard()
             return
-        self._closing.set()
-        self._syncing.join()
+        self._stop_syncing()
         self._sync()
         self._file.close()
+        if self._failure and error is None:
+            reason = (self._failure.strerror or str(self._failure)).lower()
+            raise OutputError(
+                f"cannot force {self.path} to the disk: {reason}; {self.acknowledged} of "
+                f"{self._done} samples are known to be on it."
+            )
 
     def _appear(self) -> None:
         """Give the file its name: it holds its first samples."""
         self._file.close()
         check_log(self.path, force=self._force)
         self._partial.replace(self.path)
+        # A file outlives the machine's power with its name alone, and that with its folder's.
+        for folder in (self.path, *self._made):
+            sync_folder(folder.parent)
         self._file = self.path.open("r+b", buffering=0)
         self._file.seek(0, os.SEEK_END)
         self._syncing.start()
 
     def _discard(self) -> None:
         """Leave nothing behind."""
+        self._stop_syncing()
         if self._file:
             self._file.close()
         with contextlib.suppress(OSError):
@@ -159,11 +185,21 @@ class RecordingLog:
         while not self._closing.wait(SYNC_INTERVAL):
             self._sync()
 
+    def _stop_syncing(self) -> None:
+        self._closing.set()
+        if self._syncing.is_alive():
+            self._syncing.join()
+
     def _sync(self) -> None:
         done = self._done
-        with contextlib.suppress(OSError):
+        if self._failure:
+            # The system tells of lost data once; a later call would succeed and mean nothing.
+            return
+        try:
             os.fsync(self._file.fileno())
             self.acknowledged = done
+        except OSError as error:
+            self._failure = error
 
     def _check_room(self, size: int) -> None:
         folder = self.path.resolve().parent
