@@ -240,3 +240,14 @@ def test_other_things_than_robots_scenarios_and_walks_are_refused():
         (lambda: running(scenario, None), "walk is None; it must be a plan or a trajectory."),
     ):
         assert refusal(work).what == what
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("1," * 60_000, "line 2 is longer than 100000 letters"),
+        ("1," * 40_000, "row 1 has 40001 cells; the heading has 19"),
+    ],
+)
+def test_a_line_of_a_table_cannot_fill_the_memory(tmp_path, rows, words):
+    (tmp_path / "a.csv").write_text(",".join(["time", *NAMES]) + "\n" + rows + "\n")
+    with pytest.raises(InvalidInput, match=words):
+        load_trajectory(tmp_path / "a.csv", ROBOT)

@@ -206,3 +206,17 @@ def test_damaged_files_are_read_or_refused_in_our_words(tmp_path, name):
         except PhasmidError:
             continue
         assert np.isfinite(heights).all()
+
+
+def test_a_long_line_is_refused_and_not_cut(tmp_path):
+    # Cut at any place, it would be two shorter rows of numbers.
+    (tmp_path / "map.csv").write_text("1," * 1_100_000 + "1\n")
+    with pytest.raises(InvalidInput, match="line 1 is longer than"):
+        read_heights(tmp_path / "map.csv", white=1.0)
+
+
+def test_a_large_file_is_refused_unread(tmp_path):
+    with (tmp_path / "map.csv").open("wb") as file:
+        file.truncate(200_000_001)
+    with pytest.raises(InvalidInput, match="holds 200000001 bytes"):
+        read_heights(tmp_path / "map.csv", white=1.0)

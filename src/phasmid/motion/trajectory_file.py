@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import itertools
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import IO, Literal, TypeAlias
 
 import numpy as np
 
@@ -17,6 +18,12 @@ from phasmid.units import UNITS, split_unit
 
 LARGEST_FILE = 200_000_000
 """Files above this many bytes are refused before they are read."""
+
+LONGEST_LINE = 100_000
+"""Longest line of a table of text [letters]; a joint's angle takes some twenty."""
+
+BLOCK_ROWS = 1000
+"""Rows of text that are in memory together: as text they take ten times the room."""
 
 
 def load_trajectory(
@@ -74,26 +81,53 @@ Table: TypeAlias = tuple[np.ndarray, np.ndarray]
 
 
 def _read_csv(path: Path, robot: Robot, scale: float) -> Table:
+    blocks: list[np.ndarray] = []
+    read = 0
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = csv.reader(file)
+            rows = csv.reader(_lines(file))
             heading = [name.strip() for name in next(rows, [])]
             order, scales = _columns(heading, robot, scale)
-            content = list(itertools.islice((row for row in rows if row), MOST_ROWS + 1))
+            content = (row for row in rows if row)
+            while block := list(itertools.islice(content, BLOCK_ROWS)):
+                blocks.append(_numbers(block, read, len(heading)))
+                read += len(block)
+                if read > MOST_ROWS:
+                    raise InvalidInput(f"trajectory has more than {MOST_ROWS} rows.")
     except (UnicodeDecodeError, csv.Error) as error:
         raise InvalidInput(f"{path.name} is not a table of text: {error}.") from None
-    if len(content) > MOST_ROWS:
-        raise InvalidInput(f"trajectory has more than {MOST_ROWS} rows.")
-    for number, row in enumerate(content, 1):
-        if len(row) != len(heading):
+    table = np.concatenate([np.empty((0, len(heading))), *blocks])
+    return table[:, heading.index("time")], table[:, order] * scales
+
+
+def _lines(file: IO[str]) -> Iterator[str]:
+    """The lines of a file, none of which can fill the memory."""
+    for number in itertools.count(1):
+        line = file.readline(LONGEST_LINE + 1)
+        if len(line) > LONGEST_LINE:
+            raise InvalidInput(f"trajectory line {number} is longer than {LONGEST_LINE} letters.")
+        if not line:
+            return
+        yield line
+
+
+def _numbers(block: list[list[str]], before: int, width: int) -> np.ndarray:
+    """Rows of text as numbers.
+
+    Args:
+        block: The rows.
+        before: How many stand above them.
+        width: Number of cells that each must have.
+    """
+    for number, row in enumerate(block, before + 1):
+        if len(row) != width:
             raise InvalidInput(
-                f"trajectory row {number} has {len(row)} cells; the heading has {len(heading)}."
+                f"trajectory row {number} has {len(row)} cells; the heading has {width}."
             )
     try:
-        table = np.array(content, dtype=float).reshape(len(content), len(heading))
+        return np.array(block, dtype=float)
     except ValueError:
-        table = np.array([[_number(cell) for cell in row] for row in content])
-    return table[:, heading.index("time")], table[:, order] * scales
+        return np.array([[_number(cell) for cell in row] for row in block])
 
 
 def _number(cell: str) -> float:

@@ -15,6 +15,9 @@ from phasmid.terrain.height_map import MOST_SAMPLES, check_count, check_finite, 
 IMAGES = ("PNG", "JPEG", "TIFF", "PPM", "BMP")
 """Formats of images that are read; others of pillow's would start foreign programs."""
 
+LARGEST_FILE = 200_000_000
+"""Files above this many bytes are refused before they are read."""
+
 LONGEST_LINE = 32 * 65536
 """Longest line of a table that is read [bytes]."""
 
@@ -36,6 +39,12 @@ def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns
     if not _is_file(path):
         raise InvalidInput(
             f'terrain file "{path.name}" does not exist in {path.absolute().parent}.'
+        )
+    size = path.stat().st_size
+    if size > LARGEST_FILE:
+        raise InvalidInput(
+            f'terrain file "{path.name}" holds {size} bytes; a height map holds at most '
+            f"{LARGEST_FILE}."
         )
     kind = path.suffix.lower()
     try:
@@ -117,7 +126,11 @@ def _table(path: Path) -> np.ndarray:
     rows: list[np.ndarray] = []
     samples = 0
     with path.open("rb") as file:
-        for number, line in enumerate(iter(lambda: file.readline(LONGEST_LINE), b""), 1):
+        for number, line in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), 1):
+            if len(line) > LONGEST_LINE:
+                raise InvalidInput(
+                    f'terrain file "{path.name}" line {number} is longer than {LONGEST_LINE} bytes.'
+                )
             if not line.strip():
                 continue
             try:
