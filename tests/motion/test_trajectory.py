@@ -2,6 +2,7 @@
 
 import contextlib
 import inspect
+import os
 
 import numpy as np
 import pytest
@@ -251,3 +252,13 @@ def test_a_line_of_a_table_cannot_fill_the_memory(tmp_path, rows, words):
     (tmp_path / "a.csv").write_text(",".join(["time", *NAMES]) + "\n" + rows + "\n")
     with pytest.raises(InvalidInput, match=words):
         load_trajectory(tmp_path / "a.csv", ROBOT)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    make = getattr(os, "mkfifo", None)
+    for name in ("a.csv", "a.npy", "a.nc"):
+        if make is None:
+            return
+        make(tmp_path / name)
+        with pytest.raises(InvalidInput, match="is not a file"):
+            load_trajectory(tmp_path / name, ROBOT)

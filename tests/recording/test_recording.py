@@ -1,5 +1,6 @@
 """A recording cannot be malformed, and a file of it is whole or absent."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -352,3 +353,13 @@ def test_a_text_from_a_file_cannot_drive_a_terminal():
     assert str(InvalidInput(hostile)) == said
     assert str(DamagedRecording(hostile, wrong=False)) == said
     assert said in str(Replay(1, 1, None, {"machine": (hostile, "here")}))
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    make = getattr(os, "mkfifo", None)
+    for name in ("a.nc", "a.rec"):
+        if make is None:
+            return
+        make(tmp_path / name)
+        with pytest.raises(InvalidInput, match="is not a file"):
+            load_recording(tmp_path / name)

@@ -1,5 +1,6 @@
 """Height maps from files and as text: what is read, and what is refused before it costs memory."""
 
+import os
 import struct
 import zlib
 
@@ -220,3 +221,13 @@ def test_a_large_file_is_refused_unread(tmp_path):
         file.truncate(200_000_001)
     with pytest.raises(InvalidInput, match="holds 200000001 bytes"):
         read_heights(tmp_path / "map.csv", white=1.0)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    make = getattr(os, "mkfifo", None)
+    for name in ("a.csv", "a.npy", "a.png"):
+        if make is None:
+            return
+        make(tmp_path / name)
+        with pytest.raises(InvalidInput, match="does not exist"):
+            read_heights(tmp_path / name, white=1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Literal, TypeAlias
@@ -57,7 +58,11 @@ def load_trajectory(
     if unit not in ("rad", "deg"):
         raise InvalidInput(f'unit is "{unit}"; it must be "rad" or "deg".')
     try:
-        size = path.stat().st_size
+        status = path.stat()
+        # A pipe has no end that could be waited for.
+        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+            raise InvalidInput(f"{path} is not a file.")
+        size = status.st_size
         with path.open("rb"):
             pass
     except FileNotFoundError:

@@ -6,6 +6,7 @@ import contextlib
 import math
 import os
 import secrets
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -108,8 +109,11 @@ def load_recording(path: str | Path) -> Recording:
     try:
         if path.is_dir():
             path = _inside(path)
-        size = path.stat().st_size
-        log = is_log(path)
+        status = path.stat()
+        # A pipe has no end that could be waited for.
+        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+            raise InvalidInput(f"{path} is not a file.")
+        size, log = status.st_size, is_log(path)
     except FileNotFoundError:
         raise InvalidInput(f"recording {path} does not exist.") from None
     except OSError as error:
