@@ -270,3 +270,8 @@ def test_settling_counts_among_the_steps(changes):
 def test_a_number_beyond_all_numbers_is_not_finite():
     with pytest.raises(InvalidInput, match="it must be a finite number"):
         load_scenario("paper").replace(step_length_mm=10**400)
+
+
+def test_a_record_interval_below_a_step_is_refused():
+    with pytest.raises(InvalidInput, match="record_interval is 1e-12 s; it must be a whole number"):
+        Scenario(simulation={"record_interval": 1e-12})

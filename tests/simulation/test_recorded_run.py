@@ -278,3 +278,13 @@ def test_a_run_that_is_stopped_does_not_settle():
     run = Run(PAPER, plan(PAPER), interrupted=[1])
     assert run.trouble.ending.name == "STOPPED"
     assert not run.data.qvel.any()
+
+
+def test_a_start_after_the_last_recorded_step_is_refused():
+    # 1200 steps, of which each 7th is recorded: the last is 171 * 7 = 1197.
+    scenario = PAPER.replace(record_interval=0.007)
+    walk = plan(scenario)
+    state = Run(scenario, walk).state()
+    assert Run(scenario, walk, start=np.r_[1197.0, state[1:]]).time.tolist() == [171 * 0.007]
+    with pytest.raises(InvalidInput, match="at step 1198; it must be one of 0 to 1197"):
+        Run(scenario, walk, start=np.r_[1198.0, state[1:]])

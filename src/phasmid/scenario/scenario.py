@@ -108,7 +108,8 @@ class Scenario(Table):
                 hint="a shorter duration, or fewer samples",
             )
         interval = self.simulation.record_interval
-        if interval is not None and abs(interval / dt - round(interval / dt)) > 1e-6:
+        count = 1.0 if interval is None else interval / dt
+        if round(count) < 1 or abs(count - round(count)) > 1e-6:
             raise InvalidInput(
                 f"record_interval is {interval:g} s; "
                 f"it must be a whole number of steps of {dt:g} s."

@@ -133,9 +133,11 @@ class Run:
                 "a state of a run of this walk.",
                 hint="Run.state() of the same scenario and walk",
             )
-        if not (state[0] == round(state[0]) and 0 <= state[0] <= self.steps):
+        last = self.steps // self.every * self.every
+        if not (state[0] == round(state[0]) and 0 <= state[0] <= last):
             raise InvalidInput(
-                f"start is at step {state[0]:g}; it must be one of 0 to {self.steps}.",
+                f"start is at step {state[0]:g}; it must be one of 0 to {last}, the last that is "
+                "recorded.",
                 hint="a longer duration",
             )
         self.step = int(state[0])
