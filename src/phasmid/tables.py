@@ -67,6 +67,14 @@ class Table(BaseModel):
     def _convert_units(cls, raw: Any) -> Any:
         return in_si(cls, raw) if isinstance(raw, Mapping) else raw
 
+    @model_validator(mode="after")
+    def _check_text(self: T) -> T:
+        for name, value in self:
+            # Half a character of UTF-16: Python holds it, and no file does.
+            if isinstance(value, str) and any("\ud800" <= c <= "\udfff" for c in value):
+                raise InvalidInput(f"{name} is {value!r}; it must be text that a file can hold.")
+        return self
+
 
 def in_si(table: type[Table], raw: Mapping[str, Any]) -> dict[str, Any]:
     """Values of a table by the names of its fields, those whose key ends in a unit in SI.

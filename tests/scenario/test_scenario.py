@@ -275,3 +275,17 @@ def test_a_number_beyond_all_numbers_is_not_finite():
 def test_a_record_interval_below_a_step_is_refused():
     with pytest.raises(InvalidInput, match="record_interval is 1e-12 s; it must be a whole number"):
         Scenario(simulation={"record_interval": 1e-12})
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"description": "a\udc80"},
+        {"robot": "a\ud800.toml"},
+        {"gait": {"name": "\udfff"}},
+        {"terrain": {"height_map": "\udc80.npy"}},
+    ],
+)
+def test_text_that_no_file_can_hold_is_refused(fields):
+    with pytest.raises(InvalidInput, match="text that a file can hold"):
+        Scenario(**fields)
