@@ -141,7 +141,7 @@ class FailedRuns(PhasmidError):
         self,
         names: Sequence[str],
         recordings: Sequence[Any],
-        errors: Mapping[int, PhasmidError],
+        errors: Mapping[int, Exception],
     ) -> None:
         self.recordings = list(recordings)
         self.errors = dict(errors)
@@ -149,7 +149,11 @@ class FailedRuns(PhasmidError):
         which = f"run {first + 1} of {len(names)} ({names[first]}): "
         more = f" {len(errors) - 1} more failed." if len(errors) > 1 else ""
         error = errors[first]
-        super().__init__(which + error.what + more, where=error.where, hint=error.hint)
+        if isinstance(error, PhasmidError):
+            super().__init__(which + error.what + more, where=error.where, hint=error.hint)
+        else:
+            said = f"{type(error).__name__}: {error}".rstrip(".: ")
+            super().__init__(f"{which}{said}.{more}")
 
 
 class OutputError(PhasmidError):

@@ -16,7 +16,7 @@ from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, record, simulate
+from phasmid.simulation import Run, many, record, simulate
 
 PAPER = load_scenario("paper").replace(duration=1.2)
 DRIVES = ("prescribed", "ideal-servo")
@@ -288,3 +288,19 @@ def test_a_start_after_the_last_recorded_step_is_refused():
     assert Run(scenario, walk, start=np.r_[1197.0, state[1:]]).time.tolist() == [171 * 0.007]
     with pytest.raises(InvalidInput, match="at step 1198; it must be one of 0 to 1197"):
         Run(scenario, walk, start=np.r_[1198.0, state[1:]])
+
+
+def test_a_run_that_fails_in_any_way_leaves_the_others(monkeypatch):
+    right = many.simulate_part
+
+    def failing(scenario, walk, **options):
+        if scenario.name == "bad":
+            raise ZeroDivisionError("division by zero")
+        return right(scenario, walk, **options)
+
+    monkeypatch.setattr(many, "simulate_part", failing)
+    with pytest.raises(FailedRuns) as caught:
+        simulate_many([PAPER.replace(name="bad"), PAPER], workers=1)
+    assert caught.value.what == "run 1 of 2 (bad): ZeroDivisionError: division by zero."
+    assert caught.value.recordings[0] is None
+    assert caught.value.recordings[1].attrs["ending"] == "COMPLETED"

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
-from phasmid.errors import FailedRuns, InvalidInput, PhasmidError
+from phasmid.errors import FailedRuns, InvalidInput
 from phasmid.motion import Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
@@ -31,14 +31,15 @@ def simulate_many(
 
     Raises:
         InvalidInput: There is no worker.
-        FailedRuns: Some were refused; it names them and carries the recordings of the others.
+        FailedRuns: Some were refused or failed; it names them and carries the recordings of the
+            others.
     """
     given = list(scenarios)
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(given)
-    errors: dict[int, PhasmidError] = {}
+    errors: dict[int, Exception] = {}
     # Threads are enough: the engine runs beside Python, in steps of its own.
     with ThreadPoolExecutor(min(workers or _cores(), max(1, len(given)))) as pool:
         places: dict[Future[Recording], int] = {
@@ -48,7 +49,8 @@ def simulate_many(
             for count, done in enumerate(as_completed(places), 1):
                 try:
                     recordings[places[done]] = done.result()
-                except PhasmidError as error:
+                except Exception as error:
+                    # Also a mistake of ours: the other runs are worth keeping.
                     errors[places[done]] = error
                 if progress:
                     progress(count)
@@ -58,9 +60,13 @@ def simulate_many(
             pool.shutdown(cancel_futures=True)
             raise
     if errors:
-        names = [one.name if isinstance(one, Scenario) else one[0].name for one in given]
+        names = [_scenario(one).name for one in given]
         raise FailedRuns(names, recordings, errors)
     return [recording for recording in recordings if recording is not None]
+
+
+def _scenario(one: Scenario | tuple[Scenario, Walk]) -> Scenario:
+    return one if isinstance(one, Scenario) else one[0]
 
 
 def _simulate(one: Scenario | tuple[Scenario, Walk], stopped: list[int]) -> Recording:
