@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from phasmid.cli import main
+from phasmid.errors import OutputError
 from phasmid.verification import CHECKS, Verdict
 from phasmid.verification.check import Check
 from phasmid.verification.page import page, tally
@@ -127,3 +128,18 @@ def test_the_page_is_that_of_the_present_checks(measured):
     assert written[written.index(after) :] == ours[ours.index(after) :]
     assert tally(rows) in written
     assert all(row.verdict is not Verdict.FAILS for row in rows)
+
+
+def test_one_file_cannot_hold_both_the_rows_and_the_page(tmp_path, capsys):
+    one, same = str(tmp_path / "a"), f"{tmp_path}/../{tmp_path.name}/a"
+    assert main(["verify", "--rows", "1", "--json", one, "--page", same]) == 2
+    assert "they must be two files" in capsys.readouterr().err
+
+
+def test_the_table_is_printed_though_its_file_cannot_be_written(tmp_path, capsys, monkeypatch):
+    def full(path, data):
+        raise OutputError(f"cannot write {path}: no space left on device.")
+
+    monkeypatch.setattr("phasmid.recording.file.write_whole", full)
+    assert main(["verify", "--rows", "1", "--json", str(tmp_path / "a")]) == 1
+    assert "verdict" in capsys.readouterr().out

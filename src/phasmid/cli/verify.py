@@ -40,6 +40,8 @@ def run(options: argparse.Namespace) -> int:
     """Verify as the options say; returns the exit status."""
     numbers = _numbers(options.rows)
     files = [Path(name) for name in (options.json, options.page) if name is not None]
+    if len({path.resolve() for path in files}) < len(files):
+        raise InvalidInput(f"--json and --page are both {files[0]}; they must be two files.")
     for path in files:
         _check_place(path, force=options.force)
     from phasmid.recording.file import write_whole
@@ -49,6 +51,11 @@ def run(options: argparse.Namespace) -> int:
     with _progress(len(CHECKS) if numbers is None else len(numbers), options.quiet) as progress:
         rows = verify(numbers, progress=progress)
     failed = [row for row in rows if row.verdict is Verdict.FAILS]
+    # The table first: it has been waited for, and a disk may have filled meanwhile.
+    if failed or not options.quiet:
+        _print_table(failed if options.quiet else rows, explain=options.explain)
+    if not options.quiet:
+        _print_tally(rows)
     if options.json is not None:
         text = json.dumps(
             {"passed": not failed, "rows": [row.as_dict() for row in rows]},
@@ -59,10 +66,6 @@ def run(options: argparse.Namespace) -> int:
         write_whole(Path(options.json), f"{text}\n".encode())
     if options.page is not None:
         write_whole(Path(options.page), page(rows).encode())
-    if failed or not options.quiet:
-        _print_table(failed if options.quiet else rows, explain=options.explain)
-    if not options.quiet:
-        _print_tally(rows)
     return 1 if failed else 0
 
 
@@ -90,6 +93,8 @@ def _check_place(path: Path, *, force: bool) -> None:
         raise InvalidInput(f"{path} exists; nothing was written.", hint="--force, or another file")
     if not path.parent.is_dir():
         raise cannot_write(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise cannot_write(path, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
 
 
 def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
