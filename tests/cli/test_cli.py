@@ -520,6 +520,8 @@ def test_help_shows_how_lists_are_written(capsys):
     assert "--edge-x-mm A,B,..." in text
     assert "--compliance-slope A,B" in text
     assert "--patches A,B,C,D,E;..." in text
+
+
 @pytest.mark.parametrize("place", [".", "..", "/", "a/.."])
 def test_a_place_that_is_no_new_folder_is_refused(here, capsys, place):
     for options in (["walk", "--duration", "0.1"], ["walk", "--duration", "0.1", "--force"]):

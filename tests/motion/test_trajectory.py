@@ -241,6 +241,8 @@ def test_other_things_than_robots_scenarios_and_walks_are_refused():
         (lambda: running(scenario, None), "walk is None; it must be a plan or a trajectory."),
     ):
         assert refusal(work).what == what
+
+
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
