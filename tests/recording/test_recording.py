@@ -217,7 +217,7 @@ def test_an_absent_folder_is_one_sentence(tmp_path):
 def test_an_absent_file_is_one_sentence(tmp_path):
     with pytest.raises(InvalidInput, match="does not exist"):
         load_recording(tmp_path / "a.nc")
-    with pytest.raises(InvalidInput, match="is a folder without a recording.nc"):
+    with pytest.raises(InvalidInput, match=r"is a folder without a recording\.nc"):
         load_recording(tmp_path)
 
 
