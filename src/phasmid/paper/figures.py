@@ -96,7 +96,8 @@ def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
             _draw_foot(axes[:, column], trial, trial.channel("foot_force"), SEEN)
             for line, alike in zip(LINES, lines, strict=False):
                 _draw_foot(axes[:, column], trial, model_force_and_torque(trial, alike[0])[0], line)
-            axes[0, column].set_title({"prescribed": "prescribed joints"}.get(drive, drive))
+            short = {DRIVES[0]: "prescribed joints", DRIVES[1]: "40 N·m/rad"}
+            axes[0, column].set_title(short.get(drive, drive))
             axes[1, column].set_xlabel("time [s]")
         axes[0, 0].set_ylabel("normal [N]")
         axes[1, 0].set_ylabel("outward [N]")
