@@ -85,13 +85,13 @@ def test_the_share_of_a_squeeze_and_its_fading_are_read_off(trial: Trial) -> Non
 
 
 def test_a_squeeze_fades_with_damping_and_give(trial: Trial) -> None:
-    # Four points of 300 N·s/m against joints of stiffness k at lever arms of about a decimetre:
+    # Four points of 500 N·s/m against joints of stiffness k at lever arms of about a decimetre:
     # twice the damping or half the stiffness is twice the time.
     base = sharing.fading_time(trial)
     robot = replace(trial.walk.robot, servo=replace(trial.walk.robot.servo, stiffness=2 * 9.2))
     stiffer = Trial(trial.scenario, replace(trial.walk, robot=robot), trial.recording, {})
     assert sharing.fading_time(stiffer) == pytest.approx(base / 2, rel=1e-12)
-    sticky = Trial(SHORT.replace(friction_damping=600.0), trial.walk, trial.recording, {})
+    sticky = Trial(SHORT.replace(friction_damping=1000.0), trial.walk, trial.recording, {})
     assert sharing.fading_time(sticky) == pytest.approx(2 * base, rel=1e-12)
     # An outward push p on the foot turns femur and tibia by Jᵀ p / k: with Lf = 82 mm and
     # Lt = 140 mm both have lever arms of their heights, 100 mm and that of the knee.
@@ -101,7 +101,7 @@ def test_a_squeeze_fades_with_damping_and_give(trial: Trial) -> None:
     q = kinematics.joint_angles(leg, leg.neutral_foot)
     knee = leg.femur.length * np.sin(q[1])
     give = (0.1**2 + (0.1 + knee) ** 2) / trial.walk.robot.servo.stiffness
-    assert base == pytest.approx(4 * 300.0 * give, rel=1e-9)
+    assert base == pytest.approx(4 * 500.0 * give, rel=1e-9)
 
 
 def spread_feet(seed: int, count: int) -> np.ndarray:

@@ -153,12 +153,12 @@ def test_three_legs_that_bear_it_all_the_time_earn_the_whole_grade(walk: Trial) 
 
 @pytest.mark.parametrize("measure", [walking.gaits, walking.terrains])
 def test_one_gait_or_ground_that_falls_short_is_enough(walk: Trial, measure: Measure) -> None:
-    names = [f"{gait} gait" for gait in GAITS] + ["friction 0.3", "friction 1"]
+    names = [f"{gait} gait" for gait in GAITS] + [*walking.TERRAINS, "friction 0.3", "friction 1"]
     good = Evidence(SHORT)
     good._trials = dict.fromkeys(names, walk)
-    best = Grade.HOLDS if measure is walking.gaits else Grade.NOT_TESTED
+    best = Grade.HOLDS
     assert measure(good).grade is best
-    for name in ("ripple gait", "friction 1"):
+    for name in ("ripple gait", "stairs", "friction 1"):
         bad = Evidence(SHORT)
         bad._trials = good._trials | {name: doctored(walk, body_position=lambda p: 0.9 * p)}
         mine = name in names[:3] if measure is walking.gaits else name in names[3:]

@@ -19,7 +19,7 @@ from phasmid.simulation.model import build_model
 from phasmid.terrain import Blocky, Ground, Steps, height_text, heights_from_text
 
 PAPER = load_scenario("paper").replace(planned_on="level")
-HILLS = height_text(0.03 * np.random.default_rng(3).uniform(size=(17, 24)))
+HILLS = height_text(0.026 * np.random.default_rng(3).uniform(size=(17, 24)))
 KINDS = {
     "flat": {},
     "slope": {"slope_deg": 20},
@@ -72,7 +72,7 @@ def test_engine_and_planner_have_one_height(robot, kind, yaw):
     # the engine's contact lies at the planner's height: under the point's centre by its radius and
     # the distance, along the contact's normal. A tangent plane is off by curvature times the square
     # of 3.3 mm (the farthest point of a foot, on a slope of 30°) over 2: by 1 mm for a curvature of
-    # 180/m. The waves have 4/m, the map 4 * 30 mm/(40 mm)² = 75/m.
+    # 180/m. The waves have 4/m, the map 4 * 26 mm/(40 mm)² = 65/m.
     scenario = on(kind, terrain_yaw=yaw)
     ground, random = scenario.load_terrain(), np.random.default_rng(1)
     model, data, place = placed(robot, scenario, 0.0, 0.0, 0.0, 5.0)

@@ -117,7 +117,7 @@ def light_tibia(model):
         (15, lopsided, "leg 2, simulated mean"),
         # atan(0.77) is 2.6 degrees above atan(0.7).
         (16, rougher, "steepest that holds, μ = 0.7"),
-        (17, creeping_less, "300 N·s/m a point"),
+        (17, creeping_less, "500 N·s/m a point"),
         (18, rougher, "way, μ = 0.3"),
         (19, rougher, "beyond μ times the normal force"),
         (27, lopsided, "mirror image"),
