@@ -174,7 +174,7 @@ The time in which it fades is about that of a foot's friction damping against it
 servos as soft as the AX-12A it is longer than a stance, and `minimum-torque` is by far the nearest
 model. The AX-12A itself does not give like a spring: inside its margin and its friction it does not
 give at all, so that it keeps part of what touchdown left; `minimum-torque` remains the nearest. For
-servos four times as stiff on this ground neither is near, and for prescribed joints the minimum
+servos four times as stiff it is the nearer one, but not near, and for prescribed joints the minimum
 norm is. `friction-cone` and `smallest-largest-load` bound what the ground can give, and
 change nothing on a walk that is far from slipping.
 """
