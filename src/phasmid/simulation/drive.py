@@ -46,17 +46,38 @@ class Drive(Protocol):
         """What is wrong with the drive in a state, to be told when a run ends early; or nothing."""
 
 
-class PrescribedDrive:
+class Memoryless:
+    """What drives share that remember nothing from one step to the next, and do not fail."""
+
+    def __init__(self) -> None:
+        self.state = np.empty(0)
+
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Nothing: these joints remember nothing."""
+        del speed
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Nothing: these joints remember nothing."""
+        del states
+        return {}
+
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """Nothing: these joints do not fail."""
+        del state
+        return ""
+
+
+class PrescribedDrive(Memoryless):
     """Joints that follow the plan exactly, whatever torque it takes: the paper's way.
 
     Each joint is held by an equality constraint; its force is the joint's torque.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
+        super().__init__()
         self._data = data
         self._angle = model.eq_data[:, 0]
         self._count = 3 * len(walk.robot.legs)
-        self.state = np.empty(0)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the angles at which the constraints hold."""
@@ -86,25 +107,12 @@ class PrescribedDrive:
         angle = walk.q + (damping * walk.qd + JOINT_IMPEDANCE * walk.qdd) / stiffness
         return angle.reshape(len(walk.time), -1)
 
-    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Nothing: these joints remember nothing."""
-        del speed
 
-    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Nothing: these joints remember nothing."""
-        del states
-        return {}
-
-    def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Nothing: these joints do not fail."""
-        del state
-        return ""
-
-
-class IdealServoDrive:
+class IdealServoDrive(Memoryless):
     """Position servos with a torque that falls with speed, from stall to none at no load."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
+        super().__init__()
         servo = walk.robot.servo
         self._control, self._force = data.ctrl, data.actuator_force
         self._velocity = data.qvel[6:]
@@ -112,7 +120,6 @@ class IdealServoDrive:
         self._stall = servo.stall_torque
         self._drop_per_speed = servo.stall_torque / servo.no_load_speed
         self._drop, self._loss = np.empty((2, model.nu))
-        self.state = np.empty(0)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the servos' goals, and what torque they can give at the present speed."""
@@ -134,17 +141,3 @@ class IdealServoDrive:
         """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
         del dt
         return walk.q.reshape(len(walk.time), -1)
-
-    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Nothing: these joints remember nothing."""
-        del speed
-
-    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Nothing: these joints remember nothing."""
-        del states
-        return {}
-
-    def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Nothing: these joints do not fail."""
-        del state
-        return ""

@@ -40,7 +40,7 @@ def simulate_many(
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(given)
     errors: dict[int, Exception] = {}
-    # Threads are enough: the engine runs beside Python, in steps of its own.
+    # Threads share Python's lock: the engine steps beside it, the model's figures do not.
     with ThreadPoolExecutor(min(workers or _cores(), max(1, len(given)))) as pool:
         places: dict[Future[Recording], int] = {
             pool.submit(_simulate, one, stopped): place for place, one in enumerate(given)

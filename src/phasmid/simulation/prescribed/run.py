@@ -17,6 +17,7 @@ from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
+from phasmid.simulation.drive import Memoryless
 from phasmid.simulation.prescribed.legs import (
     AXIS,
     LEG,
@@ -57,24 +58,12 @@ class _Widths:
     nsensordata: int
 
 
-class _Planned:
+class _Planned(Memoryless):
     """Joints that do what is planned, and remember nothing."""
-
-    def __init__(self) -> None:
-        self.state = np.empty(0)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Nothing: the rows of the legs say it all."""
         del target
-
-    def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Nothing: these joints do not fail."""
-        del state
-        return ""
-
-    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Nothing: these joints remember nothing."""
-        del speed
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """None: torques are found after the motion."""
@@ -85,11 +74,6 @@ class _Planned:
         """Planned angles, shape (N, 3 L) [rad]."""
         del dt
         return walk.q.reshape(len(walk.time), -1)
-
-    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Nothing."""
-        del states
-        return {}
 
 
 class TrunkRun(Run):
