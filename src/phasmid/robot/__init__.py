@@ -1,5 +1,6 @@
 """What the machine is: a body, its legs, their links and servos."""
 
+from phasmid.robot.appearance import Appearance, Part
 from phasmid.robot.file import load_robot, load_servo, preset_names, robot_to_toml, servo_names
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link
@@ -11,11 +12,13 @@ from phasmid.robot.variants import with_mass_model, with_mounts, with_neutral_fo
 __all__ = [
     "HEXAPOD_LEGS",
     "JOINTS",
+    "Appearance",
     "Body",
     "Leg",
     "LegArrays",
     "Link",
     "Motor",
+    "Part",
     "Robot",
     "Servo",
     "load_robot",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from phasmid import toml
 from phasmid.errors import InvalidInput, InvalidRobot, located
+from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
@@ -78,7 +80,28 @@ def robot_from_table(raw: dict[str, Any], path: Path, content: str) -> Robot:
                 legs.append(_leg(name, table.legs[name], locate))
         body = _body(table, sum(link.mass for leg in legs for link in leg.links))
         servo = Servo(**table.servo.model_dump())
-        return Robot(table.name, body, tuple(legs), servo, table.description)
+        return Robot(
+            table.name,
+            body,
+            tuple(legs),
+            servo,
+            table.description,
+            _appearance(table.appearance, path.parent),
+        )
+
+
+def _appearance(name: str | None, folder: Path) -> Appearance | None:
+    """The look in a file beside the robot's, or else among those that come with phasmid.
+
+    A recording carries its robot as text alone: where the file is not at hand, the robot walks
+    all the same.
+    """
+    if name is None:
+        return None
+    for path in (folder / name, Path(str(resources.files("phasmid.robot") / "presets" / name))):
+        if path.is_file() and not path.is_symlink():
+            return Appearance.from_file(path)
+    return None
 
 
 def _locator(path: Path, content: str) -> Locator:
@@ -216,11 +239,13 @@ def robot_to_toml(robot: Robot) -> str:
     Keys carry no units: all numbers are SI and radians, so that none is rounded.
     """
     s = robot.servo
+    shown = robot.appearance is not None and robot.appearance.name
     lines = [
         "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m,",
         "# temperatures in degrees Celsius.",
         f"name = {toml_string(robot.name)}",
         f"description = {toml_string(robot.description)}",
+        *([f"appearance = {toml_string(robot.appearance.name)}"] if shown else []),
         f"leg_count = {len(robot.legs)}",
         "",
         "[servo]",

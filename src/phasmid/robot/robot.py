@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot, nearest
+from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import check_inertia, check_length, check_mass, frozen_array
 from phasmid.robot.servo import Servo
@@ -96,6 +97,7 @@ class Robot:
         legs: The legs; leg number i of the paper is ``legs[i - 1]``.
         servo: The motor of every joint.
         description: One or two sentences: what it is and where its numbers come from.
+        appearance: What its links look like; None where nobody said so.
 
     Raises:
         InvalidRobot: Fewer than four legs, or two legs of one name or one hip.
@@ -106,6 +108,7 @@ class Robot:
     legs: tuple[Leg, ...]
     servo: Servo
     description: str = ""
+    appearance: Appearance | None = None
 
     def __post_init__(self) -> None:
         if len(self.legs) < 4:

@@ -42,6 +42,17 @@ def _printable(name: Any) -> Any:
     return name
 
 
+def _file_name(name: Any) -> Any:
+    if isinstance(name, str) and not (
+        name.endswith(".glb") and name.isprintable() and not set(name) & set("/\\:")
+    ):
+        raise InvalidInput(
+            f"{name[:LONGEST_NAME]!r} cannot be used; it must be the name of a .glb file beside "
+            "the robot file, without a folder."
+        )
+    return name
+
+
 def _matrix(tensor: Any) -> Any:
     """A tensor's table of xx, yy, zz, xy, xz, yz as rows."""
     if not isinstance(tensor, Mapping):
@@ -178,6 +189,7 @@ class RobotTable(RobotPart):
 
     name: Name
     description: str = ""
+    appearance: Annotated[str, BeforeValidator(_file_name)] | None = None
     leg_count: Annotated[Count, Ge(4)] = 6
     total_weight: Weight | None = None
     servo: ServoTable

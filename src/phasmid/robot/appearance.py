@@ -1,0 +1,176 @@
+"""What a robot looks like: coloured meshes, link by link; physics knows nothing of them."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Integer
+
+from phasmid.errors import InvalidInput, InvalidRobot
+
+LARGEST_FILE = 64_000_000
+"""Files of meshes above this many bytes are refused."""
+
+MOST_FACES = 5_000_000
+"""Meshes of more triangles than this are refused."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One rigid piece of a link: a triangle mesh of one colour, in the link's frame.
+
+    Attributes:
+        vertices: Corners [m], shape (V, 3).
+        faces: Indices of each triangle's corners, counter-clockwise from outside, shape (F, 3).
+        color: Red, green, blue and opacity, 0 to 1.
+        name: Such as ``servo``; empty where it has none.
+
+    Raises:
+        InvalidRobot: The mesh is empty, not finite, too large, or a face has no such corner.
+    """
+
+    vertices: Float[np.ndarray, "vertices 3"]
+    faces: Integer[np.ndarray, "faces 3"]
+    color: tuple[float, float, float, float] = (0.5, 0.5, 0.5, 1.0)
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        what = f"mesh {self.name}".strip()
+        vertices = np.array(self.vertices, dtype=float)
+        faces = np.array(self.faces, dtype=np.int64)
+        for array, noun in ((vertices, "corners"), (faces, "faces")):
+            if array.ndim != 2 or array.shape[1] != 3 or not len(array):
+                raise InvalidRobot(f"{what} has {noun} of shape {array.shape}; it must be (n, 3).")
+            array.flags.writeable = False
+        if len(faces) > MOST_FACES:
+            raise InvalidRobot(f"{what} has {len(faces)} faces; the limit is {MOST_FACES}.")
+        bad = int(np.count_nonzero(~np.isfinite(vertices).all(axis=1)))
+        if bad:
+            raise InvalidRobot(f"{what} has {bad} corners that are not finite.")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise InvalidRobot(f"{what}: a face names a corner that is not there.")
+        if not all(0 <= c <= 1 for c in self.color) or len(self.color) != 4:
+            raise InvalidRobot(f"{what}: a colour is four numbers from 0 to 1.")
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+
+    def at(self, X: Float[np.ndarray, "4 4"]) -> Part:
+        """The part moved by a pose, such as ``X_link_part``."""
+        moved = self.vertices @ X[:3, :3].T + X[:3, 3]
+        return Part(moved, self.faces, self.color, self.name)
+
+
+@dataclass(frozen=True, eq=False)
+class Appearance:
+    """The look of a robot's links, read from its file when it is first asked for.
+
+    A link is called ``body``, or ``LEG.coxa``, ``LEG.femur`` and ``LEG.tibia`` after its leg;
+    ``coxa``, ``femur`` and ``tibia`` alone stand for every leg that has none of its own. Frames
+    are the body's and those of Table 1.
+
+    Attributes:
+        read: Gives the parts of each named link.
+        name: Of its file, without folders; empty where there is none.
+    """
+
+    read: Callable[[], Mapping[str, tuple[Part, ...]]] = field(repr=False)
+    name: str = ""
+
+    @classmethod
+    def of(cls, parts: Mapping[str, tuple[Part, ...]], name: str = "") -> Appearance:
+        """The look that is made of parts at hand."""
+        return cls(lambda: parts, name)
+
+    @classmethod
+    def from_file(cls, path: Path) -> Appearance:
+        """The look that is kept in a ``.glb`` file, which is read when it is needed."""
+        return cls(lambda: read_glb(path), path.name)
+
+    @cached_property
+    def parts(self) -> Mapping[str, tuple[Part, ...]]:
+        """Parts of each named link.
+
+        Raises:
+            InvalidInput: The file cannot be read.
+        """
+        return self.read()
+
+    def link(self, leg: str, joint: str) -> tuple[Part, ...]:
+        """Parts of a leg's link, its own or those that all legs share; none where it has none.
+
+        Args:
+            leg: Name of the leg.
+            joint: ``coxa``, ``femur`` or ``tibia``.
+        """
+        return self.parts.get(f"{leg}.{joint}", self.parts.get(joint, ()))
+
+    @property
+    def body(self) -> tuple[Part, ...]:
+        """Parts of the trunk."""
+        return self.parts.get("body", ())
+
+
+def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
+    """The parts in a binary glTF file, whose nodes are called ``LINK/PART``.
+
+    Raises:
+        InvalidInput: It is absent, too large or no such file.
+        InvalidRobot: A mesh in it is impossible.
+    """
+    import trimesh
+
+    try:
+        with path.open("rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise InvalidInput(f"cannot read {path}: {reason}.") from None
+    if len(raw) > LARGEST_FILE:
+        raise InvalidInput(f"{path} holds more than {LARGEST_FILE} bytes; such files are refused.")
+    try:
+        scene: Any = trimesh.load_scene(io.BytesIO(raw), file_type="glb", process=False)
+        found = [(node, *scene.graph[node]) for node in sorted(scene.graph.nodes_geometry)]
+        meshes = [(node, X, scene.geometry[geometry]) for node, X, geometry in found]
+    except Exception as error:
+        # The reader of meshes complains in many ways of its own.
+        raise InvalidInput(f"{path.name} is no binary glTF file: {error}.") from None
+    parts: dict[str, list[Part]] = {}
+    for node, X, mesh in meshes:
+        link, _, name = str(node).partition("/")
+        part = Part(np.asarray(mesh.vertices), np.asarray(mesh.faces), _color(mesh), name)
+        parts.setdefault(link, []).append(part.at(np.asarray(X)))
+    return {link: tuple(found) for link, found in parts.items()}
+
+
+def _color(mesh: Any) -> tuple[float, float, float, float]:
+    material = getattr(mesh.visual, "material", None)
+    rgba = getattr(material, "baseColorFactor", None)
+    if rgba is None:
+        return 0.5, 0.5, 0.5, 1.0
+    r, g, b, a = (float(c) / 255 for c in np.asarray(rgba, dtype=float))
+    return r, g, b, a
+
+
+def glb(parts: Mapping[str, tuple[Part, ...]]) -> bytes:
+    """Parts of links as a binary glTF file that `read_glb` reads back; numbers are single floats."""
+    import trimesh
+    from trimesh.visual.material import PBRMaterial
+
+    scene: Any = trimesh.Scene()
+    for link, pieces in parts.items():
+        for number, part in enumerate(pieces):
+            rgba = [round(255 * c) for c in part.color]
+            material = PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.7)
+            mesh = trimesh.Trimesh(part.vertices, part.faces, process=False)
+            mesh.visual = trimesh.visual.TextureVisuals(material=material)
+            name = f"{link}/{part.name or number}"
+            if name in scene.graph.nodes:
+                name = f"{link}/{part.name} {number}"
+            scene.add_geometry(mesh, node_name=name, geom_name=name)
+    return bytes(scene.export(file_type="glb"))
