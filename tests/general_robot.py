@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from phasmid.robot import Body, Leg, Link, Robot, load_robot
@@ -21,8 +23,8 @@ def _random_link(rng: np.random.Generator, name: str) -> Link:
 
 
 def general_robot() -> Robot:
-    """Five unlike legs, every centre of mass off its link, every inertia full."""
-    rng = np.random.default_rng(20180816)
+    """Five unlike legs on tilted hips, every centre of mass off its link, every inertia full."""
+    rng, tilt = np.random.default_rng(20180816), np.random.default_rng(20261121)
     legs = []
     for i in range(5):
         coxa, femur, tibia = (_random_link(rng, name) for name in ("coxa", "femur", "tibia"))
@@ -36,7 +38,15 @@ def general_robot() -> Robot:
                 mount_yaw=rng.uniform(-np.pi, np.pi),
                 neutral_foot=np.array([coxa.length + femur.length, 0.0, -tibia.length]),
                 joint_limits=np.array([[-3.0, 3.0]] * 3),
+                mount_pitch=tilt.uniform(-0.6, 0.6),
+                mount_roll=tilt.uniform(-0.6, 0.6),
             )
         )
     body = Body(1.3, np.array([0.02, -0.03, 0.01]), _random_inertia(rng, 1.3, 0.3), np.full(3, 0.3))
     return Robot("general", body, tuple(legs), load_robot("phantomx-paper").servo)
+
+
+def upright(robot: Robot) -> Robot:
+    """The robot with its coxa axes vertical: the only one that the paper and its symbols know."""
+    legs = (replace(leg, mount_pitch=0.0, mount_roll=0.0) for leg in robot.legs)
+    return replace(robot, legs=tuple(legs))

@@ -18,9 +18,11 @@ def mujoco_model(robot: Robot, *, free: bool) -> mujoco.MjModel:
         trunk.add_freejoint()
     for leg in robot.legs:
         parent, at = trunk, list(leg.mount_position)
-        # The frames of Table 1: mount yaw, then the quarter turn about x before the femur.
+        # The frames of Table 1: the mount, then the quarter turn about x before the femur.
+        mount = np.empty(4)
+        mujoco.mju_euler2Quat(mount, [leg.mount_yaw, leg.mount_pitch, leg.mount_roll], "zyx")
         turns = (
-            [np.cos(leg.mount_yaw / 2), 0.0, 0.0, np.sin(leg.mount_yaw / 2)],
+            mount,
             [np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0],
             [1.0, 0.0, 0.0, 0.0],
         )

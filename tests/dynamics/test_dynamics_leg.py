@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from general_robot import general_robot
 from phasmid import dynamics, kinematics
-from phasmid.robot import Robot, load_robot
+from phasmid.robot import Robot, load_robot, with_mass_model
 
 # Row 10 of the physics charter: 1e-10 N·m. Torques here are about 10 N·m at most, sums of some
 # hundred terms, so round-off is below 100 * 2.2e-16 * 10 = 2e-13; a wrong term shows at 1e-5.
@@ -111,3 +113,39 @@ def test_leading_axes_broadcast(robot: Robot, lead: tuple[int, ...]) -> None:
         np.testing.assert_allclose(torque[index], one, rtol=0, atol=1e-15)
     shapes = [part.shape for part in dynamics.leg_matrices(leg, q)]
     assert shapes == [(*lead, 3, 3)] * 3 + [(*lead, 3)]
+
+
+def test_gravity_on_a_tilted_hip_is_the_slope_of_the_height(
+    rng: np.random.Generator, derivative: Callable[..., Any]
+) -> None:
+    # G = d V / d q with V the sum of m g z over a level trunk: differences of eighth order over
+    # 0.01 rad err by 0.01⁸ / 630 = 2e-19 of it, round-off of 10 J by 2e-16 * 10 / 0.01 = 2e-13.
+    robot = general_robot()
+    q = rng.uniform(-np.pi, np.pi, size=(50, len(robot.legs), 3))
+    body = dynamics.BodyMotion.at_rest()
+    for i, leg in enumerate(robot.legs):
+        G = dynamics.leg_matrices(leg, q[:, i], gravity=3.7).G
+        for joint in range(3):
+            step = np.zeros((len(robot.legs), 3))
+            step[i, joint] = 1.0
+
+            def height(t: float, step: np.ndarray = step) -> np.ndarray:
+                return dynamics.potential_energy(robot, body, q + t * step, gravity=3.7)
+
+            np.testing.assert_allclose(G[:, joint], derivative(height, 0.0), rtol=0, atol=1e-12)
+
+
+def test_tilting_the_hip_is_tilting_gravity() -> None:
+    # A leg on a hip turned by R feels gravity along R' (0, 0, -g); a pitch of 90° points the leg
+    # straight down, and gravity along its x: hanging straight, no joint turns.
+    leg = with_mass_model(load_robot("phantomx-paper"), "mid-length").legs[0]
+    leg = replace(leg, mount_pitch=np.pi / 2)
+    np.testing.assert_allclose(leg.X_body_hip[:3, 0], [0.0, 0.0, -1.0], rtol=0, atol=1e-15)
+    G = dynamics.leg_matrices(leg, np.zeros(3)).G
+    np.testing.assert_allclose(G, 0.0, rtol=0, atol=1e-15)
+    # Turned aside by the coxa it is a pendulum of the whole leg: sum of m g x sin q1.
+    c, f, t = leg.links
+    arm = c.mass * c.length / 2 + f.mass * (c.length + f.length / 2)
+    arm += t.mass * (c.length + f.length + t.length / 2)
+    G = dynamics.leg_matrices(leg, np.array([0.3, 0.0, 0.0])).G
+    assert G[0] == pytest.approx(9.81 * arm * np.sin(0.3), abs=1e-12)

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 
+from general_robot import upright
 from phasmid import dynamics
 from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_matrices, printed_leg_torque
 from phasmid.errors import InvalidInput
@@ -25,7 +26,7 @@ def _angles(robot: Robot, rng: np.random.Generator) -> np.ndarray:
 def test_the_papers_form_with_every_misprint_mended_is_the_equation_of_motion(
     robot: Robot, rng: np.random.Generator
 ) -> None:
-    robot = with_mass_model(robot, "mid-length")
+    robot = upright(with_mass_model(robot, "mid-length"))
     q = _angles(robot, rng)
     pairs = [(robot.arrays, q), *((leg, q[:, i]) for i, leg in enumerate(robot.legs))]
     for legs, angles in pairs:
@@ -37,7 +38,7 @@ def test_the_papers_form_with_every_misprint_mended_is_the_equation_of_motion(
 def test_torques_with_every_misprint_mended_are_the_leg_torques(
     robot: Robot, rng: np.random.Generator
 ) -> None:
-    robot = with_mass_model(robot, "mid-length")
+    robot = upright(with_mass_model(robot, "mid-length"))
     q = _angles(robot, rng)
     qd, qdd, force = rng.uniform(-10, 10, size=(3, *q.shape))
     motion = (robot.arrays, q, qd, qdd)
@@ -50,7 +51,7 @@ def test_torques_with_every_misprint_mended_are_the_leg_torques(
 def test_m12_m13_m23_m33_b23_c32_and_gravity_are_right_as_printed(
     robot: Robot, rng: np.random.Generator
 ) -> None:
-    robot = with_mass_model(robot, "mid-length")
+    robot = upright(with_mass_model(robot, "mid-length"))
     q = _angles(robot, rng)
     printed, true = printed_leg_matrices(robot.arrays, q), dynamics.leg_matrices(robot.arrays, q)
     right = {

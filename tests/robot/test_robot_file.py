@@ -114,6 +114,26 @@ def test_a_robot_written_and_read_again_has_the_same_numbers(preset, tmp_path):
     assert robot_to_toml(load_robot(tmp_path / "again.toml")) == text
 
 
+def test_a_hip_is_turned_by_its_yaw_then_its_pitch_then_its_roll(tmp_path):
+    # X_body_hip = Rz(yaw) Ry(pitch) Rx(roll); a pitch lowers x, a roll raises y.
+    path = tmp_path / "tilted.toml"
+    path.write_text(with_leg_line("pitch_deg = 20\nroll_deg = -10"), encoding="utf-8")
+    robot = load_robot(path)
+    leg = robot.legs[0]
+    y, p, r = (math.radians(a) for a in (-45, 20, -10))
+    Rz = [[math.cos(y), -math.sin(y), 0], [math.sin(y), math.cos(y), 0], [0, 0, 1]]
+    Ry = [[math.cos(p), 0, math.sin(p)], [0, 1, 0], [-math.sin(p), 0, math.cos(p)]]
+    Rx = [[1, 0, 0], [0, math.cos(r), -math.sin(r)], [0, math.sin(r), math.cos(r)]]
+    assert np.abs(leg.X_body_hip[:3, :3] - np.array(Rz) @ Ry @ Rx).max() < 1e-15
+    assert leg.X_body_hip[2, 0] == pytest.approx(-math.sin(math.radians(20)), abs=1e-15)
+    assert leg.X_body_hip[2, 1] < 0
+    assert np.array_equal(robot.legs[1].X_body_hip[2, :3], [0, 0, 1])
+    (tmp_path / "again.toml").write_text(robot_to_toml(robot), encoding="utf-8")
+    again = load_robot(tmp_path / "again.toml").legs[0]
+    assert np.array_equal(again.X_body_hip, leg.X_body_hip)
+    assert (again.mount_pitch, again.mount_roll) == (leg.mount_pitch, leg.mount_roll)
+
+
 def test_legs_of_a_hexapod_are_numbered_alike_in_whatever_order_they_are_declared(tmp_path):
     head, *legs = PAPER.split("\n[legs.")
     path = tmp_path / "turned.toml"

@@ -1,5 +1,8 @@
 """The contact of the engine's model against the spring and damper that it shall be."""
 
+import math
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -101,6 +104,26 @@ def test_four_points_lie_flat_under_each_foot_at_its_neutral_place(preset):
         assert np.abs(points[:, :2] - middle[:2]).max() == pytest.approx(
             side * np.sqrt(2) if leg.mount_yaw % (np.pi / 2) > 1e-6 else side, abs=1e-9
         )
+
+
+def test_four_points_lie_flat_under_the_foot_of_a_tilted_hip():
+    # Hips lean out by 20° and aside by 10°; all neutral feet are in one level plane, as the tilt
+    # is alike on all legs.
+    robot = load_robot("phantomx-paper")
+    tilt = {"mount_pitch": math.radians(20), "mount_roll": math.radians(10)}
+    robot = replace(robot, legs=tuple(replace(leg, **tilt) for leg in robot.legs))
+    model = build_model(robot, PAPER)
+    data = mujoco.MjData(model)
+    from phasmid.kinematics import joint_angles, neutral_feet
+
+    data.qpos[7:] = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
+    mujoco.mj_forward(model, data)
+    feet = neutral_feet(robot) + model.body("trunk").pos
+    for leg, foot in zip(robot.legs, feet, strict=True):
+        points = np.array([data.geom(f"{leg.name}.point{i}").xpos for i in range(4)])
+        assert points[:, 2] == pytest.approx([POINT_RADIUS] * 4, abs=1e-12)
+        assert points[:, :2].mean(axis=0) == pytest.approx(foot[:2], abs=1e-12)
+        assert data.site(f"{leg.name}.foot").xpos == pytest.approx(foot, abs=1e-12)
 
 
 def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4

@@ -20,6 +20,7 @@ Values = Mapping[str, Any]
 
 LEG: Shapes = {"gravity": (), "lengths": (3,), "mass": (3,), "com": (3, 3), "inertia": (3, 3, 3)}
 MOUNTED: Shapes = {**LEG, "R_body_hip": (3, 3), "p_body_hip": (3,)}
+TILTED: Shapes = {**LEG, "gravity": (3,)}
 TRUNK: Shapes = {"gravity": (), "mass": (1,), "com": (1, 3), "inertia": (1, 3, 3)}
 """Shapes of what is known of a leg or a trunk, in the order in which it lies flat."""
 
@@ -73,6 +74,12 @@ def _leg_torque(c: Values, x: Values) -> Values:
     return {"torque": torque_of(*links, x["q"], x["qd"], x["qdd"], force, c["gravity"])}
 
 
+def _tilted_leg_torque(c: Values, x: Values) -> Values:
+    links, (*aside, along) = (c["lengths"], c["mass"], c["com"], c["inertia"]), c["gravity"]
+    motion = x["q"], x["qd"], x["qdd"], x.get("foot_force")
+    return {"torque": torque_of(*links, *motion, along, (aside[0], aside[1]))}
+
+
 def _foot_position(c: Values, x: Values) -> Values:
     return {"p_hip_foot": foot_of(c["lengths"], x["q"])}
 
@@ -99,10 +106,15 @@ def _trunk(c: Values, x: Values) -> Values:
     return {"motion": motion, "needs": needs}
 
 
-def _mounted_leg(c: Values, x: Values) -> Values:
-    # A hip is turned about its z alone.
+def _upright_leg(c: Values, x: Values) -> Values:
+    # The hip is turned about its z alone; nothing is multiplied by zero.
     (cos, _, _), (sin, _, _), _ = c["R_body_hip"]
-    mount = Mount(np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]), c["p_body_hip"])
+    R_body_hip = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+    return _mounted_leg({**c, "R_body_hip": R_body_hip}, x)
+
+
+def _mounted_leg(c: Values, x: Values) -> Values:
+    mount = Mount(c["R_body_hip"], c["p_body_hip"])
     inputs = x["foot_force"], x["q"], x["qd"], x["qdd"]
     lengths, links = c["lengths"], _moments(c)
     w, dw, a = x["motion"]
@@ -116,6 +128,23 @@ def _wrench(_: Values, x: Values) -> Values:
 
 THREE: Shapes = {"q": (3,), "qd": (3,), "qdd": (3,)}
 LENGTHS: Shapes = {"lengths": (3,)}
+
+
+def _inverse_dynamics(name: str, leg: Callable[[Values, Values], Values]) -> Kernel:
+    inputs = ("rotation", "motion", "needs", "q", "qd", "qdd", "foot_force")
+    turning = ("rotation", "angular_velocity", "angular_acceleration", "acceleration")
+    return Kernel(
+        name,
+        {**THREE, "foot_force": (3,)},
+        {"torque": (3,)},
+        Block(MOUNTED, inputs, leg),
+        sample_inputs={"rotation": (3, 3), **dict.fromkeys(turning[1:], (3,))},
+        sample_outputs={"wrench": (2, 3)},
+        between={"motion": (3, 3), "needs": (2, 3)},
+        before=Block(TRUNK, turning, _trunk),
+        after=Block({}, ("rotation", "needs"), _wrench),
+    )
+
 
 KERNELS = (
     Kernel("leg_torque", THREE, {"torque": (3,)}, Block(LEG, ("q", "qd", "qdd"), _leg_torque)),
@@ -136,27 +165,17 @@ KERNELS = (
     ),
     Kernel("jacobian", {"q": (3,)}, {"J": (3, 3)}, Block(LENGTHS, ("q",), _jacobian)),
     Kernel(
-        "inverse_dynamics",
+        "tilted_leg_torque",
+        THREE,
+        {"torque": (3,)},
+        Block(TILTED, ("q", "qd", "qdd"), _tilted_leg_torque),
+    ),
+    Kernel(
+        "tilted_loaded_leg_torque",
         {**THREE, "foot_force": (3,)},
         {"torque": (3,)},
-        Block(
-            MOUNTED,
-            ("rotation", "motion", "needs", "q", "qd", "qdd", "foot_force"),
-            _mounted_leg,
-        ),
-        sample_inputs={
-            "rotation": (3, 3),
-            "angular_velocity": (3,),
-            "angular_acceleration": (3,),
-            "acceleration": (3,),
-        },
-        sample_outputs={"wrench": (2, 3)},
-        between={"motion": (3, 3), "needs": (2, 3)},
-        before=Block(
-            TRUNK,
-            ("rotation", "angular_velocity", "angular_acceleration", "acceleration"),
-            _trunk,
-        ),
-        after=Block({}, ("rotation", "needs"), _wrench),
+        Block(TILTED, ("q", "qd", "qdd", "foot_force"), _tilted_leg_torque),
     ),
+    _inverse_dynamics("inverse_dynamics", _upright_leg),
+    _inverse_dynamics("tilted_inverse_dynamics", _mounted_leg),
 )

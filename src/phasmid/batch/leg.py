@@ -11,7 +11,7 @@ from jaxtyping import Float
 from phasmid import dynamics, kinematics
 from phasmid.batch.evaluation import evaluate
 from phasmid.batch.result import room
-from phasmid.dynamics.matrices import link_arrays
+from phasmid.dynamics.matrices import hip_gravity, link_arrays
 from phasmid.errors import InvalidInput
 from phasmid.kinematics.arguments import check_leg, leading_axes, number, numbers
 from phasmid.kinematics.leg import angles_of, unreachable
@@ -39,7 +39,7 @@ def leg_torque(
         qdd: Their accelerations [rad/s²], shape (..., 3).
         foot_force: Force of the ground on the foot in hip axes [N], shape (..., 3);
             none by default.
-        gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
+        gravity: Acceleration of free fall, downwards along the body's z [m/s²].
         threads: Threads to use; None for one per core.
         out: Array to fill and return; it may be one of the inputs.
 
@@ -58,9 +58,13 @@ def leg_torque(
     names = ("lengths", "mass", "com", "inertia")
     legs = dict(zip(names, link_arrays(leg), strict=True))
     gravity = number("gravity", gravity)
-    legs = {"gravity": np.full(legs["lengths"].shape[:-1], gravity), **legs}
-
+    along, aside = hip_gravity(leg, gravity)
     kernel = "leg_torque" if foot_force is None else "loaded_leg_torque"
+    if aside is None:
+        legs = {"gravity": np.full(legs["lengths"].shape[:-1], along), **legs}
+    else:
+        legs = {"gravity": np.stack([*aside, np.asarray(along)], axis=-1), **legs}
+        kernel = f"tilted_{kernel}"
     readable = partial(dynamics.leg_torque, leg, gravity=gravity)
     return _filled(kernel, leg, legs, given, (3,), readable, threads, out)
 

@@ -67,8 +67,9 @@ def inverse_dynamics(
         return torque, wrench.reshape(-1, 2, 3)
 
     torque, wrench = np.empty((*lead, count, 3)), np.empty((*lead, 6))
+    upright = np.array_equal(arrays.R_body_hip[:, 2], np.tile([0.0, 0.0, 1.0], (count, 1)))
     evaluate(
-        "inverse_dynamics",
+        "inverse_dynamics" if upright else "tilted_inverse_dynamics",
         {
             "gravity": gravities,
             "lengths": arrays.lengths,

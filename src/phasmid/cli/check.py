@@ -45,8 +45,10 @@ def _check_robot(robot: Robot) -> int:
         lengths = " / ".join(f"{1000 * length:.4g}" for length in leg.lengths)
         q = np.degrees(joint_angles(leg, leg.neutral_foot))
         x, y, z = 1000 * leg.mount_position
+        turns = {"pitch": np.degrees(leg.mount_pitch), "roll": np.degrees(leg.mount_roll)}
+        tilt = "".join(f", {name} {turn:.4g}°" for name, turn in turns.items() if turn)
         print(
-            f"  {number} {leg.name:<13} {lengths} mm, hip at ({x:.4g}, {y:.4g}, {z:.4g}) mm, "
+            f"  {number} {leg.name:<13} {lengths} mm, hip at ({x:.4g}, {y:.4g}, {z:.4g}) mm{tilt}, "
             f"neutral at {', '.join(f'{a:.1f}' for a in q)}°, "
             f"{' / '.join(f'{1000 * link.mass:.1f}' for link in leg.links)} g"
         )

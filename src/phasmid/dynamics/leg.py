@@ -1,4 +1,4 @@
-"""Closed-form dynamics of one leg whose hip is fixed in space, z up."""
+"""Closed-form dynamics of one leg on a trunk that is fixed in space and level."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.dynamics.matrices import LegMatrices, link_arrays
+from phasmid.dynamics.matrices import LegMatrices, hip_gravity, link_arrays
 from phasmid.dynamics.printed import printed_leg_matrices, printed_leg_torque
 from phasmid.kinematics.arguments import as_printed, number, threes
 from phasmid.kinematics.leg import jacobian_of
@@ -35,6 +35,7 @@ class _Elevated(NamedTuple):
     h12_by_2: Samples
     h13_by_3: Samples
     h23_by_3: Samples
+    g1: Samples
     g2: Samples
     g3: Samples
 
@@ -55,7 +56,8 @@ def leg_matrices(
             knows masses at mid-length and principal inertias only, whatever the leg has: on a leg
             with others the two forms differ by more than the misprints, which
             ``phasmid.robot.with_mass_model(robot, "mid-length")`` shows alone.
-        gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
+        gravity: Acceleration of free fall, downwards along the body's z [m/s²]; the print
+            knows upright hips only, and has it along the hip's.
 
     Returns:
         M, B, C and G, which depend on the angles alone.
@@ -72,7 +74,7 @@ def leg_matrices(
         return printed_leg_matrices(leg, q, gravity=gravity)
     links = link_arrays(leg)
     (angles,) = threes(leg, q=q)
-    e = _elevated(*links, angles, number("gravity", gravity))
+    e = _elevated(*links, angles, *hip_gravity(leg, number("gravity", gravity)))
     zero = np.zeros(e.h11.shape)
     m12, m23 = e.h12 + e.h13, e.h23 + e.h33
     bend = e.h23_by_3
@@ -93,7 +95,7 @@ def leg_matrices(
             [-rise / 2, zero, bend],
             [-e.h11_by_3 / 2, -bend, zero],
         ),
-        G=_vector(zero, e.g2 + e.g3, e.g3),
+        G=_vector(zero + e.g1, e.g2 + e.g3, e.g3),
     )
 
 
@@ -120,7 +122,8 @@ def leg_torque(
             The print knows masses at mid-length and principal inertias only, whatever the leg has:
             on a leg with others the two forms differ by more than the misprints, which
             ``phasmid.robot.with_mass_model(robot, "mid-length")`` shows alone.
-        gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
+        gravity: Acceleration of free fall, downwards along the body's z [m/s²]; the print
+            knows upright hips only, and has it along the hip's.
 
     Returns:
         Torques of coxa, femur and tibia [N·m], shape (..., 3).
@@ -136,7 +139,7 @@ def leg_torque(
     links, loads = link_arrays(leg), {} if foot_force is None else {"foot_force": foot_force}
     angles, speeds, accelerations, *force = threes(leg, q=q, qd=qd, qdd=qdd, **loads)
     motion = angles, speeds, accelerations, force[0] if force else None
-    return _vector(*torque_of(*links, *motion, number("gravity", gravity)))
+    return _vector(*torque_of(*links, *motion, *hip_gravity(leg, number("gravity", gravity))))
 
 
 def torque_of(
@@ -149,6 +152,7 @@ def torque_of(
     qdd: np.ndarray,
     foot_force: np.ndarray | None,
     gravity: Samples | float,
+    aside: tuple[Samples, Samples] | None = None,
 ) -> tuple[Samples, Samples, Samples]:
     """Torques of coxa, femur and tibia.
 
@@ -161,13 +165,14 @@ def torque_of(
         qd: Joint speeds.
         qdd: Joint accelerations.
         foot_force: Force of the ground on the foot in hip axes, or none.
-        gravity: Acceleration of free fall.
+        gravity: Acceleration of free fall, downwards along the hip's z.
+        aside: The same along its x and y, where it is tilted.
     """
-    e = _elevated(lengths, mass, com, inertia, q, gravity)
+    e = _elevated(lengths, mass, com, inertia, q, gravity, aside)
     w1, w2, w3 = _elevation_rates(qd)
     a1, a2, a3 = _elevation_rates(qdd)
     along_1 = (e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3)) + (
-        e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2
+        e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2 + e.g1
     )
     along_2 = (e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2) + (
         e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
@@ -193,8 +198,9 @@ def _elevated(
     inertia: np.ndarray,
     q: np.ndarray,
     gravity: Samples | float,
+    aside: tuple[Samples, Samples] | None,
 ) -> _Elevated:
-    _, q2, q3 = q
+    q1, q2, q3 = q
     c2, s2, c3, s3 = np.cos(q2), np.sin(q2), np.cos(q2 + q3), np.sin(q2 + q3)
     cos_bend, sin_bend = c3 * c2 + s3 * s2, s3 * c2 - c3 * s2
 
@@ -214,6 +220,16 @@ def _elevated(
     out3, up3 = x3 * c3 - y3 * s3, x3 * s3 + y3 * c3
     knee = coxa + femur * c2
     spin2, spin2_by_2 = _vertical_inertia(i2[..., 0, 0], yy2, i2[..., 0, 1], c2, s2)
+    weight1: Samples = np.float64(0.0)
+    weight2, weight3 = gravity * out2, gravity * out3
+    if aside is not None:
+        c1, s1 = np.cos(q1), np.sin(q1)
+        along, across = aside[0] * c1 + aside[1] * s1, aside[1] * c1 - aside[0] * s1
+        out = first[..., 0, 0] + (m2 + m3) * coxa + out2 + out3
+        # The coxa's y is the other two links' -z.
+        left = first[..., 0, 1] - first[..., 1, 2] - z3
+        weight1 = across * out - along * left
+        weight2, weight3 = weight2 - along * up2, weight3 - along * up3
     spin3, spin3_by_3 = _vertical_inertia(i3[..., 0, 0], i3[..., 1, 1], i3[..., 0, 1], c3, s3)
     return _Elevated(
         h11=i1[..., 2, 2] + (m2 + m3) * coxa**2 + 2 * (coxa * out2 + knee * out3) + spin2 + spin3,
@@ -227,8 +243,9 @@ def _elevated(
         h12_by_2=xz2 * c2 - i2[..., 1, 2] * s2,
         h13_by_3=i3[..., 0, 2] * c3 - i3[..., 1, 2] * s3,
         h23_by_3=-femur * (x3 * sin_bend + y3 * cos_bend),
-        g2=gravity * out2,
-        g3=gravity * out3,
+        g1=weight1,
+        g2=weight2,
+        g3=weight3,
     )
 
 

@@ -196,6 +196,8 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
         joint_limits=limits,
         femur_bend=table.femur_bend,
         tibia_bend=table.tibia_bend,
+        mount_pitch=table.pitch,
+        mount_roll=table.roll,
     )
 
 
@@ -265,6 +267,8 @@ def robot_to_toml(robot: Robot) -> str:
         lines += [
             f"mount = {_row(leg.mount_position)}",
             f"yaw = {float(leg.mount_yaw)!r}",
+            f"pitch = {float(leg.mount_pitch)!r}",
+            f"roll = {float(leg.mount_roll)!r}",
             f"neutral_foot = {_row(leg.neutral_foot)}",
             f"femur_bend = {float(leg.femur_bend)!r}",
             f"tibia_bend = {float(leg.tibia_bend)!r}",

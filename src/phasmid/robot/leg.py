@@ -22,10 +22,13 @@ NEAREST_FOOT = 0.001
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A leg of three links; its joint axes are vertical, horizontal and horizontal.
+    """A leg of three links: a coxa, and a femur and a tibia that move in the coxa's plane.
 
-    The hip frame (the paper's frame 0) has its origin on the coxa axis, z up and x along the
-    leg's neutral direction. Joint angles are those of Table 1 everywhere: the femur's is the
+    The hip frame (the paper's frame 0) has its origin on the coxa axis, z along that axis and x
+    along the leg's neutral direction. It is turned in the body by Rz(yaw) Ry(pitch) Rx(roll): first
+    the yaw about the body's z; a pitch above 0 then lowers x, so that the coxa axis leans outwards
+    at its top; a roll above 0 raises the leg's left side. Without pitch and roll the coxa axis
+    is vertical. Joint angles are those of Table 1 everywhere: the femur's is the
     elevation of the straight line from femur axis to tibia axis, positive upwards; the tibia's
     is measured from that line, negative when the knee bends down.
 
@@ -35,11 +38,13 @@ class Leg:
         femur: Second link.
         tibia: Third link; its length ends at the foot.
         mount_position: Hip in the body frame [m], shape (3,).
-        mount_yaw: Direction of the hip frame's x in the body frame [rad].
+        mount_yaw: Direction of the hip frame's x in the body frame, seen from above [rad].
         neutral_foot: Where the foot stands at rest, in the hip frame [m], shape (3,).
         joint_limits: Lowest and highest angle of each joint [rad], shape (3, 2).
         femur_bend: Angle of the femur's straight line above the zero line of its servo [rad].
         tibia_bend: Angle of the tibia's straight line above the zero line of its servo [rad].
+        mount_pitch: Angle by which the hip frame's x points below the horizontal [rad].
+        mount_roll: Turn of the hip about its own x, its left side upwards [rad].
 
     Raises:
         InvalidRobot: A measure is impossible, or the neutral foot cannot be reached.
@@ -55,6 +60,8 @@ class Leg:
     joint_limits: Float[np.ndarray, "3 2"]
     femur_bend: float = 0.0
     tibia_bend: float = 0.0
+    mount_pitch: float = 0.0
+    mount_roll: float = 0.0
 
     def __post_init__(self) -> None:
         what = f"leg {self.name}"
@@ -70,7 +77,7 @@ class Leg:
         object.__setattr__(
             self, "joint_limits", frozen_array(self.joint_limits, (3, 2), f"{what}: joint_limits")
         )
-        for field in ("mount_yaw", "femur_bend", "tibia_bend"):
+        for field in ("mount_yaw", "femur_bend", "tibia_bend", "mount_pitch", "mount_roll"):
             value = getattr(self, field)
             if not math.isfinite(value) or abs(value) > 2 * math.pi:
                 raise InvalidRobot(
@@ -104,11 +111,19 @@ class Leg:
         return frozen_array([link.length for link in self.links], (3,), f"leg {self.name}")
 
     @cached_property
+    def R_level_hip(self) -> Float[np.ndarray, "3 3"]:
+        """The hip's tilt, Ry(pitch) Rx(roll): its axes beside a level frame of the same yaw."""
+        cp, sp = math.cos(self.mount_pitch), math.sin(self.mount_pitch)
+        cr, sr = math.cos(self.mount_roll), math.sin(self.mount_roll)
+        rows = [[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]]
+        return frozen_array(rows, (3, 3), f"leg {self.name}")
+
+    @cached_property
     def X_body_hip(self) -> Float[np.ndarray, "4 4"]:
         """Pose of the hip frame in the body frame, a homogeneous transform, shape (4, 4)."""
         c, s = math.cos(self.mount_yaw), math.sin(self.mount_yaw)
         X = np.eye(4)
-        X[:2, :2] = [[c, -s], [s, c]]
+        X[:3, :3] = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ self.R_level_hip
         X[:3, 3] = self.mount_position
         X.flags.writeable = False
         return X

@@ -125,6 +125,8 @@ class LegTable(RobotPart):
     home: Annotated[list[Angle], Len(3, 3)] | None = None
     femur_bend: Angle = 0.0
     tibia_bend: Angle = 0.0
+    pitch: Angle = 0.0
+    roll: Angle = 0.0
     joint_limits: LimitsTable = LimitsTable()
     links: LinksTable
 

@@ -70,8 +70,8 @@ def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
     """
     tip = np.array([leg.tibia.length, 0.0, 0.0])
     X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
-    # Axes of the hip frame in the tibia's at the neutral stance.
-    ahead, side, up = X_hip_tibia[:3, :3]
+    # Axes of a level frame of the leg's yaw in the tibia's at the neutral stance.
+    ahead, side, up = leg.R_level_hip @ X_hip_tibia[:3, :3]
     return np.stack(
         [
             tip + tip_width / 2 * (a * ahead + b * side) + POINT_RADIUS * up

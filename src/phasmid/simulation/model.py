@@ -119,9 +119,8 @@ def _add_leg(
     import mujoco
 
     parent = trunk
-    half = leg.mount_yaw / 2
     poses = (
-        (leg.mount_position, (math.cos(half), 0.0, 0.0, math.sin(half))),
+        (leg.mount_position, _mount_quaternion(leg)),
         ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
         ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
     )
@@ -147,6 +146,20 @@ def _add_leg(
             _prescribe(spec, name, scenario.simulation.dt)
         parent = body
     add_foot(parent, leg, scenario.contact.tip_width, friction)
+
+
+def _mount_quaternion(leg: Leg) -> tuple[float, float, float, float]:
+    """The hip's rotation in the body, Rz(yaw) Ry(pitch) Rx(roll), as (w, x, y, z)."""
+    (cz, sz), (cy, sy), (cx, sx) = (
+        (math.cos(angle / 2), math.sin(angle / 2))
+        for angle in (leg.mount_yaw, leg.mount_pitch, leg.mount_roll)
+    )
+    return (
+        cz * cy * cx + sz * sy * sx,
+        cz * cy * sx - sz * sy * cx,
+        cz * sy * cx + sz * cy * sx,
+        sz * cy * cx - cz * sy * sx,
+    )
 
 
 def _prescribe(spec: mujoco.MjSpec, joint: str, dt: float) -> None:
