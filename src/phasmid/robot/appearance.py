@@ -46,7 +46,9 @@ class Part:
         faces = np.array(self.faces, dtype=np.int64)
         for array, noun in ((vertices, "corners"), (faces, "faces")):
             if array.ndim != 2 or array.shape[1] != 3 or not len(array):
-                raise InvalidRobot(f"{what} has {noun} of shape {array.shape}; it must be (n, 3).")
+                raise InvalidRobot(
+                    f"{what} has {noun} of shape {array.shape}; it must be (n, 3), n 1 or more."
+                )
             array.flags.writeable = False
         if len(faces) > MOST_FACES:
             raise InvalidRobot(f"{what} has {len(faces)} faces; the limit is {MOST_FACES}.")
@@ -158,15 +160,18 @@ def _color(mesh: Any) -> tuple[float, float, float, float]:
 
 
 def glb(parts: Mapping[str, tuple[Part, ...]]) -> bytes:
-    """Parts of links as a binary glTF file that `read_glb` reads back; numbers are single floats."""
-    import trimesh
-    from trimesh.visual.material import PBRMaterial
+    """Parts of links as a binary glTF file that `read_glb` reads back, in single precision."""
+    import trimesh as library
 
-    scene: Any = trimesh.Scene()
+    # Its own annotations are partial.
+    trimesh: Any = library
+    scene = trimesh.Scene()
     for link, pieces in parts.items():
         for number, part in enumerate(pieces):
             rgba = [round(255 * c) for c in part.color]
-            material = PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.7)
+            material = trimesh.visual.material.PBRMaterial(
+                baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.7
+            )
             mesh = trimesh.Trimesh(part.vertices, part.faces, process=False)
             mesh.visual = trimesh.visual.TextureVisuals(material=material)
             name = f"{link}/{part.name or number}"

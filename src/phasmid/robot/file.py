@@ -241,13 +241,13 @@ def robot_to_toml(robot: Robot) -> str:
     Keys carry no units: all numbers are SI and radians, so that none is rounded.
     """
     s = robot.servo
-    shown = robot.appearance is not None and robot.appearance.name
+    shown = robot.appearance.name if robot.appearance else ""
     lines = [
         "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m,",
         "# temperatures in degrees Celsius.",
         f"name = {toml_string(robot.name)}",
         f"description = {toml_string(robot.description)}",
-        *([f"appearance = {toml_string(robot.appearance.name)}"] if shown else []),
+        *([f"appearance = {toml_string(shown)}"] if shown else []),
         f"leg_count = {len(robot.legs)}",
         "",
         "[servo]",

@@ -1,0 +1,1 @@
+"""Solids of robots: the parametric model, STEP assemblies and meshes; needs the extra ``cad``."""

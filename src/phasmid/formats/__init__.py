@@ -1,0 +1,17 @@
+"""Robots in and out of the formats that people have: TOML, URDF, MJCF, STEP."""
+
+from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.options import ImportOptions
+from phasmid.formats.outgoing import tree_of
+from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+
+__all__ = [
+    "Finding",
+    "ImportOptions",
+    "Inertial",
+    "Severity",
+    "Tree",
+    "TreeJoint",
+    "TreeLink",
+    "tree_of",
+]

@@ -1,0 +1,34 @@
+"""What was found in a robot's description, good or bad, in sentences."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Severity(Enum):
+    """How bad it is; the value is the word in tables."""
+
+    IMPOSSIBLE = "impossible"
+    SUSPECT = "suspect"
+    NOTE = "note"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a person should know about a description.
+
+    Attributes:
+        severity: ``IMPOSSIBLE`` where the robot cannot walk so, ``SUSPECT`` where it can but
+            hardly is so, ``NOTE`` for what was ignored, assumed or rounded.
+        subject: What it is about, such as ``link tibia_rf``.
+        what: One sentence, with the number that shows it and what it must be.
+        where: File and line; empty where nothing is known.
+        hint: One thing to try; empty where there is none.
+    """
+
+    severity: Severity
+    subject: str
+    what: str
+    where: str = ""
+    hint: str = ""

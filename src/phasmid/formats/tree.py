@@ -1,0 +1,172 @@
+"""A kinematic tree: links and joints of any names, between a file's format and a robot."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidRobot
+from phasmid.formats.findings import Finding
+from phasmid.robot import Part
+
+HINGES = frozenset({"revolute", "continuous"})
+"""Kinds of joints that turn; a continuous one has no limits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inertial:
+    """Mass and inertia as a file gives them, possible or not.
+
+    Attributes:
+        mass: Mass [kg].
+        com: Centre of mass in the link's frame [m], shape (3,).
+        inertia: About the centre of mass, in the axes of the link's frame [kg·m²], shape (3, 3).
+    """
+
+    mass: float
+    com: Float[np.ndarray, "3"]
+    inertia: Float[np.ndarray, "3 3"]
+
+
+@dataclass(frozen=True, eq=False)
+class TreeLink:
+    """A link of a tree.
+
+    Attributes:
+        name: As in the file.
+        inertial: Its mass; None where the file gives none.
+        parts: Its look, in the link's frame.
+        where: File and line.
+    """
+
+    name: str
+    inertial: Inertial | None = None
+    parts: tuple[Part, ...] = ()
+    where: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TreeJoint:
+    """A joint of a tree.
+
+    Attributes:
+        name: As in the file.
+        kind: ``revolute``, ``continuous``, ``fixed``, or another word of the file for a joint
+            that walking robots' legs do not have.
+        parent: Name of the link that carries it.
+        child: Name of the link that it moves.
+        X_parent_child: Pose of the child's frame in the parent's at joint angle 0, shape (4, 4).
+        axis: Unit vector in the child's frame about which it turns, shape (3,).
+        lower: Lowest angle [rad]; minus infinity without a limit.
+        upper: Highest angle [rad]; infinity without a limit.
+        effort: Largest torque [N·m]; None where the file does not say.
+        velocity: Highest speed [rad/s]; None where the file does not say.
+        damping: Viscous friction [N·m·s/rad].
+        friction: Dry friction [N·m].
+        armature: Inertia of the rotor behind the gears [kg·m²].
+        where: File and line.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    X_parent_child: Float[np.ndarray, "4 4"]
+    axis: Float[np.ndarray, "3"] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    lower: float = -np.inf
+    upper: float = np.inf
+    effort: float | None = None
+    velocity: float | None = None
+    damping: float = 0.0
+    friction: float = 0.0
+    armature: float = 0.0
+    where: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Links and joints that form one tree.
+
+    Attributes:
+        name: Of the robot.
+        links: By name, in the file's order.
+        joints: In the file's order.
+        file: Name of the file, for messages.
+        extension: TOML of what phasmid knows and the format cannot say; empty without any.
+        findings: What the reader ignored or assumed.
+
+    Raises:
+        InvalidRobot: A joint names a link that is not there, a link has two parents, or there is
+            no root link or more than one.
+    """
+
+    name: str
+    links: Mapping[str, TreeLink]
+    joints: tuple[TreeJoint, ...]
+    file: str = ""
+    extension: str = ""
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "links", MappingProxyType(dict(self.links)))
+        names = Counter(joint.name for joint in self.joints)
+        for joint in self.joints:
+            if names[joint.name] > 1:
+                raise InvalidRobot(f"two joints are called {joint.name}.", where=joint.where)
+            for end in (joint.parent, joint.child):
+                if end not in self.links:
+                    raise InvalidRobot(
+                        f'joint {joint.name} names a link "{end}", which is not there.',
+                        where=joint.where,
+                    )
+        by_child: dict[str, TreeJoint] = {}
+        for joint in self.joints:
+            first = by_child.setdefault(joint.child, joint)
+            if first is not joint:
+                raise InvalidRobot(
+                    f"link {joint.child} has two parents (joints {first.name}, {joint.name}).",
+                    where=joint.where,
+                )
+        roots = [name for name in self.links if name not in by_child]
+        if len(roots) != 1:
+            named = f" ({', '.join(roots[:6])}{', …' if len(roots) > 6 else ''})" if roots else ""
+            raise InvalidRobot(
+                f"{self.file or self.name} has {len(roots)} root links{named}; "
+                "exactly 1 is needed.",
+            )
+        # Links that hang on a ring of joints are not reached from the root.
+        reached = {roots[0]}
+        frontier = [roots[0]]
+        while frontier:
+            for joint in self.joints_from(frontier.pop()):
+                reached.add(joint.child)
+                frontier.append(joint.child)
+        lost = [name for name in self.links if name not in reached]
+        if lost:
+            raise InvalidRobot(
+                f"link {lost[0]} hangs on a ring of joints that is not tied to the root link.",
+                where=self.links[lost[0]].where,
+            )
+
+    @cached_property
+    def root(self) -> TreeLink:
+        """The link without a parent."""
+        children = {joint.child for joint in self.joints}
+        return next(link for name, link in self.links.items() if name not in children)
+
+    @cached_property
+    def _outgoing(self) -> Mapping[str, tuple[TreeJoint, ...]]:
+        outgoing: dict[str, list[TreeJoint]] = {name: [] for name in self.links}
+        for joint in self.joints:
+            outgoing[joint.parent].append(joint)
+        return {name: tuple(joints) for name, joints in outgoing.items()}
+
+    def joints_from(self, link: str) -> tuple[TreeJoint, ...]:
+        """Joints that a link carries."""
+        return self._outgoing[link]
