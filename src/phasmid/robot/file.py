@@ -240,7 +240,6 @@ def robot_to_toml(robot: Robot) -> str:
 
     Keys carry no units: all numbers are SI and radians, so that none is rounded.
     """
-    s = robot.servo
     shown = robot.appearance.name if robot.appearance else ""
     lines = [
         "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m,",
@@ -250,13 +249,7 @@ def robot_to_toml(robot: Robot) -> str:
         *([f"appearance = {toml_string(shown)}"] if shown else []),
         f"leg_count = {len(robot.legs)}",
         "",
-        "[servo]",
-        f"name = {toml_string(s.name)}",
-    ]
-    lines += [
-        f"{field.name} = {_setting(getattr(s, field.name))}"
-        for field in fields(s)
-        if field.name != "name" and getattr(s, field.name) is not None
+        *servo_table(robot.servo),
     ]
     body = robot.body
     lines += ["", "[body]", f"size = {_row(body.size)}", f"mass = {float(body.mass)!r}"]
@@ -282,6 +275,19 @@ def robot_to_toml(robot: Robot) -> str:
                 f"links.{link.name}.inertia = [{', '.join(map(_row, link.inertia))}]",
             ]
     return "\n".join(lines) + "\n"
+
+
+def servo_table(servo: Servo) -> list[str]:
+    """A servo as the lines of a table ``[servo]``, every number as it is."""
+    return [
+        "[servo]",
+        f"name = {toml_string(servo.name)}",
+        *(
+            f"{field.name} = {_setting(getattr(servo, field.name))}"
+            for field in fields(servo)
+            if field.name != "name" and getattr(servo, field.name) is not None
+        ),
+    ]
 
 
 def _setting(value: float | str | tuple[float, float]) -> str:

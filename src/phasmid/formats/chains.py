@@ -1,0 +1,189 @@
+"""Which joints of a tree are legs: chains of three hinges that leave the trunk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidRobot
+from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.rigid import RigidLink, rigid_link
+from phasmid.formats.tree import HINGES, Tree, TreeJoint
+
+FREE = frozenset({"floating", "free"})
+"""Kinds of joints by which some files let the trunk move against the world."""
+
+MIRRORED = 0.02
+"""Hips within this of each other's mirror image are a pair [m]; more than builders' slips and
+less than the width of any servo."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Three hinges in a row, from the trunk outwards.
+
+    Attributes:
+        joints: Coxa's, femur's and tibia's.
+        links: The links that they move, each with what is fixed to it.
+        poses: Pose of each link's first frame in the trunk at joint angles 0, shape (3, 4, 4).
+    """
+
+    joints: tuple[TreeJoint, ...]
+    links: tuple[RigidLink, ...]
+    poses: Float[np.ndarray, "3 4 4"]
+
+    @property
+    def axes(self) -> Float[np.ndarray, "3 3"]:
+        """The hinges' axes in the trunk at joint angles 0, shape (3, 3)."""
+        return np.array(
+            [
+                X[:3, :3] @ (joint.axis / np.linalg.norm(joint.axis))
+                for X, joint in zip(self.poses, self.joints, strict=True)
+            ]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """A tree as a walking robot's: a trunk and legs.
+
+    Attributes:
+        trunk: The trunk with all that does not move, or is held, against it.
+        chains: The legs, as the file lists them.
+        findings: What was held or left out.
+    """
+
+    trunk: RigidLink
+    chains: tuple[Chain, ...]
+    findings: tuple[Finding, ...]
+
+
+def skeleton(tree: Tree) -> Skeleton:
+    """Find a tree's trunk and legs, by what moves on what and by no name.
+
+    Links that joints fix to each other are one. A branch that is no leg, such as a head or a
+    gripper, is held at angle 0 and belongs to what carries it.
+
+    Raises:
+        InvalidRobot: There are fewer than four chains of three hinges, or one leg of a pair has
+            another number of them.
+    """
+    root, findings = _trunk(tree)
+    trunk = rigid_link(tree, root)
+    legs: list[tuple[TreeJoint, ...]] = []
+    odd: list[tuple[TreeJoint, list[TreeJoint]]] = []
+    extra: list[TreeJoint] = []
+    for first in trunk.joints:
+        paths = _paths(tree, first)
+        leg = _leg_among(paths)
+        if leg is None:
+            odd.append((first, max(paths, key=len)))
+        else:
+            legs.append(leg)
+            extra += [j for path in paths for j in path if j not in leg]
+    hips = [trunk.pose_of(joints[0])[:3, 3] for joints in legs]
+    for first, path in odd:
+        if len(legs) < 4 or _belongs_to_a_pair(trunk.pose_of(first)[:3, 3], hips):
+            raise _not_three(first, path, len(legs))
+        extra += [j for path in _paths(tree, first) for j in path]
+    if len(legs) < 4:
+        raise InvalidRobot(
+            f"{tree.file or tree.name} has {len(legs)} chains of three hinges that leave "
+            f"{root}; a walking robot here has 4 legs or more."
+        )
+    held = {joint.name: joint for joint in extra}
+    if held:
+        names = ", ".join(list(held)[:6]) + (", …" if len(held) > 6 else "")
+        noun = "joint" if len(held) == 1 else "joints"
+        findings.append(
+            Finding(
+                Severity.NOTE,
+                f"{noun} {names}",
+                f"{'is' if len(held) == 1 else 'are'} part of no leg and held at angle 0.",
+                where=extra[0].where,
+            )
+        )
+    trunk = rigid_link(tree, root, held)
+    return Skeleton(trunk, tuple(_chain(tree, trunk, leg, held) for leg in legs), tuple(findings))
+
+
+def _trunk(tree: Tree) -> tuple[str, list[Finding]]:
+    """The root, or the link that the root lets move freely."""
+    root = rigid_link(tree, tree.root.name)
+    if len(root.joints) == 1 and root.joints[0].kind in FREE:
+        joint = root.joints[0]
+        note = Finding(
+            Severity.NOTE,
+            f"link {root.name}",
+            f"was left out: joint {joint.name} lets {joint.child}, the trunk, move freely in it.",
+            where=joint.where,
+        )
+        return joint.child, [note]
+    return root.name, []
+
+
+def _paths(tree: Tree, first: TreeJoint) -> list[list[TreeJoint]]:
+    """Every way along moving joints from one of them to an end."""
+    finished: list[list[TreeJoint]] = []
+    open_paths = [[first]]
+    while open_paths:
+        path = open_paths.pop(0)
+        onward = rigid_link(tree, path[-1].child).joints
+        if not onward:
+            finished.append(path)
+        open_paths += [[*path, joint] for joint in onward]
+    return finished
+
+
+def _leg_among(paths: list[list[TreeJoint]]) -> tuple[TreeJoint, ...] | None:
+    """The three hinges of a leg; beside or beyond them a branch may carry things that move."""
+    whole = [path for path in paths if len(path) == 3]
+    if len(whole) != 1:
+        # A gripper of several fingers at the end of the third link, or no leg.
+        stem = [j for steps in zip(*paths, strict=False) for j in steps[:1] if len(set(steps)) == 1]
+        whole = [stem] if len(paths) > 1 and len(stem) == 3 else []
+    if not whole or any(joint.kind not in HINGES for joint in whole[0]):
+        return None
+    return tuple(whole[0])
+
+
+def _belongs_to_a_pair(hip: np.ndarray, hips: list[np.ndarray]) -> bool:
+    """Whether a hip mirrors, left to right, one of the legs' that has no other partner."""
+
+    def distance(a: np.ndarray, b: np.ndarray) -> float:
+        return float(np.linalg.norm(a * [1, -1, 1] - b))
+
+    alone = [
+        h
+        for i, h in enumerate(hips)
+        if not any(distance(h, other) < MIRRORED for j, other in enumerate(hips) if j != i)
+        and abs(h[1]) > MIRRORED
+    ]
+    return any(distance(hip, h) < MIRRORED for h in alone)
+
+
+def _not_three(first: TreeJoint, path: list[TreeJoint], legs: int) -> InvalidRobot:
+    names = ", ".join(joint.name for joint in path[:6]) + (", …" if len(path) > 6 else "")
+    other = next((joint for joint in path if joint.kind not in HINGES), None)
+    if other is not None:
+        what = f"joint {other.name} is {other.kind}"
+    else:
+        what = f"it has {len(path)} hinge{'s' if len(path) > 1 else ''} ({names})"
+    return InvalidRobot(
+        f"leg at joint {first.name}: {what}; this model needs 3 hinges in a row, "
+        "for coxa, femur and tibia.",
+        where=first.where,
+        hint="" if legs >= 4 else "make joints that do not move in walking fixed ones",
+    )
+
+
+def _chain(
+    tree: Tree, trunk: RigidLink, joints: tuple[TreeJoint, ...], held: dict[str, TreeJoint]
+) -> Chain:
+    links, poses = [trunk], [np.eye(4)]
+    for joint in joints:
+        poses.append(poses[-1] @ links[-1].pose_of(joint))
+        links.append(rigid_link(tree, joint.child, held))
+    return Chain(joints, tuple(links[1:]), np.array(poses[1:]))

@@ -1,0 +1,104 @@
+"""What a robot has and URDF or MJCF cannot say, as a short TOML text inside those files."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Len
+
+from phasmid.errors import InvalidInput, located
+from phasmid.robot import Robot, Servo
+from phasmid.robot.file import servo_table
+from phasmid.robot.table import Name, ServoTable, Vector
+from phasmid.tables import Angle, Table, dotted, validate
+from phasmid.toml import toml_key, toml_string
+
+LARGEST = 100_000
+"""Texts of more characters than this were not written by `extension_of`."""
+
+MOST_LEGS = 100
+"""More legs than this are refused."""
+
+
+class LegExtension(Table):
+    """``[legs.NAME]``: what the tree does not say of a leg."""
+
+    joint: str
+    neutral_foot: Vector
+    yaw: Angle
+    pitch: Angle = 0.0
+    roll: Angle = 0.0
+    femur_bend: Angle = 0.0
+    tibia_bend: Angle = 0.0
+
+
+class Extension(Table):
+    """What the tree does not say of a robot, in SI; its body frame is the root link's."""
+
+    name: Name
+    description: str = ""
+    body_size: Vector
+    servo: ServoTable
+    legs: Annotated[dict[Name, LegExtension], Len(4, MOST_LEGS)]
+
+    @property
+    def motor(self) -> Servo:
+        """The servo."""
+        return Servo(**self.servo.model_dump())
+
+
+def extension_of(robot: Robot) -> str:
+    """What a robot's tree cannot say, as TOML; `read_extension` reads it back exactly.
+
+    The look is left out: the tree carries the meshes themselves.
+    """
+    lines = [
+        f"name = {toml_string(robot.name)}",
+        f"description = {toml_string(robot.description)}",
+        f"body_size = {_row(robot.body.size)}",
+        "",
+        *servo_table(robot.servo),
+    ]
+    for leg in robot.legs:
+        lines += [
+            "",
+            f"[legs.{toml_key(leg.name)}]",
+            f"joint = {toml_string(f'{leg.name}_coxa')}",
+            f"neutral_foot = {_row(leg.neutral_foot)}",
+            f"yaw = {float(leg.mount_yaw)!r}",
+            f"pitch = {float(leg.mount_pitch)!r}",
+            f"roll = {float(leg.mount_roll)!r}",
+            f"femur_bend = {float(leg.femur_bend)!r}",
+            f"tibia_bend = {float(leg.tibia_bend)!r}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def read_extension(text: str, file: str = "") -> Extension:
+    """Read what `extension_of` wrote; the text may come from anyone.
+
+    Args:
+        text: The TOML.
+        file: Name of the file that carries it, for messages.
+
+    Raises:
+        InvalidInput: It is too long, no TOML, or says what an extension cannot.
+    """
+    what = "its phasmid extension"
+    place = f"{file}, {what}" if file else what
+    if len(text) > LARGEST:
+        raise InvalidInput(
+            f"{what} has {len(text)} characters; the limit is {LARGEST}.", where=file
+        )
+    with located(place):
+        try:
+            raw = tomllib.loads(text)
+        except (tomllib.TOMLDecodeError, RecursionError) as error:
+            raise InvalidInput(f"{what} is no TOML: {error}.") from None
+        return validate(Extension, raw, lambda loc: (dotted(loc), ""))
+
+
+def _row(values: np.ndarray) -> str:
+    return "[" + ", ".join(repr(float(v)) for v in values) + "]"

@@ -1,0 +1,111 @@
+"""Where a leg's foot is: named by a person, a frame of the file, or the tip of a mesh."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.formats.chains import Chain
+from phasmid.formats.findings import Finding, Severity
+
+NAMES = ("foot", "feet", "tip", "toe", "end", "ee")
+"""Words that name the end of a leg, as parts of a link's name."""
+
+TIP = 1e-3
+"""Corners of a mesh within this of the farthest one are its tip [m]."""
+
+
+def foot_of(
+    chain: Chain, option: str, number: int
+) -> tuple[Float[np.ndarray, "3"], str, tuple[Finding, ...]]:
+    """The foot in the frame of the tibia's first link.
+
+    Args:
+        chain: The leg.
+        option: As `ImportOptions.foot`.
+        number: The leg's number, for messages.
+
+    Returns:
+        Foot [m], shape (3,); where it comes from, in words; what to know about it.
+
+    Raises:
+        InvalidInput: The option names no link of this leg, or is no point.
+        InvalidRobot: Nothing tells where the foot is.
+    """
+    tibia = chain.links[2]
+    if option:
+        return _asked(chain, option, number)
+    named = [link for link in tibia.ends if _names_a_foot(link.name)]
+    massless = [
+        link
+        for link in tibia.ends
+        if (link.inertial is None or not link.inertial.mass) and not link.parts
+    ]
+    for found in (named, massless):
+        if len(found) == 1:
+            return tibia.poses[found[0].name][:3, 3], f"link {found[0].name}", ()
+    if tibia.parts:
+        return _tip(chain, number)
+    raise InvalidRobot(
+        f"leg {number}: nothing says where its foot is; {tibia.name} has neither a fixed link at "
+        "its end nor a mesh.",
+        where=tibia.links[0].where,
+        hint="--foot 0,0,-0.13 gives it in that link's frame, in metres",
+    )
+
+
+def _names_a_foot(name: str) -> bool:
+    words = "".join(c if c.isalpha() else " " for c in name.lower()).split()
+    return any(word in NAMES or word.endswith(("foot", "tip", "toe")) for word in words)
+
+
+def _asked(
+    chain: Chain, option: str, number: int
+) -> tuple[Float[np.ndarray, "3"], str, tuple[Finding, ...]]:
+    tibia = chain.links[2]
+    pieces = option.split(",")
+    if len(pieces) == 3:
+        try:
+            point = np.array([float(piece) for piece in pieces])
+        except ValueError:
+            point = np.full(3, math.nan)
+        if not (np.isfinite(point).all() and np.abs(point).max() <= 2):
+            raise InvalidInput(
+                f"foot is {option}; it must be a link's name or three numbers in metres, "
+                "each of at most 2.",
+                where="option --foot",
+                hint="--foot 0,0,-0.13",
+            )
+        return point, f"the point {option} in {tibia.name}", ()
+    found = [name for name in tibia.poses if name == option]
+    found = found or [name for name in tibia.poses if name.endswith(option)]
+    if len(found) != 1:
+        raise InvalidInput(
+            f"leg {number}: {len(found) or 'no'} links at its end have a name that ends in "
+            f'"{option}"; 1 is needed.',
+            where="option --foot",
+            hint=f"its links are {', '.join(list(tibia.poses)[:6])}",
+        )
+    return tibia.poses[found[0]][:3, 3], f"link {found[0]}", ()
+
+
+def _tip(chain: Chain, number: int) -> tuple[Float[np.ndarray, "3"], str, tuple[Finding, ...]]:
+    """The end of the tibia's mesh that is farthest from the tibia's axis."""
+    tibia, axis = chain.links[2], chain.joints[2].axis / np.linalg.norm(chain.joints[2].axis)
+    corners = np.concatenate([part.vertices for part in tibia.parts])
+    away = np.linalg.norm(corners - np.outer(corners @ axis, axis), axis=1)
+    tip = corners[away >= away.max() - TIP]
+    foot = (tip.min(axis=0) + tip.max(axis=0)) / 2
+    x, y, z = 1000 * foot
+    note = Finding(
+        Severity.SUSPECT,
+        f"leg {number}",
+        f"no foot in the file; taken from the mesh of {tibia.name} at ({x:.1f}, {y:.1f}, "
+        f"{z:.1f}) mm, {1000 * away.max():.1f} mm from the tibia's axis.",
+        where=tibia.links[0].where,
+        hint="--foot 0,0,-0.13 gives it in that link's frame, in metres",
+    )
+    return foot, f"tip of the mesh of {tibia.name}", (note,)

@@ -1,0 +1,215 @@
+"""A chain of three hinges as a planar leg: frames of Table 1, lengths, and what was rounded."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidRobot
+from phasmid.formats.chains import Chain
+from phasmid.formats.findings import Finding, Severity
+from phasmid.robot import JOINTS
+
+SNAPPED = math.radians(1.0)
+"""Axes this far from parallel or square are set right: files with five digits of pi/2 are 0.02°
+off, the slack of hobby servos is 0.25° to 0.5°; 1° moves a foot 200 mm away by 3.5 mm."""
+
+LEVELLED = math.radians(0.1)
+"""Coxa axes this near the vertical are made vertical."""
+
+PRINTED = 1e-9
+"""Angles below this are round-off, of which nobody needs to know [rad]."""
+
+OFFSET = 0.02
+"""Feet may stand off the leg's plane by this part of the leg's length: at half its reach the foot
+then stands 2° off the direction that its coxa joint says, of the order of the servos' play."""
+
+SHORTEST_COXA = 1e-4
+"""Where coxa and femur axis meet, the coxa is given this length [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Planar:
+    """A leg at joint angles 0 of the file.
+
+    Attributes:
+        X_trunk_hip: Pose of the hip frame in the trunk, shape (4, 4).
+        X_trunk_links: Poses of the frames of Table 1 in the trunk, shape (3, 4, 4).
+        lengths: Of coxa, femur and tibia [m], shape (3,).
+        signs: 1 or -1 for each joint: whether the file's angle grows with ours, shape (3,).
+        offsets: Our angle where the file's is 0 [rad], shape (3,).
+        findings: What was rounded.
+    """
+
+    X_trunk_hip: Float[np.ndarray, "4 4"]
+    X_trunk_links: Float[np.ndarray, "3 4 4"]
+    lengths: Float[np.ndarray, "3"]
+    signs: Float[np.ndarray, "3"]
+    offsets: Float[np.ndarray, "3"]
+    findings: tuple[Finding, ...]
+
+
+def planar(
+    chain: Chain,
+    p_trunk_foot: Float[np.ndarray, "3"],
+    number: int,
+    z_trunk_hip: Float[np.ndarray, "3"],
+    zero: float = 0.0,
+) -> Planar:
+    """Lay the frames of Table 1 into a chain.
+
+    Args:
+        chain: The three hinges.
+        p_trunk_foot: The foot in the trunk at joint angles 0 [m], shape (3,).
+        number: The leg's number in the robot, for messages.
+        z_trunk_hip: Which way along the coxa axis is up, in the trunk, shape (3,).
+        zero: The file's angle of the coxa joint at which the leg points along its hip's x [rad].
+
+    Raises:
+        InvalidRobot: Axes are not parallel or square, or the foot is off the leg's plane.
+    """
+    findings: list[Finding] = []
+    subject = f"leg {number}"
+    a1, a2, a3 = chain.axes
+    p1, p2, p3 = chain.poses[:, :3, 3]
+    place = chain.joints[1].where
+    z1 = a1 * (1.0 if a1 @ z_trunk_hip >= 0 else -1.0)
+    _refuse_skew(subject, "coxa and femur", math.asin(min(1.0, abs(a1 @ a2))), place, square=True)
+    tilt = math.atan2(float(np.linalg.norm(np.cross(a2, a3))), abs(float(a2 @ a3)))
+    _refuse_skew(subject, "femur and tibia", tilt, chain.joints[2].where, square=False)
+
+    # The femur's axis square to the coxa's, and the tibia's like it.
+    across = a2 - (a2 @ z1) * z1
+    across /= np.linalg.norm(across)
+    out = np.cross(across, z1)
+    height = (p2 - p1) @ z1
+    p_hip = p1 + height * z1
+    coxa = float((p2 - p_hip) @ out)
+    if abs(coxa) < SHORTEST_COXA:
+        # Then the foot says which way is out.
+        side = 1.0 if (p_trunk_foot - p_hip) @ out >= 0 else -1.0
+        out, coxa = side * out, SHORTEST_COXA
+        findings.append(
+            Finding(
+                Severity.NOTE,
+                subject,
+                f"coxa and femur axes meet; the coxa was made {1000 * SHORTEST_COXA:g} mm long.",
+                where=place,
+            )
+        )
+    elif coxa < 0:
+        out, coxa = -out, -coxa
+    # Right-handed with x out and z up; hinges of Table 1 turn about -y.
+    y1 = np.cross(z1, out)
+
+    def in_plane(p: np.ndarray) -> np.ndarray:
+        return np.array([(p - p_hip) @ out, (p - p_hip) @ z1])
+
+    knee, foot = in_plane(p3) - [coxa, 0.0], in_plane(p_trunk_foot) - [coxa, 0.0]
+    femur, tibia = float(np.hypot(*knee)), float(np.hypot(*(foot - knee)))
+    lengths = np.array([coxa, femur, tibia])
+    for length, ends in ((femur, "femur and tibia axes"), (tibia, "tibia axis and foot")):
+        if length < SHORTEST_COXA:
+            raise InvalidRobot(
+                f"{subject}: {ends} are {1000 * length:.2g} mm apart; "
+                f"they must be {1000 * SHORTEST_COXA:g} mm or more.",
+                where=chain.joints[2].where,
+                hint="--foot names the link at the foot" if "foot" in ends else "",
+            )
+    lateral = float((p_trunk_foot - p_hip) @ y1)
+    _check_offset(findings, subject, lateral, float(lengths.sum()), place)
+    _note_skew(findings, subject, chain, across, lengths)
+
+    e2 = math.atan2(knee[1], knee[0])
+    e3 = math.atan2(foot[1] - knee[1], foot[0] - knee[0])
+    signs = np.array(
+        [math.copysign(1.0, a1 @ z1), -math.copysign(1.0, a2 @ y1), -math.copysign(1.0, a3 @ y1)]
+    )
+    # Where the file's zero is not the leg's middle, the hip is turned and not the leg.
+    turned = float(signs[0]) * zero
+    c, s = math.cos(turned), math.sin(turned)
+    x0 = c * out + s * y1
+    offsets = np.array([-turned if zero else 0.0, e2, _wrapped(e3 - e2)])
+
+    hip = _pose(p_hip, x0, np.cross(z1, x0), z1)
+    links = [_pose(p_hip, out, y1, z1)]
+    origins = (p_hip + coxa * out, p_hip + (coxa + knee[0]) * out + knee[1] * z1)
+    for angle, origin in zip((e2, e3), origins, strict=True):
+        c, s = math.cos(angle), math.sin(angle)
+        links.append(_pose(origin, c * out + s * z1, -s * out + c * z1, -y1))
+    return Planar(hip, np.array(links), lengths, signs, offsets, tuple(findings))
+
+
+def _pose(origin: np.ndarray, *axes: np.ndarray) -> np.ndarray:
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = np.column_stack(axes), origin
+    return X
+
+
+def _wrapped(angle: float) -> float:
+    """An angle in (-pi, pi]."""
+    return angle - 2 * math.pi * math.ceil((angle - math.pi) / (2 * math.pi))
+
+
+def _refuse_skew(subject: str, names: str, angle: float, where: str, *, square: bool) -> None:
+    if angle <= SNAPPED:
+        return
+    shown = math.degrees(angle)
+    what = (
+        f"{names} axes are {90 - shown:.3g}° apart; this model needs them square."
+        if square
+        else f"{names} axes differ by {shown:.3g}°; this model needs them parallel."
+    )
+    raise InvalidRobot(f"{subject}: {what}", where=where)
+
+
+def _note_skew(
+    findings: list[Finding],
+    subject: str,
+    chain: Chain,
+    across: np.ndarray,
+    lengths: np.ndarray,
+) -> None:
+    """Say by how much axes were turned, and how far that moves the foot at most."""
+    arms = (float(lengths[1] + lengths[2]), float(lengths[2]))
+    for name, axis, arm, joint in zip(
+        JOINTS[1:], chain.axes[1:], arms, chain.joints[1:], strict=True
+    ):
+        angle = math.atan2(float(np.linalg.norm(np.cross(axis, across))), abs(float(axis @ across)))
+        if angle < PRINTED:
+            continue
+        findings.append(
+            Finding(
+                Severity.NOTE,
+                subject,
+                f"{name} axis was turned by {math.degrees(angle):.2g}° to fit the leg's plane, "
+                f"which moves the foot by {1000 * arm * angle:.2g} mm at most.",
+                where=joint.where,
+            )
+        )
+
+
+def _check_offset(
+    findings: list[Finding], subject: str, lateral: float, length: float, where: str
+) -> None:
+    if abs(lateral) > OFFSET * length:
+        raise InvalidRobot(
+            f"{subject}: its foot stands {1000 * abs(lateral):.3g} mm off the plane of its coxa "
+            f"axis, femur and tibia; this model's legs are planar, up to "
+            f"{1000 * OFFSET * length:.2g} mm.",
+            where=where,
+            hint="--foot 0,0,-0.13 gives the foot in the last link's frame",
+        )
+    if abs(lateral) > PRINTED:
+        findings.append(
+            Finding(
+                Severity.NOTE,
+                subject,
+                f"its foot stands {1000 * abs(lateral):.2g} mm off the leg's plane and was "
+                "moved into it.",
+                where=where,
+            )
+        )

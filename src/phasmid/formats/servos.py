@@ -1,0 +1,85 @@
+"""Which servo a tree's joints have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from phasmid.errors import located
+from phasmid.formats.chains import Chain
+from phasmid.formats.findings import Finding, Severity
+from phasmid.robot import Servo, load_servo
+
+LIKE = "AX-12A"
+"""Hobby servo whose stiffness, rotor and friction stand in for what a file leaves out."""
+
+
+def servo_of(
+    chains: Sequence[Chain], option: str, said: Servo | None, findings: list[Finding]
+) -> tuple[Servo | None, str]:
+    """The servo of every joint: a named one, an extension's, or one of the file's numbers.
+
+    Args:
+        chains: The legs.
+        option: Name of a servo; empty for none.
+        said: The extension's; None for none.
+        findings: Where to say what was assumed.
+
+    Returns:
+        The servo, None where nothing tells it; and where it comes from, in words.
+
+    Raises:
+        InvalidInput: There is no servo of this name.
+        InvalidRobot: The file's numbers are no servo's.
+    """
+    if option:
+        with located("option --servo"):
+            return load_servo(option), "option --servo"
+    if said is not None:
+        return said, "the file's phasmid extension"
+    joints = [joint for chain in chains for joint in chain.joints]
+    efforts = [joint.effort for joint in joints if joint.effort]
+    speeds = [joint.velocity for joint in joints if joint.velocity]
+    if not efforts or not speeds:
+        return None, ""
+    torque, speed = min(efforts), min(speeds)
+    for what, unit, values in (("efforts", "N·m", efforts), ("speeds", "rad/s", speeds)):
+        if max(values) > min(values):
+            findings.append(
+                Finding(
+                    Severity.NOTE,
+                    "servo",
+                    f"{what} differ, {min(values):.4g} to {max(values):.4g} {unit}; every joint "
+                    "was given the least.",
+                )
+            )
+    like = load_servo(LIKE)
+    given = {
+        "friction": max(joint.friction for joint in joints),
+        "damping": max(joint.damping for joint in joints),
+        "armature": max(joint.armature for joint in joints),
+    }
+    assumed = [name for name, value in given.items() if not value]
+    stiffness = like.stiffness * torque / like.stall_torque
+    findings.append(
+        Finding(
+            Severity.NOTE,
+            "servo",
+            f"{torque:.4g} N·m and {speed:.4g} rad/s are the file's; the stiffness, "
+            f"{stiffness:.3g} N·m/rad, was assumed in proportion to the {LIKE}'s"
+            + (f", its {' and '.join(assumed)} are that servo's." if assumed else "."),
+            hint="--servo AX-12A takes all from a data sheet",
+        )
+    )
+    numbers = {name: value or getattr(like, name) for name, value in given.items()}
+    # Friction and damping of a file are those of its joint, which a servo's ideal form has once.
+    servo = Servo(
+        "as in the file",
+        stall_torque=torque,
+        no_load_speed=speed,
+        stiffness=stiffness,
+        damping=numbers["damping"],
+        viscous_friction=numbers["damping"],
+        armature=numbers["armature"],
+        friction=numbers["friction"],
+    )
+    return servo, "efforts and speeds of the file"

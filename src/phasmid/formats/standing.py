@@ -1,0 +1,91 @@
+"""Where feet stand at rest, when no file says so."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.kinematics.leg import angles_of
+from phasmid.robot.leg import NEAREST_FOOT
+
+OUT, DOWN = 0.6, 0.4
+"""A foot's distance from its coxa axis and below its hip, of the leg's length: those of the
+PhantomX of this project, 150 and 100 mm with 250 mm of leg."""
+
+SPARE = math.radians(5.0)
+"""Angle that a standing leg keeps from its limits, where it can."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stance:
+    """What decides where a leg can stand.
+
+    Attributes:
+        lengths: Of coxa, femur and tibia [m], shape (3,).
+        limits: Lowest and highest joint angles [rad], shape (3, 2).
+        R_level_hip: The hip's tilt, shape (3, 3).
+        height: Of the hip in the body frame [m].
+    """
+
+    lengths: Float[np.ndarray, "3"]
+    limits: Float[np.ndarray, "3 2"]
+    R_level_hip: Float[np.ndarray, "3 3"]
+    height: float
+
+
+def standing_feet(legs: Sequence[Stance]) -> Float[np.ndarray, "legs 3"] | None:
+    """Feet on one level ground, straight out from the hips and knees up, within the limits.
+
+    All legs stand equally far out; of all stances that every leg can take, the one nearest to
+    `OUT` and `DOWN`.
+
+    Args:
+        legs: The legs.
+
+    Returns:
+        Feet in the hip frames [m], shape (L, 3); None where no stance is within the limits.
+    """
+    length = float(np.mean([leg.lengths.sum() for leg in legs]))
+    step = _round_step(length)
+    # In steps that make round numbers, as far as any leg reaches.
+    count = math.ceil(length / step)
+    out = step * np.arange(1, count + 1)
+    down = step * np.arange(count + 1)
+    r, h = np.meshgrid(out, down, indexing="ij")
+    wish = np.hypot(r - round(OUT * length / step) * step, h - round(DOWN * length / step) * step)
+    order = np.argsort(wish, axis=None, kind="stable")
+    r, h = r.ravel()[order], h.ravel()[order]
+    for spare in (SPARE, 0.0):
+        fits = np.ones(r.shape, dtype=bool)
+        for leg in legs:
+            fits &= _within(leg, _in_hip(leg, r, h), spare)
+        if fits.any():
+            best = int(np.argmax(fits))
+            return np.array([_in_hip(leg, r[best], h[best]) for leg in legs])
+    return None
+
+
+def _round_step(length: float) -> float:
+    """About a twentieth of a length, a round number."""
+    decade = 10.0 ** math.floor(math.log10(length / 20))
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= length / 20)
+
+
+def _in_hip(leg: Stance, r: np.ndarray | float, h: np.ndarray | float) -> np.ndarray:
+    """A place at a distance from the hip and a depth below the body's origin, in the hip frame."""
+    r, z = np.broadcast_arrays(np.asarray(r), -np.asarray(h) - leg.height)
+    return np.stack([r, np.zeros(r.shape), z], axis=-1) @ leg.R_level_hip
+
+
+def _within(leg: Stance, p_hip_foot: np.ndarray, spare: float) -> np.ndarray:
+    q, margin = angles_of(leg.lengths, p_hip_foot.T)
+    low, high = leg.limits.T
+    # Of a narrow range a spare angle may leave nothing.
+    room = np.minimum(spare, (high - low) / 4)
+    angles = np.stack(np.broadcast_arrays(*q), axis=-1)
+    inside = ((angles >= low + room) & (angles <= high - room)).all(axis=-1)
+    return inside & (margin >= 0) & (p_hip_foot[:, 0] >= NEAREST_FOOT)
