@@ -6,6 +6,7 @@ from phasmid.formats.legs import Imported, ImportFacts, LegFacts, robot_from_tre
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.urdf_in import read_urdf
 
 __all__ = [
     "Finding",
@@ -20,5 +21,6 @@ __all__ = [
     "TreeLink",
     "extension_of",
     "robot_from_tree",
+    "read_urdf",
     "tree_of",
 ]
