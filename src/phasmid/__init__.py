@@ -21,11 +21,12 @@ if TYPE_CHECKING:
         Unreachable,
     )
     from phasmid.forces import analyse
+    from phasmid.formats import ImportOptions, import_robot, load_robot, save_robot
     from phasmid.gait import Gait
     from phasmid.motion import JointTrajectory, Walk, load_trajectory, plan
     from phasmid.recording import load_recording, save_mcap, save_recording
     from phasmid.reporting import report, summarise
-    from phasmid.robot import Body, Leg, Link, Robot, Servo, load_robot
+    from phasmid.robot import Body, Leg, Link, Robot, Servo
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
     from phasmid.simulation import replay, simulate, simulate_many
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 _ROOM_OF = {
     "Body": "robot",
     "Gait": "gait",
+    "ImportOptions": "formats",
     "InfeasibleLoad": "errors",
     "InfeasibleWalk": "errors",
     "InvalidGait": "errors",
@@ -52,8 +54,9 @@ _ROOM_OF = {
     "Unreachable": "errors",
     "Walk": "motion",
     "analyse": "forces",
+    "import_robot": "formats",
     "load_recording": "recording",
-    "load_robot": "robot",
+    "load_robot": "formats",
     "load_scenario": "scenario",
     "load_trajectory": "motion",
     "plan": "motion",
@@ -61,17 +64,29 @@ _ROOM_OF = {
     "report": "reporting",
     "save_mcap": "recording",
     "save_recording": "recording",
+    "save_robot": "formats",
     "sense": "sensors",
     "simulate": "simulation",
     "simulate_many": "simulation",
     "summarise": "reporting",
     "verify": "verification",
 }
-_ROOMS = ("batch", "dynamics", "forces", "gait", "kinematics", "motion", "robot", "simulation")
+_ROOMS = (
+    "batch",
+    "dynamics",
+    "forces",
+    "formats",
+    "gait",
+    "kinematics",
+    "motion",
+    "robot",
+    "simulation",
+)
 
 __all__ = [
     "Body",
     "Gait",
+    "ImportOptions",
     "InfeasibleLoad",
     "InfeasibleWalk",
     "InvalidGait",
@@ -88,6 +103,7 @@ __all__ = [
     "Unreachable",
     "Walk",
     "analyse",
+    "import_robot",
     "load_recording",
     "load_robot",
     "load_scenario",
@@ -97,6 +113,7 @@ __all__ = [
     "report",
     "save_mcap",
     "save_recording",
+    "save_robot",
     "sense",
     "simulate",
     "simulate_many",

@@ -3,64 +3,136 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from phasmid.cli.robot_options import add_import_options, import_options
+from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
+    from phasmid.formats import Imported
     from phasmid.motion import Walk
-    from phasmid.robot import Robot
     from phasmid.scenario import Scenario
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the file and how it is read."""
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        help="a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
+    )
+    parser.add_argument("--json", action="store_true", help="print the robot's numbers as JSON")
+    parser.add_argument(
+        "--write-sidecar",
+        action="store_true",
+        help="write a first guess of FILE.toml, which tells what a STEP file does not say",
+    )
+    parser.add_argument("--force", action="store_true", help="replace an older sidecar")
+    add_import_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Check the file that the options name; returns the exit status."""
-    from phasmid.robot import load_robot, preset_names
+    from phasmid.formats import ROBOT_SUFFIXES, import_robot
+    from phasmid.robot import preset_names
     from phasmid.scenario import load_scenario
     from phasmid.toml import read_toml
 
     source = options.file
-    if source in preset_names():
-        return _check_robot(load_robot(source))
-    if Path(source).suffix == ".toml" or Path(source).exists():
+    suffix = Path(source).suffix.lower()
+    if options.write_sidecar:
+        return _write_sidecar(Path(source), force=options.force)
+    is_robot = source in preset_names() or suffix in ROBOT_SUFFIXES[1:]
+    if not is_robot and (suffix == ".toml" or Path(source).exists()):
         raw, _ = read_toml(Path(source))
-        if {"legs", "leg", "body"} & set(raw):
-            return _check_robot(load_robot(source))
+        is_robot = bool({"legs", "leg", "body"} & set(raw))
+    if is_robot:
+        return _check_robot(import_robot(source, import_options(options)), as_json=options.json)
+    if options.json:
+        raise InvalidInput("--json tells of robots; this is a scenario.")
     return _check_scenario(load_scenario(source))
 
 
-def _check_robot(robot: Robot) -> int:
-    import numpy as np
+def _write_sidecar(path: Path, *, force: bool) -> int:
+    from phasmid.formats.step import first_guess, sidecar_of
+    from phasmid.recording.file import write_whole
 
-    from phasmid.errors import InfeasibleWalk
-    from phasmid.kinematics import joint_angles, longest_stride
-    from phasmid.units import STANDARD_GRAVITY
-
-    print(
-        f"robot {robot.name}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
-        f"({robot.mass * STANDARD_GRAVITY:.2f} N), servo {robot.servo.name}"
-    )
-    print(f"  body {1000 * robot.body.mass:.1f} g")
-    for number, leg in enumerate(robot.legs, 1):
-        lengths = " / ".join(f"{1000 * length:.4g}" for length in leg.lengths)
-        q = np.degrees(joint_angles(leg, leg.neutral_foot))
-        x, y, z = 1000 * leg.mount_position
-        turns = {"pitch": np.degrees(leg.mount_pitch), "roll": np.degrees(leg.mount_roll)}
-        tilt = "".join(f", {name} {turn:.4g}°" for name, turn in turns.items() if turn)
-        print(
-            f"  {number} {leg.name:<13} {lengths} mm, hip at ({x:.4g}, {y:.4g}, {z:.4g}) mm{tilt}, "
-            f"neutral at {', '.join(f'{a:.1f}' for a in q)}°, "
-            f"{' / '.join(f'{1000 * link.mass:.1f}' for link in leg.links)} g"
-        )
-    ahead, side = longest_stride(robot), longest_stride(robot, np.pi / 2)
-    print(f"  longest stride: {1000 * ahead:.0f} mm ahead, {1000 * side:.0f} mm sideways")
-    if ahead <= 0:
-        raise InfeasibleWalk(
-            "the neutral feet cannot be reached within the joint limits.",
-            hint="another neutral_foot_mm, or wider joint_limits",
-        )
-    print("possible.")
+    sidecar = sidecar_of(path)
+    if sidecar.exists() and not force:
+        raise InvalidInput(f"{sidecar} exists; nothing was written.", hint="--force")
+    write_whole(sidecar, first_guess(path).encode("utf-8"))
+    print(f"Written to {plain(str(sidecar))}: correct it, then phasmid check {plain(str(path))}")
     return 0
+
+
+def _check_robot(imported: Imported, *, as_json: bool) -> int:
+    from phasmid.formats import describe
+
+    told = describe(imported)
+    if as_json:
+        print(json.dumps(told, indent=2, ensure_ascii=False))
+    else:
+        if told["robot"]:
+            _print_robot(told["robot"])
+        _print_findings(told["findings"])
+    if told["possible"]:
+        if not as_json:
+            print("possible.")
+        return 0
+    count = sum(finding["severity"] == "impossible" for finding in told["findings"])
+    what = told["why_not"] or f"it cannot walk as it is: {count} findings are impossible."
+    error = imported.error
+    print(f"phasmid: {InvalidInput(what, hint=error.hint if error else '')}", file=sys.stderr)
+    return 2
+
+
+def _print_robot(robot: dict[str, Any]) -> None:
+    servo, body = robot["servo"], robot["body"]
+    print(
+        f"robot {plain(robot['name'])}: {len(robot['legs'])} legs, {robot['mass_g'] / 1000:.3f} kg "
+        f"({robot['weight_n']:.2f} N), servo {plain(servo['name'])} "
+        f"({servo['stall_torque_nm']:.3g} N·m, {servo['no_load_speed_rad_per_s']:.3g} rad/s)"
+    )
+    size = " × ".join(f"{side:.4g}" for side in body["size_mm"])
+    print(f"  body {body['mass_g']:.1f} g, {size} mm")
+    width = max(len(leg["name"]) for leg in robot["legs"])
+    for number, leg in enumerate(robot["legs"], 1):
+        lengths = " / ".join(f"{length:.4g}" for length in leg["lengths_mm"])
+        hip = ", ".join(f"{x:.4g}" for x in leg["hip_mm"])
+        tilt = [f"{name} {leg[f'{name}_deg']:.4g}°" for name in ("pitch", "roll")]
+        tilt = [words for words in tilt if not words.endswith(" 0°")]
+        turned = ", ".join([f"yaw {leg['yaw_deg']:.4g}°", *tilt])
+        neutral = leg["neutral_deg"]
+        at = ", ".join(f"{a:.1f}" for a in neutral) + "°" if neutral else "out of reach"
+        masses = " / ".join(f"{mass:.1f}" for mass in leg["masses_g"])
+        print(
+            f"  {number} {plain(leg['name']):<{width}} {lengths} mm, hip at ({hip}) mm, {turned}, "
+            f"neutral at {at}, {masses} g"
+        )
+    stride = robot["longest_stride_mm"]
+    print(f"  longest stride: {stride['ahead']:.0f} mm ahead, {stride['sideways']:.0f} mm sideways")
+
+
+def _print_findings(findings: list[dict[str, str]]) -> None:
+    """Each finding once, with all that it is about; the worst first."""
+    alike: dict[tuple[str, str, str], list[dict[str, str]]] = {}
+    for finding in findings:
+        key = (finding["severity"], finding["what"], finding["hint"])
+        alike.setdefault(key, []).append(finding)
+    order = ("impossible", "suspect", "note")
+    for severity, what, hint in sorted(alike, key=lambda key: order.index(key[0])):
+        group = alike[severity, what, hint]
+        subject, where = plain(group[0]["subject"]), plain(group[0]["where"])
+        more = f" and {len(group) - 1} more" if len(group) > 1 else ""
+        said = plain(what)
+        about = "" if not subject or said.startswith(subject) else f"{subject}{more}: "
+        ending = f" ({where}{more})" if where else more and f" (and{more[4:]} like it)"
+        print(f"  {severity:<10} {about}{said}{ending}")
+        if hint:
+            print(f"  {'':<10} try {plain(hint)}")
 
 
 def _check_scenario(scenario: Scenario) -> int:

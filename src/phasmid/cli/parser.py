@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import check, paper, replay, report, verify, walk
+from phasmid.cli import check, convert, paper, replay, report, verify, walk
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
@@ -16,7 +16,8 @@ COMMANDS = {
     "replay": "run a recorded walk again and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "verify": "the physics against closed forms and conservation laws, on this machine",
-    "check": "is this robot or scenario file possible, and if not, why not",
+    "check": "is this robot or scenario possible, and if not, why not",
+    "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
 }
 
 
@@ -71,8 +72,16 @@ def build_parser(command: str | None) -> Parser:
     checking = commands.add_parser(
         "check", help=COMMANDS["check"], description=f"{COMMANDS['check']}.", allow_abbrev=False
     )
-    checking.add_argument("file", metavar="FILE", help="a robot or scenario file, or a preset")
+    check.add_options(checking)
     checking.set_defaults(run=check.run)
+    converting = commands.add_parser(
+        "convert",
+        help=COMMANDS["convert"],
+        description=f"{COMMANDS['convert']}.",
+        allow_abbrev=False,
+    )
+    convert.add_options(converting)
+    converting.set_defaults(run=convert.run)
     return parser
 
 

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 PLACES = {"robot", "height_map"}
 """Fields that name a file."""
 
+TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_model", "package"}
+"""Fields whose value is text, also where it looks like a number."""
+
 
 def run(options: argparse.Namespace) -> int:
     """Walk as the options say; returns the exit status."""
@@ -247,7 +250,23 @@ def _scenario(options: argparse.Namespace) -> Scenario:
                 return flag + dotted(loc[len(path) :]), ""
         return dotted(loc), options.scenario
 
-    return scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
+    changed = scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
+    return _with_robot(changed, quiet=options.quiet)
+
+
+def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
+    """The scenario with its robot read, so that a foreign file is read once and judged aloud."""
+    from phasmid.formats import ROBOT_SUFFIXES, import_robot, possible
+
+    source = scenario.robot
+    if not isinstance(source, str) or Path(source).suffix.lower() not in ROBOT_SUFFIXES[1:]:
+        return scenario
+    imported = import_robot(source, scenario.robot_import.options())
+    robot = possible(imported, source)
+    if not quiet:
+        for finding in imported.findings:
+            print(f"phasmid: {finding.severity.value}: {plain(finding.what)}", file=sys.stderr)
+    return scenario.replace(robot=robot)
 
 
 def _value(key: str, text: str) -> Any:
@@ -264,10 +283,10 @@ def _value(key: str, text: str) -> Any:
                 f'{flag} is "{text}"; it must be a list.', hint=f"{flag} {form}"
             ) from None
     if form.endswith(";..."):
-        return [[_number(part) for part in row.split(",")] for row in text.split(";")]
+        return [[number_or_text(part) for part in row.split(",")] for row in text.split(";")]
     if form.endswith(",...") or (form and "," in text):
-        return [_number(part) for part in text.split(",")]
-    return text if key in {*PLACES, "name", "description", "gait", "terrain"} else _number(text)
+        return [number_or_text(part) for part in text.split(",")]
+    return text if key in {*PLACES, *TEXTS} else number_or_text(text)
 
 
 def _list_form(path: tuple[str, ...]) -> str:
@@ -293,14 +312,15 @@ def check_lists(arguments: list[str]) -> None:
         f"--{key.replace('_', '-')}" for key, path in option_keys().items() if _list_form(path)
     }
     for flag, first, second in zip(arguments, arguments[1:], arguments[2:], strict=False):
-        numbers = (_number(first), _number(second))
+        numbers = (number_or_text(first), number_or_text(second))
         if flag in lists and not any(isinstance(number, str) for number in numbers):
             raise InvalidInput(
                 f'{flag} takes one list; "{second}" stands apart.', hint=f"{flag} {first},{second}"
             )
 
 
-def _number(text: str) -> int | float | str:
+def number_or_text(text: str) -> int | float | str:
+    """An option's text as a number, where it is one."""
     try:
         return int(text)
     except ValueError:

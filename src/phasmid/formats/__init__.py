@@ -1,14 +1,17 @@
 """Robots in and out of the formats that people have: TOML, URDF, MJCF, STEP."""
 
+from phasmid.formats.description import describe
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.legs import Imported, ImportFacts, LegFacts, robot_from_tree
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
+from phasmid.formats.robots import ROBOT_SUFFIXES, import_robot, load_robot, possible, save_robot
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import read_urdf
 
 __all__ = [
+    "ROBOT_SUFFIXES",
     "Finding",
     "ImportFacts",
     "ImportOptions",
@@ -19,8 +22,13 @@ __all__ = [
     "Tree",
     "TreeJoint",
     "TreeLink",
+    "describe",
     "extension_of",
-    "robot_from_tree",
+    "import_robot",
+    "load_robot",
+    "possible",
     "read_urdf",
+    "robot_from_tree",
+    "save_robot",
     "tree_of",
 ]

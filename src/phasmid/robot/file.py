@@ -15,7 +15,7 @@ from phasmid import toml
 from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import JOINTS, Leg
-from phasmid.robot.link import Link, check_length
+from phasmid.robot.link import Link, check_length, solid_box
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
 from phasmid.robot.servo import Servo
 from phasmid.robot.table import LegTable, RobotTable, ServoTable, known_servos
@@ -55,16 +55,19 @@ def load_robot(source: str | Path) -> Robot:
     """
     path = find_file(source, "phasmid.robot", "robot")
     raw, content = read_toml(path)
-    return robot_from_table(raw, path, content)
+    return robot_from_table(raw, path, content, path.parent)
 
 
-def robot_from_table(raw: dict[str, Any], path: Path, content: str) -> Robot:
+def robot_from_table(
+    raw: dict[str, Any], path: Path, content: str, folder: Path | None = None
+) -> Robot:
     """Build a robot from the table of its file.
 
     Args:
         raw: The table.
         path: Its file, for messages.
         content: The file's text, for line numbers.
+        folder: Where its meshes may lie; those that come with phasmid are found without it.
 
     Raises:
         InvalidInput: The table is not well formed.
@@ -86,11 +89,11 @@ def robot_from_table(raw: dict[str, Any], path: Path, content: str) -> Robot:
             tuple(legs),
             servo,
             table.description,
-            _appearance(table.appearance, path.parent),
+            _appearance(table.appearance, folder),
         )
 
 
-def _appearance(name: str | None, folder: Path) -> Appearance | None:
+def _appearance(name: str | None, folder: Path | None) -> Appearance | None:
     """The look in a file beside the robot's, or else among those that come with phasmid.
 
     A recording carries its robot as text alone: where the file is not at hand, the robot walks
@@ -98,9 +101,10 @@ def _appearance(name: str | None, folder: Path) -> Appearance | None:
     """
     if name is None:
         return None
-    for path in (folder / name, Path(str(resources.files("phasmid.robot") / "presets" / name))):
-        if path.is_file() and not path.is_symlink():
-            return Appearance.from_file(path)
+    presets = Path(str(resources.files("phasmid.robot") / "presets"))
+    for place in (folder, presets):
+        if place and (place / name).is_file() and not (place / name).is_symlink():
+            return Appearance.from_file(place / name)
     return None
 
 
@@ -177,9 +181,10 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
             # Before the link, which would not name its leg.
             check_length(length, f"leg {name}: {joint}", joint)
         with located(at("links", joint)):
-            links[joint] = Link(
-                joint, length, link.mass, np.array(link.com), np.array(link.inertia)
-            )
+            com = [length / 2, 0.0, 0.0] if link.com is None else link.com
+            box = solid_box((length, link.width, link.width), link.mass)
+            inertia = box if link.inertia is None else np.array(link.inertia)
+            links[joint] = Link(joint, length, link.mass, np.array(com), inertia)
     limits = np.array([getattr(table.joint_limits, joint) for joint in JOINTS])
     foot = table.neutral_foot
     if (foot is None) == (table.home is None):
@@ -229,8 +234,7 @@ def _body(table: RobotTable, leg_mass: float) -> Body:
             )
     if mass is None:
         raise InvalidInput("body.mass is missing.", hint="mass_g = ..., or total_weight_n = ...")
-    a, b, c = (s * s for s in body.size)
-    box = np.diag([b + c, a + c, a + b]) * mass / 12
+    box = solid_box(tuple(body.size), mass)
     inertia = box if body.inertia is None else np.array(body.inertia)
     return Body(mass, np.array(body.com), inertia, np.array(body.size))
 

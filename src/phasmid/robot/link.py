@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,6 +104,17 @@ def check_inertia(
             f"{1000 * size / 50:.2g} and {1500 * size:.2g} mm.",
             hint="check the unit: inertia_g_mm2 or inertia_kg_m2",
         )
+
+
+def solid_box(size: Sequence[float], mass: float) -> Float[np.ndarray, "3 3"]:
+    """Inertia of a solid box about its middle, in its own axes [kg·m²], shape (3, 3).
+
+    Args:
+        size: Its sides along x, y and z [m].
+        mass: Mass [kg].
+    """
+    a, b, c = (side * side for side in size)
+    return np.diag([b + c, a + c, a + b]) * mass / 12
 
 
 @dataclass(frozen=True, eq=False)

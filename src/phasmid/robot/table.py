@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
-from annotated_types import Ge, Len
+from annotated_types import Ge, Gt, Len
 from pydantic import BeforeValidator, ConfigDict, model_validator
 
 from phasmid.errors import InvalidInput, nearest
@@ -90,11 +90,19 @@ class RobotPart(Table):
 
 
 class LinkTable(RobotPart):
-    """``[leg.links.coxa]``: what the link weighs and how it resists turning."""
+    """``[leg.links.coxa]``: what the link weighs and how it resists turning.
+
+    Attributes:
+        mass: Mass [kg].
+        com: Centre of mass [m]; without it the middle of the link.
+        inertia: About the centre of mass [kg·m²]; without it a solid box along the link.
+        width: Width and height of that box [m]; an AX-12's breadth without it.
+    """
 
     mass: Mass
-    com: Vector
-    inertia: Tensor
+    com: Vector | None = None
+    inertia: Tensor | None = None
+    width: Annotated[Length, Gt(0)] = 0.038
 
 
 class LimitsTable(RobotPart):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.errors import located
+from phasmid.formats import ROBOT_SUFFIXES
 from phasmid.scenario.scenario import Scenario
 from phasmid.scenario.terrain import beside
 from phasmid.tables import Table, in_file, key_of, validate
@@ -35,7 +36,7 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
         terrain["height_map"] = beside(path, terrain["height_map"])
     with located(path.name):
         scenario = validate(Scenario, raw, in_file(path, content))
-    if isinstance(scenario.robot, str) and scenario.robot.endswith(".toml"):
+    if isinstance(scenario.robot, str) and Path(scenario.robot).suffix in ROBOT_SUFFIXES:
         return scenario.model_copy(update={"robot": str(path.parent / scenario.robot)})
     return scenario
 

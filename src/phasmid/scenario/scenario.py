@@ -9,13 +9,15 @@ from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, nearest
+from phasmid.formats import load_robot
 from phasmid.gait import Gait, load_gait
 from phasmid.recording.channels import MOST_RECORDED
-from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
+from phasmid.robot import Robot, with_mass_model, with_mounts, with_neutral_foot
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.gait import GaitTable
 from phasmid.scenario.model import ModelTable
+from phasmid.scenario.robot_import import RobotImportTable
 from phasmid.scenario.sensors import SensorsTable
 from phasmid.scenario.servo import ServoTable
 from phasmid.scenario.simulation import SimulationTable
@@ -63,6 +65,7 @@ class Scenario(Table):
         terrain: The ground.
         servo: What the servos are set to and fed with.
         sensors: What measures the robot, how well.
+        robot_import: How a robot is read from URDF, MJCF or STEP.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -89,6 +92,7 @@ class Scenario(Table):
     terrain: TerrainTable = TerrainTable()
     servo: ServoTable = ServoTable()
     sensors: SensorsTable = SensorsTable()
+    robot_import: RobotImportTable = RobotImportTable()
 
     @model_validator(mode="after")
     def _check_size(self) -> Scenario:
@@ -201,7 +205,9 @@ class Scenario(Table):
             InvalidInput: The robot file is absent or not well formed.
             InvalidRobot: No machine could have these numbers.
         """
-        return self.robot if isinstance(self.robot, Robot) else load_robot(self.robot)
+        if isinstance(self.robot, Robot):
+            return self.robot
+        return load_robot(self.robot, self.robot_import.options())
 
     def vary(self, robot: Robot) -> Robot:
         """A robot as this scenario's variants make it.

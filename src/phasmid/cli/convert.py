@@ -1,0 +1,33 @@
+"""``phasmid convert``: a robot in another format."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from phasmid.cli.robot_options import add_import_options, import_options
+from phasmid.errors import plain
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the two files and how the first is read."""
+    parser.add_argument("source", metavar="A", help="a robot: a preset or a file")
+    parser.add_argument("target", metavar="B", help="a .toml, .urdf, .xml (MJCF) or .step file")
+    parser.add_argument("--force", action="store_true", help="replace older files")
+    add_import_options(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Convert as the options say; returns the exit status."""
+    from phasmid.formats import import_robot, possible, save_robot
+
+    imported = import_robot(options.source, import_options(options))
+    robot = possible(imported, options.source)
+    lost = save_robot(robot, options.target, force=options.force)
+    for finding in (*imported.findings, *lost):
+        print(f"  {finding.severity.value:<10} {plain(finding.what)}")
+    print(
+        f"Written to {plain(str(Path(options.target)))}: {len(robot.legs)} legs, "
+        f"{robot.mass:.3f} kg"
+    )
+    return 0

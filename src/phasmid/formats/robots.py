@@ -1,0 +1,228 @@
+"""Robots by name or file, in and out, whatever the format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from phasmid.errors import InvalidInput, InvalidRobot, a_kind
+from phasmid.formats.extension import extension_of
+from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.judge import judge_robot
+from phasmid.formats.legs import Imported, robot_from_tree
+from phasmid.formats.options import ImportOptions
+from phasmid.formats.outgoing import tree_of
+from phasmid.formats.tree import Tree
+from phasmid.recording.file import cannot_write, write_whole
+from phasmid.robot import Robot, preset_names, robot_to_toml
+from phasmid.robot import load_robot as load_own_robot
+from phasmid.robot.appearance import Appearance, glb
+
+ROBOT_SUFFIXES = (".toml", ".urdf", ".xml", ".mjcf", ".step", ".stp")
+"""Endings of files that hold a robot; an ``.xml`` is MJCF or URDF by its root element."""
+
+
+def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robot:
+    """Load a robot from a preset or a file.
+
+    Args:
+        source: Name of a preset, such as ``phantomx-paper``, or path of a ``.toml``, ``.urdf``,
+            ``.xml`` (MJCF or URDF) or ``.step`` file.
+        options: What the file does not say; presets and ``.toml`` files need none.
+
+    Raises:
+        InvalidInput: There is no such preset or file, or it is not well formed.
+        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+    """
+    if _reader(source) is None:
+        # Judging takes a moment, and such a robot is possible by construction.
+        return load_own_robot(source)
+    return possible(import_robot(source, options), source)
+
+
+def possible(imported: Imported, source: str | Path) -> Robot:
+    """The robot of an import.
+
+    Args:
+        imported: As `import_robot` gives it.
+        source: Its file, for messages.
+
+    Raises:
+        InvalidRobot: There is none; the first of what is impossible is told.
+    """
+    if imported.robot is not None:
+        return imported.robot
+    bad = [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]
+    if imported.error is not None and not bad:
+        raise imported.error
+    more = f" (and {len(bad) - 1} more like it)" if len(bad) > 1 else ""
+    raise InvalidRobot(
+        f"{bad[0].what}{more}",
+        where=bad[0].where or Path(source).name,
+        hint=f"phasmid check {source}, which tells all of it",
+    )
+
+
+def import_robot(source: str | Path, options: ImportOptions | None = None) -> Imported:
+    """Load a robot with all that is to be said about its description.
+
+    Args:
+        source: As of `load_robot`.
+        options: What the file does not say; presets and ``.toml`` files need none.
+
+    Returns:
+        The robot, or why there is none; and what was found, good or bad.
+
+    Raises:
+        InvalidInput: There is no such preset or file, or it is not well formed; or it holds what
+            is ignored, and the options are strict.
+        InvalidRobot: Its links and joints form no tree, or a ``.toml`` robot is impossible.
+    """
+    reader = _reader(source)
+    if reader is None:
+        robot = load_own_robot(source)
+        return Imported(robot, judge_robot(robot))
+    options = options or ImportOptions()
+    tree = reader(Path(source), options)
+    if options.strict and tree.findings:
+        first = tree.findings[0]
+        raise InvalidInput(first.what, where=first.where or Path(source).name, hint=first.hint)
+    return robot_from_tree(tree, options)
+
+
+_Reader = Callable[[Path, ImportOptions], Tree]
+
+
+def _reader(source: str | Path) -> _Reader | None:
+    """What reads a file; None for presets, ``.toml`` files and what is neither."""
+    if not isinstance(source, str | Path):
+        raise InvalidInput(
+            f"a robot is the name of a preset or the path of a file, not {a_kind(source)}.",
+            hint='phasmid.load_robot("phantomx-paper")',
+        )
+    suffix = Path(source).suffix.lower()
+    if str(source) in preset_names() or suffix not in ROBOT_SUFFIXES[1:]:
+        return None
+    if suffix in (".step", ".stp"):
+        from phasmid.formats.step import read_step
+
+        return read_step
+    if suffix == ".urdf" or (suffix == ".xml" and _root(Path(source)) == "robot"):
+        from phasmid.formats.urdf_in import read_urdf
+
+        return read_urdf
+    from phasmid.formats.mjcf_in import read_mjcf
+
+    return read_mjcf
+
+
+def _root(path: Path) -> str:
+    """Name of an XML file's root element, as far as its beginning tells it."""
+    try:
+        with path.open("rb") as file:
+            text = file.read(65536).decode("utf-8", errors="replace")
+    except (OSError, ValueError):
+        return ""
+    while "<" in text:
+        text = text.partition("<")[2]
+        if text.startswith("!--"):
+            text = text.partition("-->")[2]
+        elif text[:1] not in "?!":
+            return text.split(">")[0].split()[0].rstrip("/") if text.split() else ""
+    return ""
+
+
+def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[Finding, ...]:
+    """Write a robot to a file of the format that its ending names.
+
+    Args:
+        robot: The robot.
+        path: A ``.toml``, ``.urdf``, ``.xml`` (MJCF) or ``.step`` file. Meshes go beside it.
+        force: Whether files of these names are replaced.
+
+    Returns:
+        What the format cannot hold.
+
+    Raises:
+        InvalidInput: The ending names no format, a file is there already, or a library of an
+            extra is missing.
+        OutputError: A file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in ROBOT_SUFFIXES:
+        raise InvalidInput(
+            f"{path.name} does not end as a robot file does.",
+            hint=f"one of {', '.join(ROBOT_SUFFIXES)}",
+        )
+    if not force and path.exists():
+        raise InvalidInput(f"{path} exists; nothing was written.", hint="--force (force=True)")
+    files = _files(robot, path)
+    for name in files:
+        if not force and (path.parent / name).exists():
+            raise InvalidInput(
+                f"{path.parent / name} exists; nothing was written.", hint="--force (force=True)"
+            )
+    # The robot's own file last: when it appears, what it names is there.
+    for name in sorted(files, key=lambda name: name == path.name):
+        target = path.parent / name
+        _make_folder(target.parent)
+        write_whole(target, files[name])
+    return _lost(path)
+
+
+def _files(robot: Robot, path: Path) -> dict[str, bytes]:
+    """All files of a robot, by their names beside its own."""
+    suffix = path.suffix.lower()
+    if suffix == ".toml":
+        return _toml_files(robot, path)
+    if suffix in (".step", ".stp"):
+        from phasmid.formats.step import step_files
+
+        return dict(step_files(robot, path.name))
+    tree = tree_of(robot, extension_of(robot))
+    if suffix == ".urdf":
+        from phasmid.formats.urdf_out import urdf_files
+
+        return dict(urdf_files(tree, path.stem))
+    from phasmid.formats.mjcf_out import mjcf_files
+
+    return {_named(name, path): data for name, data in mjcf_files(tree, path.stem).items()}
+
+
+def _named(name: str, path: Path) -> str:
+    return path.name if name == f"{path.stem}.xml" else name
+
+
+def _toml_files(robot: Robot, path: Path) -> dict[str, bytes]:
+    look, files = robot.appearance, {}
+    if look is not None and look.parts:
+        look = Appearance.of(look.parts, f"{path.stem}.glb")
+        files[look.name] = glb(look.parts)
+    text = robot_to_toml(replace(robot, appearance=look))
+    return {**files, path.name: text.encode("utf-8")}
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(folder, error) from None
+
+
+LOST = {
+    ".urdf": "URDF has no words for neutral feet, rotors and the servos' own laws; they stand in a "
+    "<phasmid> element, which other programs pass over.",
+    ".xml": "MJCF has no words for neutral feet and the servos' own laws; they stand in a <custom> "
+    "text, which other programs pass over.",
+    ".step": "STEP holds solids of our own shaping, without joints and densities; those and the "
+    "weighed masses stand in the file beside it.",
+}
+"""What a format cannot hold of a robot."""
+
+
+def _lost(path: Path) -> tuple[Finding, ...]:
+    suffix = {".mjcf": ".xml", ".stp": ".step"}.get(path.suffix.lower(), path.suffix.lower())
+    if suffix not in LOST:
+        return ()
+    return (Finding(Severity.NOTE, path.name, LOST[suffix]),)

@@ -1,0 +1,61 @@
+"""What is added to a robot file that does not say all that walking needs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from annotated_types import Gt, Le
+
+from phasmid.errors import InvalidInput
+from phasmid.formats import ImportOptions
+from phasmid.tables import Mass, Table
+
+
+class RobotImportTable(Table):
+    """``[robot_import]``: how a robot is read from URDF, MJCF or STEP; no other file needs it.
+
+    Attributes:
+        foot: Where the feet are: a link's name or its ending, or x,y,z in metres in the frame of
+            each leg's last link; empty: found in the tree, or else at the end of the last mesh.
+        masses: as-given; geometry, which spreads each link's mass over its box; or a preset or
+            robot file whose links' masses and inertias are taken.
+        total_mass: What the robot weighs on a scale [kg]; all masses are scaled to it.
+        servo_model: Name of the servo; empty: efforts and speeds of the file.
+        package: Folders that package:// names, such as my_robot=../my_robot; commas between.
+        mesh_unit: Unit of the mesh files (as-given, m or mm).
+    """
+
+    foot: str = ""
+    masses: str = "as-given"
+    total_mass: Annotated[Mass, Gt(0), Le(1000)] | None = None
+    servo_model: str = ""
+    package: str = ""
+    mesh_unit: Literal["as-given", "m", "mm"] = "as-given"
+
+    def options(self, *, strict: bool = False) -> ImportOptions:
+        """These settings as the readers take them.
+
+        Args:
+            strict: Whether anything that is ignored is an error.
+
+        Raises:
+            InvalidInput: A package has no folder.
+        """
+        packages = {}
+        for pair in filter(None, (part.strip() for part in self.package.split(","))):
+            name, equals, folder = pair.partition("=")
+            if not (name and equals and folder):
+                raise InvalidInput(
+                    f'package is "{pair}"; it must be a name and its folder.',
+                    hint="--package my_robot=../my_robot",
+                )
+            packages[name.strip()] = folder.strip()
+        return ImportOptions(
+            foot=self.foot,
+            masses=self.masses,
+            total_mass=self.total_mass,
+            servo=self.servo_model,
+            packages=packages,
+            mesh_unit="" if self.mesh_unit == "as-given" else self.mesh_unit,
+            strict=strict,
+        )

@@ -1,0 +1,158 @@
+"""Robots at the command line: checked, walked and converted, in any format."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import phasmid
+from phasmid.cli import main
+from phasmid.formats import ROBOT_SUFFIXES
+from phasmid.robot import robot_to_toml
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+MARK_4 = DATA / "interbotix_xshexapod_descriptions/urdf/pxmark4.urdf"
+HUMA = DATA / "phantomx_description/urdf/phantomx.urdf"
+needs_data = pytest.mark.skipif(not DATA.exists(), reason="the descriptions are not there")
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def answered(capsys, *arguments):
+    """Exit status, output and error text of a call."""
+    status = main([str(argument) for argument in arguments])
+    return status, *capsys.readouterr()
+
+
+def test_check_tells_a_preset_in_words_and_as_json(capsys):
+    status, out, _ = answered(capsys, "check", "phantomx-mk4")
+    assert status == 0
+    assert "6 legs, 3.216 kg (31.55 N), servo XL430-W250" in out
+    assert out.endswith("possible.\n")
+    status, out, _ = answered(capsys, "check", "phantomx-mk4", "--json")
+    told = json.loads(out)
+    assert status == 0
+    assert told["possible"]
+    legs = told["robot"]["legs"]
+    assert [leg["name"] for leg in legs] == list(phasmid.load_robot("phantomx-mk4").leg_names)
+    assert legs[0]["lengths_mm"] == pytest.approx([52.907539, 61.8465843843, 130.862523283])
+
+
+@needs_data
+def test_a_sound_urdf_is_possible_and_walks(here, capsys):
+    status, out, err = answered(capsys, "check", MARK_4)
+    assert (status, err) == (0, "")
+    assert "6 legs" in out
+    assert "impossible" not in out
+    arguments = ["walk", "--robot", MARK_4, "--duration", "2", "--out", "mk4", "--no-figures"]
+    status, _, err = answered(capsys, *arguments)
+    assert status == 0
+    run = phasmid.load_recording("mk4")
+    # One stroke of 40 mm a second, after the first step from rest (scenario `paper`).
+    travelled = float(run["body_position"][-1, 0] - run["body_position"][0, 0])
+    assert travelled == pytest.approx(0.08, rel=0.02)
+    again = ["walk", "mk4/scenario.toml", "--out", "again", "--no-figures", "--quiet"]
+    assert answered(capsys, *again)[0] == 0
+    assert run.equals(phasmid.load_recording("again"))
+
+
+@needs_data
+def test_an_impossible_urdf_is_judged_and_walks_with_other_masses(here, capsys):
+    status, out, err = answered(capsys, "check", HUMA)
+    assert status == 2
+    assert "impossible" in out
+    assert err.startswith("phasmid: ")
+    status, out, err = answered(capsys, "walk", "--robot", HUMA)
+    assert status == 2
+    assert "phasmid check" in err
+    assert "Traceback" not in err
+    arguments = ["walk", "--robot", HUMA, "--masses", "phantomx-mk4", "--duration", "2"]
+    status, out, err = answered(capsys, *arguments, "--out", "huma", "--no-figures")
+    assert status == 0, err
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".xml", ".toml"])
+def test_convert_there_and_back_keeps_every_number(here, capsys, suffix):
+    for preset in ("phantomx-paper", "phantomx-mk4"):
+        there, back = f"{preset}{suffix}", f"back-{preset}.toml"
+        assert answered(capsys, "convert", preset, there)[0] == 0
+        assert answered(capsys, "convert", there, back)[0] == 0
+        first, last = phasmid.load_robot(preset), phasmid.load_robot(back)
+        assert last.leg_names == first.leg_names
+        assert last.servo == first.servo
+        for name, value in vars(first.arrays).items():
+            np.testing.assert_allclose(getattr(last.arrays, name), value, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(last.body.inertia, first.body.inertia, rtol=0, atol=1e-9)
+
+
+def test_convert_replaces_nothing_unasked(here, capsys):
+    (here / "mine.urdf").write_text("mine", encoding="utf-8")
+    status, _, err = answered(capsys, "convert", "phantomx-paper", "mine.urdf")
+    assert (status, err) == (
+        2,
+        "phasmid: mine.urdf exists; nothing was written.\n  try  --force (force=True)\n",
+    )
+    assert (here / "mine.urdf").read_text(encoding="utf-8") == "mine"
+    assert answered(capsys, "convert", "phantomx-paper", "mine.urdf", "--force")[0] == 0
+
+
+def test_convert_knows_a_format_by_its_ending(here, capsys):
+    status, _, err = answered(capsys, "convert", "phantomx-paper", "mine.obj")
+    assert status == 2
+    assert err == (
+        "phasmid: mine.obj does not end as a robot file does.\n"
+        f"  try  one of {', '.join(ROBOT_SUFFIXES)}\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--total-mass-g", "0"], "--total-mass-g is 0 g; it must be greater than 0"),
+        (["--mesh-unit", "inch"], '--mesh-unit is "inch"; it must be'),
+        (["--package", "mine"], 'package is "mine"; it must be a name and its folder.'),
+    ],
+)
+def test_an_option_of_reading_is_checked(here, capsys, options, said):
+    status, _, err = answered(capsys, "check", "phantomx-paper", *options)
+    assert status == 2
+    assert said in err
+
+
+def test_a_missing_file_gets_a_sentence(here, capsys):
+    for name in ("none.urdf", "none.xml", "none.toml"):
+        status, _, err = answered(capsys, "check", name)
+        assert status == 2
+        assert f"{name} does not exist." in err
+
+
+def test_a_scenario_reads_its_robot_as_it_says(here):
+    robot = phasmid.load_robot("phantomx-paper")
+    phasmid.save_robot(robot, "mine.urdf")
+    Path("walk.toml").write_text(
+        'name = "mine"\nrobot = "mine.urdf"\n[robot_import]\ntotal_mass_g = 3000\n',
+        encoding="utf-8",
+    )
+    scenario = phasmid.load_scenario("walk.toml")
+    assert scenario.load_robot().mass == pytest.approx(3.0, rel=1e-12)
+    assert scenario.replace(total_mass_g=2000).load_robot().mass == pytest.approx(2.0, rel=1e-12)
+
+
+def test_a_kits_lengths_and_masses_make_a_robot(here):
+    """The robot file of docs/your-robot.md, with boxes in place of measured inertias."""
+    page = (Path(__file__).parents[2] / "docs/your-robot.md").read_text(encoding="utf-8")
+    text = page.partition("```toml\n")[2].partition("```")[0]
+    Path("mine.toml").write_text(text, encoding="utf-8")
+    robot = phasmid.load_robot("mine.toml")
+    assert robot.mass == pytest.approx(0.9 + 6 * 0.27)
+    femur = robot.legs[0].femur
+    np.testing.assert_allclose(femur.com, [0.033, 0, 0])
+    # m (b² + c²) / 12 about each axis of a box of 66 × 38 × 38 mm.
+    across = 0.12 * (0.066**2 + 0.038**2) / 12
+    np.testing.assert_allclose(np.diag(femur.inertia), [0.12 * 2 * 0.038**2 / 12, across, across])
+    assert robot_to_toml(phasmid.load_robot("mine.toml")) == robot_to_toml(robot)
