@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +36,12 @@ _KNOWN = {
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "phasmid"},
 }
 """What is read of each element; the rest is counted. Collisions look as visuals do."""
+
+OWN_SHAPE = "phasmid_"
+"""So begin the names of shapes that our export adds; they are no part of the robot."""
+
+UNLIMITED = 1e9
+"""Efforts and speeds from here on say that there is no limit [N·m, rad/s]."""
 
 _LARGEST_LIMIT = 1000.0
 """Angles that joints' limits give to say that there is no limit begin here [rad]."""
@@ -202,8 +209,12 @@ class _Reader:
             geometry = look.find("geometry")
             if geometry is None or not geometry.children:
                 continue
-            X = pose_of(look.find("origin"))
             name = look.attributes.get("name", "")
+            if name.startswith(OWN_SHAPE):
+                continue
+            # Our export puts the link and a number before the name of a part.
+            name = re.sub(rf"^{re.escape(link.need_name())}/\d+/", "", name)
+            X = pose_of(look.find("origin"))
             color = self._color(look.find("material"))
             with located(look.where):
                 for mesh in self._shapes(geometry.children[0], link):
@@ -283,12 +294,12 @@ class _Reader:
         )
 
     def _axis(self, element: Element | None, name: str, kind: str) -> Float[np.ndarray, "3"]:
+        if kind in {"fixed", "floating"}:
+            return np.array([0.0, 0.0, 1.0])
         axis = np.array([1.0, 0.0, 0.0])
         if element is not None:
             axis = np.array(element.numbers("xyz", 3, axis.tolist()))
         length = float(np.linalg.norm(axis))
-        if kind in {"fixed", "floating"}:
-            return axis / length if length else np.array([1.0, 0.0, 0.0])
         where = element.where if element is not None else ""
         if length < 1e-9:
             raise InvalidInput(f"joint {name}: its axis has no direction.", where=where)
@@ -395,7 +406,7 @@ def _strength(limit: Element, joint: str, key: str) -> float | None:
         raise InvalidInput(
             f"joint {joint}: {key} is {value:g}; it must be 0 or more.", where=limit.where
         )
-    return value
+    return value if value < UNLIMITED else None
 
 
 def _dynamics(element: Element, joint: str) -> tuple[float, float, float]:
