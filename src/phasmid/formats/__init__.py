@@ -4,6 +4,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.urdf_in import read_urdf
 
 __all__ = [
     "Finding",
@@ -13,5 +14,6 @@ __all__ = [
     "Tree",
     "TreeJoint",
     "TreeLink",
+    "read_urdf",
     "tree_of",
 ]

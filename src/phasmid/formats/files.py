@@ -1,0 +1,132 @@
+"""Files that a robot's description names: read with a limit, and only inside the model's folder."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from phasmid.errors import InvalidInput, plain
+
+_UPWARDS = 8
+"""How many folders above a file its package is looked for."""
+
+
+def read_bytes(path: Path, limit: int) -> bytes:
+    """The content of a regular file.
+
+    Args:
+        path: The file.
+        limit: Most bytes that it may hold.
+
+    Raises:
+        InvalidInput: It is absent, no regular file, cannot be read or is too large.
+    """
+    try:
+        if not path.is_file():
+            known = path.exists()
+            raise InvalidInput(f"{path} is not a file." if known else f"{path} does not exist.")
+        with path.open("rb") as file:
+            raw = file.read(limit + 1)
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise InvalidInput(f"cannot read {path}: {reason}.") from None
+    if len(raw) > limit:
+        raise InvalidInput(f"{path} holds more than {limit} bytes; such files are refused.")
+    return raw
+
+
+def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> Path:
+    """The file that a name means inside a folder; it need not exist.
+
+    Nothing but a relative path that stays in the folder is accepted: no absolute path, no drive,
+    no address, no link.
+
+    Args:
+        folder: The model's folder, outside which nothing is read.
+        name: As written in the model's file.
+        noun: What the file is, for messages, such as ``mesh``.
+        start: Folder inside `folder` from which the name counts; `folder` itself without one.
+
+    Raises:
+        InvalidInput: The name leads outside the folder, or over a link.
+    """
+    shown = plain(name if len(name) <= 200 else f"{name[:200]}…")
+    outside = InvalidInput(f'{noun} "{shown}" lies outside the model folder.')
+    parts = name.replace("\\", "/").split("/")
+    if not name.isprintable() or ":" in name or len(name) > 4000 or parts[0] in {"", "~"}:
+        raise outside
+    steps = list((start or folder).relative_to(folder).parts)
+    for part in parts:
+        if part == "..":
+            if not steps:
+                raise outside
+            steps.pop()
+        elif part not in {"", "."}:
+            steps.append(part)
+    path = folder
+    for step in steps:
+        path /= step
+        try:
+            if path.is_symlink():
+                raise InvalidInput(
+                    f'{noun} "{shown}" leads over a link, which is not followed.',
+                    hint="put the file itself there",
+                )
+        except (OSError, ValueError):
+            raise outside from None
+    return path
+
+
+def model_folder(file: Path) -> Path:
+    """The folder that holds all files of a model: its package's, or the one of the file itself.
+
+    Args:
+        file: The model's file, such as ``PACKAGE/urdf/robot.urdf``.
+    """
+    folder = file.absolute().parent
+    for parent in _above(folder):
+        if (parent / "package.xml").is_file():
+            return parent
+    return folder.parent if folder.name in {"urdf", "robots"} else folder
+
+
+def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) -> Path:
+    """The file that a name in a model's file means, ``package://`` included.
+
+    Args:
+        file: The model's file.
+        name: As written there.
+        noun: What the named file is, for messages.
+        packages: Folders by the name of the package.
+
+    Raises:
+        InvalidInput: The name leads outside the model's folder, or its package is unknown.
+    """
+    found = re.match(r"(?:package|model)://([^/\\]*)[/\\]+", name)
+    if not found:
+        folder = model_folder(file)
+        return inside(folder, name, noun, start=file.absolute().parent)
+    package = found.group(1)
+    rest = name[found.end() :]
+    if package in packages:
+        return inside(Path(packages[package]).absolute(), rest, noun)
+    for parent in _above(file.absolute().parent):
+        if parent.name == package or _package_name(parent) == package:
+            return inside(parent, rest, noun)
+    shown = plain(package[:100])
+    raise InvalidInput(f'package "{shown}" is unknown.', hint=f"--package {shown}=PATH")
+
+
+def _above(folder: Path) -> list[Path]:
+    return [folder, *folder.parents][:_UPWARDS]
+
+
+def _package_name(folder: Path) -> str:
+    """The name that a folder's ``package.xml`` gives it; empty without one."""
+    try:
+        with (folder / "package.xml").open("rb") as file:
+            found = re.search(rb"<name>\s*([^<>\s]{1,200})\s*</name>", file.read(100_000))
+    except OSError:
+        return ""
+    return found.group(1).decode("utf-8", "replace") if found else ""

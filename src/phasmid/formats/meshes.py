@@ -1,0 +1,264 @@
+"""Mesh files: STL by our own reader, OBJ, PLY and GLB by trimesh, each file read once."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from array import array
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Integer
+
+from phasmid.errors import InvalidInput
+from phasmid.formats.files import read_bytes
+from phasmid.formats.xml import short
+from phasmid.robot.appearance import LARGEST_FILE, MOST_FACES, read_glb
+
+LARGEST_SPAN = 5.0
+"""Meshes longer than this are given in another unit [m]."""
+
+UNITS = {"m": 1.0, "mm": 1e-3}
+"""Metres per unit of mesh files."""
+
+Color = tuple[float, float, float, float]
+
+
+class UnreadMesh(InvalidInput):
+    """A mesh of a kind that is not read here; a robot walks without it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles as a file gives them.
+
+    Attributes:
+        vertices: Corners, no two of them alike, shape (V, 3).
+        faces: Indices of each triangle's corners, counter-clockwise from outside, shape (F, 3).
+        color: Red, green, blue and opacity, 0 to 1; None where the file gives none.
+    """
+
+    vertices: Float[np.ndarray, "vertices 3"]
+    faces: Integer[np.ndarray, "faces 3"]
+    color: Color | None = None
+
+    @property
+    def span(self) -> float:
+        """Longest side of the box around it."""
+        return float(np.ptp(self.vertices, axis=0).max())
+
+    def scaled(self, scale: Sequence[float]) -> Mesh:
+        """The mesh stretched along its axes; a mirrored one keeps its outside out.
+
+        Args:
+            scale: Factors along x, y and z; one below 0 mirrors.
+        """
+        factors = np.asarray(scale, dtype=float)
+        faces = self.faces[:, ::-1] if np.prod(np.sign(factors)) < 0 else self.faces
+        return Mesh(self.vertices * factors, faces, self.color)
+
+
+@dataclass
+class MeshFiles:
+    """The mesh files of one model; each is read once, however many links show it.
+
+    Attributes:
+        unit: ``m`` or ``mm``: the unit of all files, which takes the place of a scale that is
+            the same along all axes; empty as the model says.
+    """
+
+    unit: str = ""
+    _read: dict[Path, tuple[Mesh, ...]] = field(default_factory=dict, repr=False)
+    _faces: int = field(default=0, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.unit and self.unit not in UNITS:
+            raise InvalidInput(
+                f'mesh_unit is "{short(self.unit)}"; it must be "m" or "mm".', hint="--mesh-unit mm"
+            )
+
+    def meshes(self, path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Mesh, ...]:
+        """The meshes of a file, in metres.
+
+        Args:
+            path: The file.
+            scale: Factors along x, y and z that the model gives.
+
+        Raises:
+            UnreadMesh: Files of this kind are not read.
+            InvalidInput: The file cannot be read, holds no mesh, or is in another unit.
+        """
+        if path not in self._read:
+            self._read[path] = read_meshes(path)
+        if self.unit:
+            even = len({abs(factor) for factor in scale}) == 1
+            size = UNITS[self.unit]
+            scale = [size * (np.sign(f) if even else f) for f in scale]
+        found = tuple(mesh.scaled(scale) for mesh in self._read[path])
+        self._faces += sum(len(mesh.faces) for mesh in found)
+        if self._faces > MOST_FACES:
+            raise InvalidInput(
+                f"the model's meshes have more than {MOST_FACES} faces; such models are refused."
+            )
+        span = max(mesh.span for mesh in found)
+        if span > LARGEST_SPAN:
+            raise InvalidInput(
+                f"mesh {path.name} spans {span:.4g} m.",
+                hint="--mesh-unit mm" if self.unit != "mm" else "",
+            )
+        return found
+
+
+def read_meshes(path: Path) -> tuple[Mesh, ...]:
+    """The meshes in a file, in the file's unit.
+
+    Args:
+        path: An ``.stl``, ``.obj``, ``.ply`` or ``.glb`` file.
+
+    Raises:
+        UnreadMesh: Files of this kind are not read.
+        InvalidInput: The file cannot be read, is damaged, empty or too large.
+    """
+    kind = path.suffix.lower()
+    readers: dict[str, Callable[[bytes, str], Mesh]] = {
+        ".stl": _stl,
+        ".obj": _by_trimesh,
+        ".ply": _by_trimesh,
+    }
+    if kind == ".glb":
+        parts = [part for found in read_glb(path).values() for part in found]
+        if not parts:
+            raise InvalidInput(f"mesh {path.name} is empty.")
+        return tuple(Mesh(part.vertices, part.faces, part.color) for part in parts)
+    if kind not in readers:
+        what = "COLLADA files" if kind == ".dae" else f'files of the kind "{kind}"'
+        raise UnreadMesh(
+            f"mesh {path.name} was left out: {what} are not read.",
+            hint="convert it to STL, OBJ, PLY or GLB",
+        )
+    raw = read_bytes(path, LARGEST_FILE)
+    if not raw:
+        raise InvalidInput(f"mesh {path.name} is empty.")
+    return (readers[kind](raw, path.name),)
+
+
+def _stl(raw: bytes, name: str) -> Mesh:
+    """An STL file, binary or ASCII; what it begins with does not tell which."""
+    claimed = int.from_bytes(raw[80:84], "little") if len(raw) >= 84 else 0
+    held, rest = divmod(len(raw) - 84, 50)
+    ascii_ = raw[:512].lstrip()[:5].lower() == b"solid" and (claimed != held or rest)
+    if ascii_ and re.search(rb"\bfacet\b|\bendsolid\b", raw):
+        corners = _ascii_corners(raw, name)
+    elif len(raw) < 84:
+        raise InvalidInput(f"mesh {name} is no STL file: it holds {len(raw)} bytes.")
+    elif claimed != held:
+        raise InvalidInput(
+            f"mesh {name}: header claims {_grouped(claimed)} faces, file holds {_grouped(held)}."
+        )
+    else:
+        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", 9), ("extra", "<u2")])
+        faces = np.frombuffer(raw, record, count=held, offset=84)
+        corners = np.ascontiguousarray(faces["corners"]).reshape(-1, 3)
+    return _merged(corners, name)
+
+
+def _ascii_corners(raw: bytes, name: str) -> Float[np.ndarray, "corners 3"]:
+    numbers = array("d")
+    try:
+        for found in re.finditer(rb"\bvertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", raw):
+            numbers.extend(map(float, found.groups()))
+    except ValueError:
+        line = raw.count(b"\n", 0, found.start()) + 1
+        raise InvalidInput(f"mesh {name} line {line}: a corner must be three numbers.") from None
+    corners = np.array(numbers).reshape(-1, 3)
+    facets = len(re.findall(rb"\bendfacet\b", raw))
+    if len(corners) != 3 * facets:
+        raise InvalidInput(
+            f"mesh {name}: {_grouped(len(corners))} corners make no {_grouped(facets)} triangles; "
+            "the file is damaged or cut short."
+        )
+    return corners
+
+
+def _merged(corners: Float[np.ndarray, "corners 3"], name: str) -> Mesh:
+    """Triangles from three corners each, with equal corners made one."""
+    if not len(corners):
+        raise InvalidInput(f"mesh {name} is empty.")
+    if len(corners) > 3 * MOST_FACES:
+        raise InvalidInput(
+            f"mesh {name} has {_grouped(len(corners) // 3)} faces; "
+            f"the limit is {_grouped(MOST_FACES)}."
+        )
+    bad = int(np.count_nonzero(~np.isfinite(corners).all(axis=1)))
+    if bad:
+        raise InvalidInput(f"mesh {name} has {_grouped(bad)} corners that are not finite.")
+    # Zeros of either sign are one place.
+    corners = corners + corners.dtype.type(0)
+    order = np.lexsort(corners.T)
+    sorted_ = corners[order]
+    first = np.ones(len(corners), dtype=bool)
+    first[1:] = (sorted_[1:] != sorted_[:-1]).any(axis=1)
+    index = np.empty(len(corners), dtype=np.int64)
+    index[order] = np.cumsum(first) - 1
+    return Mesh(sorted_[first].astype(float), index.reshape(-1, 3))
+
+
+def _by_trimesh(raw: bytes, name: str) -> Mesh:
+    import trimesh
+
+    kind = name.rpartition(".")[2].lower()
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            # Without a resolver no other file is opened, such as materials.
+            loaded: Any = trimesh.load_mesh(io.BytesIO(raw), file_type=kind, process=False)
+            vertices = np.asarray(loaded.vertices, dtype=float)
+            faces = np.asarray(loaded.faces, dtype=np.int64)
+            corners = vertices[faces].reshape(-1, 3)
+    except Exception as error:
+        # The reader of meshes complains in many ways of its own.
+        reason = short(str(error), 80).rstrip(".") or type(error).__name__
+        raise InvalidInput(f"mesh {name} is no {kind.upper()} file: {reason}.") from None
+    return _merged(corners, name)
+
+
+def _grouped(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
+
+
+def box(size: Sequence[float]) -> Mesh:
+    """A box about its centre, of a length along each axis [m]."""
+    return _made("box", extents=list(size))
+
+
+def sphere(radius: float) -> Mesh:
+    """A sphere about its centre."""
+    return _made("icosphere", radius=radius, subdivisions=2)
+
+
+def cylinder(radius: float, length: float) -> Mesh:
+    """A cylinder about its centre, along z."""
+    return _made("cylinder", radius=radius, height=length, sections=24)
+
+
+def capsule(radius: float, length: float) -> Mesh:
+    """A cylinder along z between two half spheres, about its centre.
+
+    Args:
+        radius: Of cylinder and spheres [m].
+        length: Of the cylinder alone [m].
+    """
+    made = _made("capsule", radius=radius, height=length, count=[16, 16])
+    middle = (made.vertices.max(axis=0) + made.vertices.min(axis=0)) / 2
+    return Mesh(made.vertices - middle, made.faces)
+
+
+def _made(shape: str, **measures: Any) -> Mesh:
+    import trimesh.creation
+
+    made: Any = getattr(trimesh.creation, shape)(**measures)
+    return Mesh(np.array(made.vertices, dtype=float), np.array(made.faces, dtype=np.int64))

@@ -1,0 +1,426 @@
+"""URDF files in: links, joints and looks as a kinematic tree, and what was left out."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput, located, nearest
+from phasmid.formats import meshes
+from phasmid.formats.files import named_file
+from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.options import ImportOptions
+from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.xml import Element, load_xml, short
+from phasmid.robot import Part
+
+KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
+"""Joints of URDF."""
+
+GREY = (0.5, 0.5, 0.5, 1.0)
+
+_KNOWN = {
+    "robot": {"link", "joint", "material", "phasmid"},
+    "link": {"inertial", "visual", "collision"},
+    "inertial": {"origin", "mass", "inertia"},
+    "visual": {"origin", "geometry", "material"},
+    "geometry": {"box", "cylinder", "sphere", "capsule", "mesh"},
+    "material": {"color"},
+    "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "phasmid"},
+}
+"""What is read of each element; the rest is counted. Collisions look as visuals do."""
+
+OWN_SHAPE = "phasmid_"
+"""So begin the names of shapes that our export adds; they are no part of the robot."""
+
+UNLIMITED = 1e9
+"""Efforts and speeds from here on say that there is no limit [N·m, rad/s]."""
+
+_LARGEST_LIMIT = 1000.0
+"""Angles that joints' limits give to say that there is no limit begin here [rad]."""
+
+
+def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
+    """The kinematic tree of a URDF file.
+
+    Args:
+        path: The file.
+        options: Where packages lie and in which unit meshes are.
+
+    Raises:
+        InvalidInput: The file cannot be read, or a number in it cannot be used.
+        InvalidRobot: Its links and joints form no tree.
+    """
+    options = options or ImportOptions()
+    root = load_xml(path)
+    _check_root(root)
+    reader = _Reader(path, root, options)
+    links = [reader.link(element) for element in root.all("link")]
+    twice = [name for name, count in Counter(link.name for link in links).items() if count > 1]
+    if twice:
+        again = [link for link in links if link.name == twice[0]][1]
+        raise InvalidInput(f"two links are called {twice[0]}.", where=again.where)
+    joints = tuple(reader.joint(element) for element in root.all("joint"))
+    reader.count_ignored()
+    return Tree(
+        root.need_name() if "name" in root.attributes else path.stem,
+        {link.name: link for link in links},
+        joints,
+        file=path.name,
+        extension=_extension(root),
+        findings=tuple(reader.findings),
+    )
+
+
+def _check_root(root: Element) -> None:
+    for element in root.walk():
+        if element.tag.startswith("xacro:"):
+            raise InvalidInput(
+                f"{element.file} line {element.line}: <{short(element.tag)}> is not expanded.",
+                hint="run xacro first: xacro robot.urdf.xacro > robot.urdf",
+            )
+    if root.tag != "robot":
+        raise InvalidInput(
+            f"{root.file} line {root.line}: the file holds a <{short(root.tag)}>; "
+            "a URDF file holds a <robot>.",
+        )
+
+
+def _extension(root: Element) -> str:
+    found = root.all("phasmid")
+    if len(found) > 1:
+        raise InvalidInput("<phasmid> is there twice.", where=found[1].where)
+    return found[0].text + "\n" if found and found[0].text else ""
+
+
+def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:
+    """The pose of an ``<origin>``: turned by Rz(yaw) Ry(pitch) Rx(roll), then moved.
+
+    Args:
+        element: The origin; without one the pose is none.
+    """
+    X = np.eye(4)
+    if element is None:
+        return X
+    roll, pitch, yaw = element.numbers("rpy", 3, (0.0, 0.0, 0.0))
+    if roll or pitch or yaw:
+        X[:3, :3] = rotation(roll, pitch, yaw)
+    X[:3, 3] = element.numbers("xyz", 3, (0.0, 0.0, 0.0))
+    return X
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
+    """Rz(yaw) Ry(pitch) Rx(roll), angles in radians.
+
+    Source: the URDF specification, element origin.
+    """
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+@dataclass
+class _Reader:
+    """One file being read: its materials, its meshes, and what was found."""
+
+    path: Path
+    root: Element
+    options: ImportOptions
+    findings: list[Finding] = field(default_factory=list)
+    files: meshes.MeshFiles = field(init=False)
+    colors: dict[str, meshes.Color] = field(default_factory=dict)
+    missing: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.files = meshes.MeshFiles(self.options.mesh_unit)
+        # A material may be defined in one link and named in another; the robot's own count first.
+        own = self.root.all("material")
+        local = [
+            material
+            for link in self.root.all("link")
+            for visual in link.all("visual")
+            for material in visual.all("material")
+        ]
+        for material in own + local:
+            color = material.find("color")
+            if color is not None and "name" in material.attributes:
+                self.colors.setdefault(material.attributes["name"], _rgba(color))
+
+    def note(self, severity: Severity, subject: str, what: str, where: str, hint: str = "") -> None:
+        self.findings.append(Finding(severity, subject, what, where, hint))
+
+    def link(self, element: Element) -> TreeLink:
+        name = element.need_name()
+        inertial = element.find("inertial")
+        parts = self._parts(element, "visual")
+        if not parts and element.find("collision") is not None:
+            parts = self._parts(element, "collision")
+            if parts:
+                what = f"link {name} shows its collision shape, as it has no visual one."
+                self.note(Severity.NOTE, f"link {name}", what, element.where)
+        return TreeLink(
+            name,
+            None if inertial is None else self._inertial(inertial, name),
+            parts,
+            element.where,
+        )
+
+    def _inertial(self, element: Element, link: str) -> Inertial:
+        mass = element.find("mass")
+        moments = element.find("inertia")
+        I = np.zeros((3, 3))
+        if moments is not None:
+            for i, j, key in (
+                (0, 0, "ixx"),
+                (1, 1, "iyy"),
+                (2, 2, "izz"),
+                (0, 1, "ixy"),
+                (0, 2, "ixz"),
+                (1, 2, "iyz"),
+            ):
+                I[i, j] = I[j, i] = moments.number(key)
+        for part, tag in ((mass, "mass"), (moments, "inertia")):
+            if part is None:
+                what = f"link {link} has an <inertial> without <{tag}>; 0 was taken."
+                hint = "--masses geometry" if tag == "inertia" else ""
+                self.note(Severity.SUSPECT, f"link {link}", what, element.where, hint)
+        X = pose_of(element.find("origin"))
+        R = X[:3, :3]
+        if not np.array_equal(R, np.eye(3)):
+            I = R @ I @ R.T
+            I = (I + I.T) / 2
+        return Inertial(mass.number("value") if mass is not None else 0.0, X[:3, 3].copy(), I)
+
+    def _parts(self, link: Element, tag: str) -> tuple[Part, ...]:
+        parts: list[Part] = []
+        for look in link.all(tag):
+            geometry = look.find("geometry")
+            if geometry is None or not geometry.children:
+                continue
+            name = look.attributes.get("name", "")
+            if name.startswith(OWN_SHAPE):
+                continue
+            # Our export puts the link and a number before the name of a part.
+            name = re.sub(rf"^{re.escape(link.need_name())}/\d+/", "", name)
+            X = pose_of(look.find("origin"))
+            color = self._color(look.find("material"))
+            with located(look.where):
+                for mesh in self._shapes(geometry.children[0], link):
+                    shown = color or mesh.color or GREY
+                    part = Part(
+                        mesh.vertices, mesh.faces, shown, name if name.isprintable() else ""
+                    )
+                    parts.append(part if np.array_equal(X, np.eye(4)) else part.at(X))
+        return tuple(parts)
+
+    def _color(self, material: Element | None) -> meshes.Color | None:
+        if material is None:
+            return None
+        color = material.find("color")
+        if color is not None:
+            return _rgba(color)
+        return self.colors.get(material.attributes.get("name", ""))
+
+    def _shapes(self, shape: Element, link: Element) -> tuple[meshes.Mesh, ...]:
+        if shape.tag == "box":
+            return (meshes.box(_sizes(shape, "size", 3)),)
+        if shape.tag == "sphere":
+            return (meshes.sphere(*_sizes(shape, "radius")),)
+        if shape.tag in {"cylinder", "capsule"}:
+            made: Any = meshes.cylinder if shape.tag == "cylinder" else meshes.capsule
+            return (made(*_sizes(shape, "radius"), *_sizes(shape, "length")),)
+        if shape.tag != "mesh":
+            return ()
+        written = shape.need_text("filename")
+        scale = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
+        if 0.0 in scale:
+            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.", where=shape.where)
+        with located(shape.where):
+            path = named_file(self.path, written, "mesh", self.options.packages)
+            if not path.is_file():
+                if written not in self.missing:
+                    what = f'mesh "{short(written)}" is not there; it was left out.'
+                    self.note(Severity.SUSPECT, f"link {link.need_name()}", what, shape.where)
+                self.missing.add(written)
+                return ()
+            try:
+                return self.files.meshes(path, scale)
+            except meshes.UnreadMesh as error:
+                if written not in self.missing:
+                    subject = f"link {link.need_name()}"
+                    self.note(Severity.SUSPECT, subject, error.what, shape.where, error.hint)
+                self.missing.add(written)
+                return ()
+
+    def joint(self, element: Element) -> TreeJoint:
+        name = element.need_name()
+        kind = element.need_text("type")
+        if kind not in KINDS:
+            guess = nearest(kind, KINDS)
+            raise InvalidInput(
+                f'joint {name}: type "{short(kind)}" is none of {", ".join(KINDS)}.',
+                where=element.where,
+                hint=f'type="{guess}"' if guess else "",
+            )
+        lower, upper, effort, velocity = self._limits(element, name, kind)
+        damping, friction, armature = _dynamics(element, name)
+        return TreeJoint(
+            name,
+            kind,
+            element.need("parent").need_name("link"),
+            element.need("child").need_name("link"),
+            pose_of(element.find("origin")),
+            self._axis(element.find("axis"), name, kind),
+            lower,
+            upper,
+            effort,
+            velocity,
+            damping,
+            friction,
+            armature,
+            element.where,
+        )
+
+    def _axis(self, element: Element | None, name: str, kind: str) -> Float[np.ndarray, "3"]:
+        if kind in {"fixed", "floating"}:
+            return np.array([0.0, 0.0, 1.0])
+        axis = np.array([1.0, 0.0, 0.0])
+        if element is not None:
+            axis = np.array(element.numbers("xyz", 3, axis.tolist()))
+        length = float(np.linalg.norm(axis))
+        where = element.where if element is not None else ""
+        if length < 1e-9:
+            raise InvalidInput(f"joint {name}: its axis has no direction.", where=where)
+        if abs(length - 1) > 1e-3:
+            what = f"joint {name}: its axis has length {length:.4g}; it was made 1."
+            self.note(Severity.NOTE, f"joint {name}", what, where)
+        # A unit vector stays as it is, to the last digit.
+        return axis if abs(length - 1) < 1e-15 else axis / length
+
+    def _limits(
+        self, element: Element, name: str, kind: str
+    ) -> tuple[float, float, float | None, float | None]:
+        limit = element.find("limit")
+        lower, upper = -math.inf, math.inf
+        effort = velocity = None
+        if limit is not None:
+            effort, velocity = _strength(limit, name, "effort"), _strength(limit, name, "velocity")
+        if kind in {"revolute", "prismatic"}:
+            if limit is None:
+                what = f"joint {name} is {kind} and has no <limit>; it may move without end."
+                self.note(Severity.SUSPECT, f"joint {name}", what, element.where)
+            else:
+                lower, upper = (
+                    limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper")
+                )
+        if kind == "revolute" and limit is not None:
+            lower, upper = self._angles(limit, name, lower, upper)
+        return lower, upper, effort, velocity
+
+    def _angles(self, limit: Element, name: str, lower: float, upper: float) -> tuple[float, float]:
+        if lower > upper:
+            raise InvalidInput(
+                f"joint {name}: its lower limit {lower:.6g} lies above the upper {upper:.6g}.",
+                where=limit.where,
+            )
+        largest = max(-lower, upper)
+        if largest >= _LARGEST_LIMIT:
+            what = f"joint {name}: limits {lower:.4g} to {upper:.4g} rad were taken for none."
+            self.note(Severity.NOTE, f"joint {name}", what, limit.where)
+            return (
+                lower if lower > -_LARGEST_LIMIT else -math.inf,
+                upper if upper < _LARGEST_LIMIT else math.inf,
+            )
+        # A turn and a hundredth: limits of ±6.28 or ±6.3 rad are in use.
+        if largest > 2.02 * math.pi:
+            if lower == -upper:
+                shown, hint = f"±{upper:g}", f"{math.radians(upper):.5g}"
+            else:
+                shown = f"{lower:g} to {upper:g}"
+                hint = f"{math.radians(lower):.5g} and {math.radians(upper):.5g}"
+            raise InvalidInput(
+                f"joint {name}: limits {shown} rad; URDF angles are radians.",
+                where=limit.where,
+                hint=hint,
+            )
+        return lower, upper
+
+    def count_ignored(self) -> None:
+        """Say what was not read, or refuse it where nothing may be ignored."""
+        ignored: Counter[str] = Counter()
+        pending = [self.root]
+        while pending:
+            element = pending.pop()
+            known = _KNOWN.get("visual" if element.tag == "collision" else element.tag)
+            if known is None:
+                continue
+            for child in element.children:
+                if child.tag in known:
+                    pending.append(child)
+                else:
+                    ignored[child.tag] += 1
+        if not ignored:
+            return
+        listed = ", ".join(f"{n} <{short(tag, 40)}>" for tag, n in sorted(ignored.items())[:20])
+        what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
+        if self.options.strict:
+            raise InvalidInput(what, where=self.path.name, hint="leave --strict out")
+        self.note(Severity.NOTE, f"file {self.path.name}", what, self.path.name)
+
+
+def _rgba(color: Element) -> meshes.Color:
+    r, g, b, a = color.numbers("rgba", 4)
+    if not all(0 <= c <= 1 for c in (r, g, b, a)):
+        raise InvalidInput("<color>: rgba must be four numbers from 0 to 1.", where=color.where)
+    return r, g, b, a
+
+
+def _sizes(shape: Element, attribute: str, count: int = 1) -> list[float]:
+    values = shape.numbers(attribute, count)
+    if not all(0 < value <= meshes.LARGEST_SPAN for value in values):
+        raise InvalidInput(
+            f"{shape.shown}: {attribute} must be greater than 0 and at most "
+            f"{meshes.LARGEST_SPAN:g} m.",
+            where=shape.where,
+        )
+    return values
+
+
+def _strength(limit: Element, joint: str, key: str) -> float | None:
+    if key not in limit.attributes:
+        return None
+    value = limit.number(key, largest=math.inf)
+    if value < 0:
+        raise InvalidInput(
+            f"joint {joint}: {key} is {value:g}; it must be 0 or more.", where=limit.where
+        )
+    return value if value < UNLIMITED else None
+
+
+def _dynamics(element: Element, joint: str) -> tuple[float, float, float]:
+    values = []
+    for tag, key in (("dynamics", "damping"), ("dynamics", "friction"), ("phasmid", "armature")):
+        found = element.find(tag)
+        value = found.number(key, 0.0) if found is not None else 0.0
+        if value < 0:
+            where = found.where if found is not None else element.where
+            raise InvalidInput(
+                f"joint {joint}: {key} is {value:g}; it must be 0 or more.", where=where
+            )
+        values.append(value)
+    return values[0], values[1], values[2]
+
+
+__all__ = ["KINDS", "pose_of", "read_urdf", "rotation"]

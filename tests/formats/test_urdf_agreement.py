@@ -1,0 +1,135 @@
+"""MuJoCo, Pinocchio and yourdfpy find our own equations in the URDF files that we write."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from general_robot import general_robot
+from phasmid import dynamics, kinematics
+from phasmid.formats import tree_of
+from phasmid.formats.urdf_out import urdf_files
+from phasmid.kinematics import leg_frames
+from phasmid.robot import JOINTS, Appearance, Part, Robot, load_robot, preset_names
+
+STATES = 20
+
+# Entries reach 5 (kg, kg·m²), sums of some hundred terms, of inertias that MuJoCo keeps as
+# principal moments; round-off is of order 1e-14. Files that kept 6 digits would show 1e-6.
+CLOSE = 1e-12
+
+
+@dataclass
+class Written:
+    robot: Robot
+    path: Path
+    quaternion: np.ndarray
+    position: np.ndarray
+    q: np.ndarray
+
+    @property
+    def rotation(self) -> np.ndarray:
+        return kinematics.quaternion_rotation(self.quaternion)
+
+    @property
+    def joint_names(self) -> list[str]:
+        return [f"{leg.name}_{joint}" for leg in self.robot.legs for joint in JOINTS]
+
+    def ours(self, *, linear: bool) -> np.ndarray:
+        """Our mass matrices for a trunk whose turning, or also velocity, is in its own axes."""
+        zero = np.zeros((STATES, 3))
+        body = dynamics.BodyMotion(self.position, self.rotation, *[zero] * 4)
+        M = dynamics.mass_matrix(self.robot, body, self.q)
+        E = np.broadcast_to(np.eye(M.shape[-1]), M.shape).copy()
+        E[:, 3:6, 3:6] = self.rotation
+        if linear:
+            E[:, :3, :3] = self.rotation
+        return np.swapaxes(E, -1, -2) @ M @ E
+
+
+def write(robot: Robot, folder: Path) -> Path:
+    for name, content in urdf_files(tree_of(robot, "x = 1\n"), "robot").items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content)
+    return folder / "robot.urdf"
+
+
+@pytest.fixture(params=[*preset_names(), "general"])
+def written(request: pytest.FixtureRequest, tmp_path: Path) -> Written:
+    robot = general_robot() if request.param == "general" else load_robot(request.param)
+    path = write(robot, tmp_path)
+    rng = np.random.default_rng(8)
+    quaternion = rng.normal(size=(STATES, 4))
+    quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
+    q = rng.uniform(-np.pi, np.pi, (STATES, len(robot.legs), 3))
+    return Written(robot, path, quaternion, rng.normal(size=(STATES, 3)), q)
+
+
+def test_mujoco_reads_the_same_mass_matrix(written: Written) -> None:
+    spec = mujoco.MjSpec.from_file(str(written.path))
+    spec.body("base_link").add_freejoint()
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    joints = range(1, model.njnt)
+    assert [model.joint(i).name for i in joints] == written.joint_names
+    # Ball, shape by shape: one collision sphere under each leg.
+    assert int(np.count_nonzero(model.geom_contype)) == len(written.robot.legs)
+    M = np.empty((STATES, model.nv, model.nv))
+    for i in range(STATES):
+        data.qpos = np.concatenate(
+            [written.position[i], written.quaternion[i], written.q[i].ravel()]
+        )
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, M[i])
+    np.testing.assert_allclose(M, written.ours(linear=False), rtol=0, atol=CLOSE)
+    limits = np.concatenate([leg.joint_limits for leg in written.robot.legs])
+    np.testing.assert_array_equal(model.jnt_range[1:], limits)
+
+
+def test_pinocchio_reads_the_same_mass_matrix(written: Written) -> None:
+    pin = pytest.importorskip("pinocchio")
+    model = pin.buildModelFromUrdf(str(written.path), pin.JointModelFreeFlyer())
+    data = model.createData()
+    ids = [model.getJointId(name) for name in written.joint_names]
+    at = [model.joints[i].idx_q for i in ids]
+    order = [*range(6), *(model.joints[i].idx_v for i in ids)]
+    M = np.empty((STATES, model.nv, model.nv))
+    for i in range(STATES):
+        w, x, y, z = written.quaternion[i]
+        configuration = np.empty(model.nq)
+        configuration[:7] = *written.position[i], x, y, z, w
+        configuration[at] = written.q[i].ravel()
+        upper = np.triu(pin.crba(model, data, configuration))
+        M[i] = (upper + np.triu(upper, 1).T)[np.ix_(order, order)]
+    np.testing.assert_allclose(M, written.ours(linear=True), rtol=0, atol=CLOSE)
+
+
+def test_yourdfpy_finds_the_feet_where_they_are(written: Written) -> None:
+    yourdfpy = pytest.importorskip("yourdfpy")
+    model = yourdfpy.URDF.load(str(written.path), load_meshes=False)
+    assert model.validate()
+    assert model.actuated_joint_names == written.joint_names
+    for q in written.q[:5]:
+        model.update_cfg(q.ravel())
+        for leg, angles in zip(written.robot.legs, q, strict=True):
+            X = model.get_transform(f"{leg.name}_foot", "base_link")
+            # yourdfpy goes through quaternions; some units in the last place of numbers below 2.
+            np.testing.assert_allclose(X, leg.X_body_hip @ leg_frames(leg, angles)[-1], atol=1e-13)
+
+
+def test_mujoco_and_yourdfpy_find_the_meshes(tmp_path: Path) -> None:
+    corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])
+    part = Part(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), name="shell")
+    look = Appearance.of({"body": (part,), "coxa": (part,)})
+    robot = replace(load_robot("phantomx-paper"), appearance=look)
+    path = write(robot, tmp_path)
+    spec = mujoco.MjSpec.from_file(str(path))
+    assert [mesh.file for mesh in spec.meshes] == ["meshes/base_link_shell.stl"]
+    spec.compile()
+    yourdfpy = pytest.importorskip("yourdfpy")
+    assert len(yourdfpy.URDF.load(str(path)).scene.geometry) == 7

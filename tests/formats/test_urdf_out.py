@@ -1,0 +1,168 @@
+"""What is written as URDF reads back as it was, to the last digit but for the rotations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from general_robot import general_robot
+from phasmid.errors import InvalidInput
+from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, read_urdf, tree_of
+from phasmid.formats.urdf_in import rotation
+from phasmid.formats.urdf_out import FOOT_RADIUS, rpy_of, urdf_files
+from phasmid.robot import Appearance, Part, Robot, load_robot, preset_names
+
+# Nine products of sines and cosines that are exact to a unit in the last place, and angles of up
+# to pi, themselves rounded by 4.4e-16: some units of 2.2e-16.
+ROTATION = 3e-15
+
+CORNERS = np.array([[0.0, 0.0, 0.0], [0.125, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.5]])
+FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+def robot_called(name: str) -> Robot:
+    return general_robot() if name == "general" else load_robot(name)
+
+
+def write(files: dict[str, bytes], folder: Path) -> Path:
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return next(folder.glob("*.urdf"))
+
+
+def through_file(tree: Tree, folder: Path) -> Tree:
+    return read_urdf(write(urdf_files(tree, "robot"), folder))
+
+
+@pytest.mark.parametrize("name", [*preset_names(), "general"])
+def test_every_number_of_a_robot_survives_the_file(name: str, tmp_path: Path) -> None:
+    tree = tree_of(robot_called(name), "[robot]\nname = \"a & b < c\"\n\nx = ']]>'\n")
+    back = through_file(tree, tmp_path)
+    assert (back.name, back.extension) == (tree.name, tree.extension)
+    assert list(back.links) == list(tree.links)
+    for link, other in zip(tree.links.values(), back.links.values(), strict=True):
+        assert (link.inertial is None) == (other.inertial is None)
+        if link.inertial is not None and other.inertial is not None:
+            assert link.inertial.mass == other.inertial.mass
+            np.testing.assert_array_equal(link.inertial.com, other.inertial.com)
+            # URDF writes six of the nine numbers.
+            np.testing.assert_array_equal(
+                np.triu(link.inertial.inertia), np.triu(other.inertial.inertia)
+            )
+    names = ("name", "kind", "parent", "child")
+    numbers = ("lower", "upper", "effort", "velocity", "damping", "friction", "armature")
+    for joint, again in zip(tree.joints, back.joints, strict=True):
+        for field in names if joint.kind == "fixed" else names + numbers:
+            assert getattr(joint, field) == getattr(again, field), field
+        np.testing.assert_array_equal(joint.axis, again.axis)
+        np.testing.assert_array_equal(joint.X_parent_child[:3, 3], again.X_parent_child[:3, 3])
+        np.testing.assert_allclose(joint.X_parent_child, again.X_parent_child, atol=ROTATION)
+    assert back.findings == ()
+
+
+@given(
+    roll=st.floats(-np.pi, np.pi),
+    pitch=st.floats(-np.pi / 2, np.pi / 2),
+    yaw=st.floats(-np.pi, np.pi),
+)
+def test_any_rotation_has_its_roll_pitch_and_yaw(roll: float, pitch: float, yaw: float) -> None:
+    R = rotation(roll, pitch, yaw)
+    np.testing.assert_allclose(rotation(*rpy_of(R)), R, atol=ROTATION)
+
+
+@pytest.mark.parametrize("pitch", [-np.pi / 2, np.pi / 2])
+@pytest.mark.parametrize("off", [0.0, 1e-16, 1e-12, 3e-9, 1e-8, 1e-6, 1e-4])
+def test_a_rotation_is_exact_where_roll_and_yaw_are_one(pitch: float, off: float) -> None:
+    """Near a pitch of a right angle only roll - yaw or roll + yaw is determined."""
+    rng = np.random.default_rng(3)
+    for roll, yaw in rng.uniform(-np.pi, np.pi, (50, 2)):
+        # A product of three rotations as a robot's chain gives it, not the formula's own form.
+        R = (
+            rotation(0, 0, yaw)
+            @ rotation(0, pitch - np.copysign(off, pitch), 0)
+            @ rotation(roll, 0, 0)
+        )
+        np.testing.assert_allclose(rotation(*rpy_of(R)), R, atol=ROTATION)
+
+
+def test_colours_names_and_meshes_survive_and_like_meshes_are_one_file(tmp_path: Path) -> None:
+    robot = load_robot("phantomx-paper")
+    servo = Part(CORNERS, FACES, (0.1, 0.2, 0.3, 1.0), "servo")
+    shell = Part(2 * CORNERS, FACES, (0.7, 0.2, 0.3, 0.5), "Servo")
+    look = Appearance.of({"body": (servo, shell), "coxa": (servo,), "femur": (servo, servo)})
+    tree = tree_of(replace(robot, appearance=look))
+    files = urdf_files(tree, "robot")
+    assert sorted(files) == [
+        "meshes/base_link_Servo_2.stl",
+        "meshes/base_link_servo.stl",
+        "robot.urdf",
+    ]
+    back = read_urdf(write(files, tmp_path))
+    for link, other in zip(tree.links.values(), back.links.values(), strict=True):
+        assert len(link.parts) == len(other.parts)
+        for part, again in zip(link.parts, other.parts, strict=True):
+            assert (part.name, part.color) == (again.name, again.color)
+            # These corners are sums of powers of two, which single precision keeps.
+            np.testing.assert_array_equal(again.vertices[again.faces], part.vertices[part.faces])
+            assert len(again.vertices) == 4
+
+
+def test_a_mesh_is_kept_in_single_precision(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    part = Part(rng.uniform(-1, 1, (4, 3)), FACES)
+    tree = Tree("r", {"base": TreeLink("base", parts=(part,))}, ())
+    (again,) = through_file(tree, tmp_path).root.parts
+    # Half a unit in the last of 24 bits of a number below 1.
+    np.testing.assert_allclose(
+        again.vertices[again.faces], part.vertices[part.faces], atol=2.0**-25
+    )
+
+
+def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_path: Path) -> None:
+    tree = tree_of(load_robot("phantomx-paper"))
+    path = write(urdf_files(tree, "robot"), tmp_path)
+    text = path.read_text(encoding="utf-8")
+    # Six hips, and three links of six legs.
+    assert text.count("<cylinder") == 6 + 18
+    assert text.count(f'<sphere radius="{FOOT_RADIUS}"/>') == 6
+    assert not any(link.parts for link in read_urdf(path).links.values())
+
+
+def test_what_urdf_cannot_say_reads_back_as_it_was(tmp_path: Path) -> None:
+    link = {name: TreeLink(name) for name in ("base", "a", "b", "c")}
+    turn = np.eye(4)
+    joints = (
+        TreeJoint("j1", "continuous", "base", "a", turn, effort=None, velocity=None),
+        TreeJoint("j2", "revolute", "base", "b", turn, lower=-1.0, effort=2.0, armature=0.01),
+        TreeJoint("j3", "prismatic", "base", "c", turn, lower=-0.1, upper=0.2, velocity=3.0),
+    )
+    back = through_file(Tree("r", link, joints), tmp_path)
+    for joint, again in zip(joints, back.joints, strict=True):
+        for field in ("kind", "lower", "upper", "effort", "velocity", "armature"):
+            assert getattr(joint, field) == getattr(again, field), (joint.name, field)
+
+
+def test_names_of_any_letters_are_kept(tmp_path: Path) -> None:
+    names = ('base "&" <b>', "Übergelenk/1", "übergelenk/1", "../../etc/passwd")
+    part = Part(CORNERS, FACES)
+    links = {name: TreeLink(name, Inertial(1.0, np.zeros(3), np.eye(3)), (part,)) for name in names}
+    joints = tuple(TreeJoint(f"j'{n}'", "fixed", names[0], n, np.eye(4)) for n in names[1:])
+    files = urdf_files(Tree("a\u0007b", links, joints), "robot")
+    assert all(".." not in name for name in files)
+    back = read_urdf(write(files, tmp_path))
+    assert tuple(back.links) == names
+    assert [joint.name for joint in back.joints] == [joint.name for joint in joints]
+
+
+def test_a_joint_that_urdf_does_not_have_is_refused() -> None:
+    links = {name: TreeLink(name) for name in ("base", "a")}
+    tree = Tree("r", links, (TreeJoint("j", "ball", "base", "a", np.eye(4)),))
+    with pytest.raises(InvalidInput, match="joint j is ball; URDF has no such joint"):
+        urdf_files(tree, "robot")
