@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Link, Part, Robot
 
 BASE = "base_link"
@@ -70,3 +71,12 @@ def _pose(length: float, R: list[list[float]] | None = None) -> np.ndarray:
         X[:3, :3] = R
     X[0, 3] = length
     return X
+
+
+def neutral_angles(robot: Robot) -> dict[str, float]:
+    """Angles of the tree's hinges in which all feet are at their neutral places [rad]."""
+    return {
+        f"{leg.name}_{joint}": float(angle)
+        for leg in robot.legs
+        for joint, angle in zip(JOINTS, joint_angles(leg, leg.neutral_foot), strict=True)
+    }
