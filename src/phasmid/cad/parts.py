@@ -1,0 +1,170 @@
+"""The distinct parts of a robot, each in its own frame; measures in millimetres."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from phasmid.cad.library import build123d
+from phasmid.cad.servo_case import ServoCase
+
+
+def servo(case: ServoCase) -> Any:
+    """A servo: its case with flanges and their screw holes, the horn and the idler's boss.
+
+    The axis is z through the origin, the case lies along x.
+    """
+    b = build123d()
+    w, length, depth, behind = (
+        1000 * c for c in (case.width, case.length, case.depth, case.behind)
+    )
+    horn = 0.055 * depth
+    body = depth - 2 * horn
+    middle = length / 2 - behind
+    block = b.Pos(middle, 0, 0) * b.Box(length, w, body)
+    block = b.chamfer(block.edges().filter_by(b.Axis.Z), 0.09 * w)
+    # Grooves leave flanges at both ends of the depth, through which the screws go.
+    groove = b.Box(0.62 * length, 0.09 * w, 0.66 * body)
+    for side in (-1, 1):
+        block -= b.Pos(middle + 0.10 * length, side * 0.46 * w, 0) * groove
+    holes = [
+        b.Pos(x, side * 0.43 * w, 0) * b.Cylinder(0.03 * w, depth)
+        for side in (-1, 1)
+        for x in (middle, middle + 0.16 * length, middle + 0.32 * length)
+    ]
+    block -= holes
+    return (block + b.Cylinder(0.34 * w, depth)).solid()
+
+
+def bracket(case: ServoCase, reach: float, sheet: float, *, start: float = 0.0) -> Any:
+    """A bent sheet around a servo: two arms on its axis, and the web between them.
+
+    Arms leave the axis z along x to the web, whose far face stands at ``reach``.
+
+    Args:
+        case: The servo that it holds.
+        reach: From the axis to the web's far face [mm].
+        sheet: Thickness of the sheet [mm].
+        start: Where the arms begin; 0 has them turn about the axis and carry its screws.
+    """
+    b = build123d()
+    w, depth = 1000 * case.width, 1000 * case.depth
+    half = 0.36 * w
+    if start:
+        outline = b.Pos((start + reach) / 2, 0) * b.Rectangle(reach - start, 2 * half)
+        holes = [b.Pos(start + 0.1 * w, y) * b.Circle(0.04 * w) for y in (-half / 2, half / 2)]
+    else:
+        outline = b.Circle(half) + b.Pos(reach / 2, 0) * b.Rectangle(reach, 2 * half)
+        ring = [math.radians(a) for a in (45, 135, 225, 315)]
+        r = 0.25 * w
+        holes = [b.Pos(r * math.cos(a), r * math.sin(a)) * b.Circle(0.04 * w) for a in ring]
+        holes.append(b.Circle(0.10 * w))
+    arm = b.extrude(outline - holes, sheet)
+    web = b.Rectangle(2 * half, depth + 2 * sheet) - [
+        b.Pos(y, z) * b.Circle(0.05 * w)
+        for y in (-0.6 * half, 0.6 * half)
+        for z in (-0.3 * depth, 0.3 * depth)
+    ]
+    if not start:
+        web -= b.Circle(0.16 * w)
+    standing = b.Plane(origin=(reach - sheet, 0, 0), x_dir=(0, 1, 0), z_dir=(1, 0, 0))
+    solid = (
+        b.Pos(0, 0, depth / 2) * arm
+        + b.Pos(0, 0, -depth / 2 - sheet) * arm
+        + standing * b.extrude(web, sheet)
+    )
+    return solid.solid()
+
+
+def strap(length: float, width: float, sheet: float) -> Any:
+    """A plate along x from 0, with a window and screw holes at its ends, in the plane z = 0 up."""
+    b = build123d()
+    outline = b.Pos(length / 2, 0) * b.RectangleRounded(length, width, 0.2 * width)
+    window = b.Pos(length / 2, 0) * b.SlotOverall(0.5 * length, 0.36 * width)
+    holes = [
+        b.Pos(x, y) * b.Circle(0.05 * width)
+        for x in (0.12 * length, 0.88 * length)
+        for y in (-0.3 * width, 0.3 * width)
+    ]
+    return b.extrude(outline - window - holes, sheet).solid()
+
+
+def blade(length: float, width: float, sheet: float) -> Any:
+    """One cheek of a tibia: a leaf along x from 0 to its narrow end, in the plane z = 0 up."""
+    b = build123d()
+    top = [(0, 0.50), (0.22, 0.62), (0.60, 0.42), (1.0, 0.12)]
+    under = [(1.0, -0.12), (0.62, -0.12), (0.26, -0.28), (0, -0.50)]
+    over, below = ([(x * length, y * width) for x, y in row] for row in (top, under))
+    edges = [
+        b.Spline(*over),
+        b.Line(over[-1], below[0]),
+        b.Spline(*below),
+        b.Line(below[-1], over[0]),
+    ]
+    leaf = b.make_face(edges)
+    slots = [
+        b.Pos(x * length, y * width) * b.Rot(0, 0, turn) * b.SlotOverall(a * length, h * width)
+        for x, y, turn, a, h in (
+            (0.22, 0.14, 2.0, 0.22, 0.36),
+            (0.50, 0.14, -6.0, 0.20, 0.26),
+            (0.73, 0.08, -10.0, 0.14, 0.16),
+        )
+    ]
+    return b.extrude(leaf - slots, sheet).solid()
+
+
+def foot(length: float, radius: float) -> Any:
+    """A rubber foot along x, from 0 to the point where it touches the ground at ``length``."""
+    b = build123d()
+    shank = b.Rot(0, 90, 0) * b.Cone(
+        0.75 * radius,
+        radius,
+        length - radius,
+        align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN),
+    )
+    return (shank + b.Pos(length - radius, 0, 0) * b.Sphere(radius)).solid()
+
+
+def beam(length: float, width: float, depth: float) -> Any:
+    """A beam along x from 0."""
+    b = build123d()
+    return (b.Pos(length / 2, 0, 0) * b.Box(length, width, depth)).solid()
+
+
+def plate(
+    outline: tuple[tuple[float, float], ...],
+    margin: float,
+    sheet: float,
+    screws: tuple[tuple[float, float], ...],
+    screw: float,
+    windows: tuple[tuple[float, float, float, float], ...] = (),
+) -> Any:
+    """A flat plate that goes round some points, in the plane z = 0 up.
+
+    Args:
+        outline: Corners of a convex polygon, counter-clockwise [mm].
+        margin: By which the plate goes round them [mm].
+        sheet: Its thickness [mm].
+        screws: Places of the screw holes [mm].
+        screw: Their radius [mm].
+        windows: Middle and sizes along x and y of cut-outs with round corners [mm].
+    """
+    b = build123d()
+    face = b.offset(b.make_face(b.Polyline(*outline, close=True)), margin, kind=b.Kind.ARC)
+    holes = [b.Pos(x, y) * b.Circle(screw) for x, y in screws]
+    holes += [b.Pos(x, y) * b.RectangleRounded(p, q, 0.25 * min(p, q)) for x, y, p, q in windows]
+    return b.extrude(face - holes, sheet).solid()
+
+
+def box(size: tuple[float, float, float], bevel: float) -> Any:
+    """A box with its upright edges and upper rim bevelled, standing on z = 0."""
+    b = build123d()
+    block = b.Box(*size, align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN))
+    edges = block.edges().filter_by(b.Axis.Z) + block.faces().sort_by(b.Axis.Z)[-1].edges()
+    return b.chamfer(edges, bevel).solid()
+
+
+def pillar(radius: float, height: float) -> Any:
+    """A round pillar that stands on z = 0."""
+    b = build123d()
+    return b.Cylinder(radius, height, align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN)).solid()

@@ -1,0 +1,129 @@
+"""A body of solids: two plates that hold the hips, and what is between and on top."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from phasmid.cad import parts
+from phasmid.cad.assembly import MM, Placed
+from phasmid.cad.legs import Workshop, pose
+from phasmid.cad.material import ACRYLIC, BATTERY, BOARD, NYLON, PAINTED
+from phasmid.robot import Robot
+
+
+def trunk_parts(robot: Robot, shop: Workshop) -> tuple[Placed, ...]:
+    """Parts of the body in its frame: a servo for each hip, two plates, a deck, a battery."""
+    case, w, sheet = shop.case, shop.w, shop.sheet
+    hips = MM * robot.arrays.p_body_hip
+    length, breadth, height = (MM * float(c) for c in robot.body.size)
+    found = []
+    corners = []
+    for leg in robot.legs:
+        # The case points inwards.
+        X = leg.X_body_hip @ pose(turn=math.pi)
+        found.append(Placed(f"{leg.name}_servo", shop.servo(), X))
+        corners.append(_corners(X, case.before, case.width, case.depth))
+    places = MM * np.concatenate(corners)
+    middle = float(hips[:, 2].mean())
+    # Between plate and case there is room for the coxa's bracket.
+    thick = 0.075 * w
+    least = float(np.abs(places[:, 2] - middle).max()) + sheet + 0.04 * w + thick
+    half = min(max(least, height / 2), 1.3 * least)
+    outline = _hull(hips[:, :2])
+    margin = 0.42 * w
+    inner = 0.5 * min(length, float(np.ptp(hips[:, 0])) or length)
+    across = 0.5 * min(breadth, float(np.ptp(hips[:, 1])) or breadth)
+    screws = [tuple(map(float, p)) for p in _screws(robot, w)]
+    window = (0.0, 0.0, 0.5 * inner, 0.32 * across)
+    windows = [window] if min(window[2:]) > 0.2 * w else []
+    plate = shop.part(
+        "plate",
+        parts.plate,
+        tuple(outline),
+        margin,
+        thick,
+        tuple(screws),
+        0.05 * w,
+        tuple(windows),
+        of=ACRYLIC,
+    )
+    found += [
+        Placed("lower_plate", plate, pose(z=middle - half)),
+        Placed("upper_plate", plate, pose(z=middle + half - thick)),
+    ]
+    gap = 2 * (half - thick)
+    found += _posts(robot, shop, middle - half + thick, gap)
+    battery = (0.95 * inner, 0.42 * across, 0.55 * gap)
+    cell = shop.part("battery", parts.box, battery, 0.06 * min(battery), of=BATTERY)
+    found.append(Placed("battery", cell, pose(z=middle - half + thick)))
+    found += _deck(shop, outline, middle + half, thick, (inner, across))
+    return tuple(found)
+
+
+def _corners(X: np.ndarray, before: float, width: float, depth: float) -> np.ndarray:
+    box = np.array(
+        [
+            (x, y, z, 1.0)
+            for x in (0.0, before)
+            for y in (-width / 2, width / 2)
+            for z in (-depth / 2, depth / 2)
+        ]
+    )
+    return (box @ X.T)[:, :3]
+
+
+def _hull(points: np.ndarray) -> list[tuple[float, float]]:
+    """Corners of the convex outline, counter-clockwise."""
+    return [(float(x), float(y)) for x, y in points[ConvexHull(points).vertices]]
+
+
+def _screws(robot: Robot, w: float) -> np.ndarray:
+    """Where plates are screwed to the hips' servos: four holes over each case."""
+    case = np.array([(-x, y, 0.0) for x in (0.55 * w, 1.05 * w) for y in (-0.43 * w, 0.43 * w)])
+    rows = [MM * leg.mount_position + case @ leg.X_body_hip[:3, :3].T for leg in robot.legs]
+    return np.concatenate(rows)[:, :2]
+
+
+def _posts(robot: Robot, shop: Workshop, floor: float, gap: float) -> list[Placed]:
+    """Pillars from plate to plate, behind each hip's servo."""
+    post = shop.part("post", parts.pillar, 0.11 * shop.w, round(gap, 6), of=NYLON)
+    found = []
+    for leg in robot.legs:
+        inwards = -leg.X_body_hip[:2, 0]
+        x, y = MM * leg.mount_position[:2] + inwards * (MM * shop.case.before + 0.22 * shop.w)
+        found.append(Placed(f"{leg.name}_post", post, pose(float(x), float(y), floor)))
+    return found
+
+
+def _deck(
+    shop: Workshop,
+    outline: list[tuple[float, float]],
+    top: float,
+    thick: float,
+    room: tuple[float, float],
+) -> list[Placed]:
+    """A smaller plate on posts that carries the controller, and a sensor at the front."""
+    w = shop.w
+    rise = 0.34 * w
+    small = [(0.52 * x, 0.52 * y) for x, y in outline]
+    spots = [(0.92 * x, 0.92 * y) for x, y in small]
+    deck = shop.part(
+        "deck", parts.plate, tuple(small), 0.25 * w, thick, tuple(spots), 0.05 * w, (), of=PAINTED
+    )
+    post = shop.part("deck_post", parts.pillar, 0.09 * w, round(rise, 6), of=NYLON)
+    found = [Placed("deck", deck, pose(z=top + rise))]
+    found += [
+        Placed(f"deck_post_{number}", post, pose(x, y, top))
+        for number, (x, y) in enumerate(spots, 1)
+    ]
+    board = (0.55 * room[0], 0.52 * room[1], 0.10 * w)
+    card = shop.part("controller", parts.box, board, 0.2 * board[2], of=BOARD)
+    found.append(Placed("controller", card, pose(-0.06 * room[0], 0, top + rise + thick)))
+    # A bright sensor at the front tells which way is forward.
+    ahead = max(x for x, _ in outline)
+    eye = shop.part("sensor", parts.box, (0.35 * w, 1.3 * w, 0.36 * w), 0.05 * w, of=NYLON)
+    found.append(Placed("sensor", eye, pose(ahead - 0.1 * w, 0, top)))
+    return found

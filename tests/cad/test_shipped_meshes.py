@@ -1,0 +1,75 @@
+"""The meshes that come with the package fit the robots' frames and need no CAD library."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from phasmid.robot import JOINTS, Part, load_robot, preset_names
+from phasmid.robot.appearance import Appearance
+
+WIDEST = 0.0235
+"""Half a servo's depth with two sheets, and a horn's radius: nothing goes farther past an axis."""
+
+
+def box(parts: tuple[Part, ...]) -> np.ndarray:
+    """Lowest and highest corner, shape (2, 3)."""
+    corners = np.concatenate([part.vertices for part in parts])
+    return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+
+def look(preset: str) -> Appearance:
+    found = load_robot(preset).appearance
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_a_preset_comes_with_a_look_below_400_kB(preset: str) -> None:
+    from importlib import resources
+
+    file = resources.files("phasmid.robot") / "presets" / look(preset).name
+    assert len(file.read_bytes()) < 400_000
+    assert set(look(preset).parts) == {"body", *JOINTS}
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_links_reach_from_axis_to_axis(preset: str) -> None:
+    # A link of length L spans 0 to L along its x, and at each axis its bracket or servo goes past
+    # it by less than WIDEST.
+    leg = load_robot(preset).legs[0]
+    for joint, length in zip(JOINTS, leg.lengths, strict=True):
+        (low, *_), (high, *_) = box(look(preset).link(leg.name, joint))
+        assert -WIDEST < low < -0.005
+        if joint == "tibia":
+            # Its end is the foot, which touches the ground there: to half the mesh's tolerance.
+            assert high == pytest.approx(length, abs=0.2e-3)
+        else:
+            assert length + 0.005 < high < length + WIDEST
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_the_body_holds_every_hip_between_its_plates(preset: str) -> None:
+    robot = load_robot(preset)
+    low, high = box(look(preset).body)
+    hips = robot.arrays.p_body_hip
+    assert np.all(hips > low)
+    assert np.all(hips < high)
+    plates = [part for part in look(preset).body if part.name.endswith("plate")]
+    assert {part.name for part in plates} == {"lower_plate", "upper_plate"}
+    for hip in hips:
+        servo = [p for p in look(preset).body if p.name.endswith("servo")]
+        # The axis of each hip goes through a servo of the body.
+        assert any(
+            np.all(box((s,))[0, :2] < hip[:2]) and np.all(hip[:2] < box((s,))[1, :2]) for s in servo
+        )
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_faces_look_outwards(preset: str) -> None:
+    # The divergence theorem: one sixth of the sum of a · (b × c) is the volume, positive where
+    # corners run counter-clockwise seen from outside.
+    for parts in look(preset).parts.values():
+        for part in parts:
+            a, b, c = np.moveaxis(part.vertices[part.faces], 1, 0)
+            assert np.sum(a * np.cross(b, c)) / 6 > 1e-9
