@@ -8,9 +8,12 @@ from jaxtyping import Float
 from phasmid import kinematics
 from phasmid.reporting.shapes import Mesh, ball, beam, box, cylinder, joined, loft, rgb, slab
 from phasmid.reporting.style import leg_colour
-from phasmid.robot import Leg, Robot
+from phasmid.robot import JOINTS, Leg, Part, Robot
 
 PLATE, FRAME, SERVO, RUBBER, LAMP = "#4a515e", "#7d8796", "#343941", "#24272c", "#e8edf4"
+
+GREY = 0.15
+"""Colours whose strongest and weakest channel differ by less than this are grey."""
 
 
 def body_pose(
@@ -29,17 +32,35 @@ def robot_mesh(
     """The robot in the world.
 
     Args:
-        robot: Its lengths and mounts give the shape; widths are made up.
+        robot: It looks as its meshes say; without any, its lengths and mounts give the shape, and
+            widths are made up.
         q: Joint angles [rad], shape (L, 3).
         X_world_body: Pose of the body.
     """
+    look = robot.appearance
+    if look is not None and not look.parts:
+        look = None
     width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
-    parts = [body_mesh(robot, width).at(X_world_body)]
+    trunk = [body_mesh(robot, width)] if look is None else [_mesh(part) for part in look.body]
+    parts = [mesh.at(X_world_body) for mesh in trunk]
     for number, leg in enumerate(robot.legs):
         X_world_hip = X_world_body @ leg.X_body_hip
         frames = X_world_hip @ kinematics.leg_frames(leg, q[number])
-        parts += _leg(leg, frames, width, leg_colour(number), float(robot.body.size[2]))
+        colour = leg_colour(number)
+        if look is None:
+            parts += _leg(leg, frames, width, colour, float(robot.body.size[2]))
+            continue
+        for joint, X_world_link in zip(JOINTS, frames, strict=False):
+            parts += [_mesh(part, colour).at(X_world_link) for part in look.link(leg.name, joint)]
     return joined(parts)
+
+
+def _mesh(part: Part, leg_colour: str = "") -> Mesh:
+    """A part as triangles; what is coloured, and not grey, wears its leg's colour."""
+    colour = np.array(part.color[:3])
+    if leg_colour and np.ptp(colour) > GREY:
+        colour = rgb(leg_colour)
+    return Mesh(part.vertices[part.faces], np.broadcast_to(colour, (len(part.faces), 3)))
 
 
 def body_mesh(robot: Robot, width: float) -> Mesh:
