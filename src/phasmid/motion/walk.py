@@ -25,7 +25,7 @@ from phasmid.motion.feet import rotated
 from phasmid.motion.level import LevelCourse
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
+from phasmid.scenario import Scenario, check_scenario
 from phasmid.terrain import Ground
 
 
@@ -140,11 +140,13 @@ def plan(scenario: Scenario) -> Walk:
         The walk, sampled as the scenario says, both ends of each cycle included.
 
     Raises:
+        InvalidInput: That is no scenario.
         InfeasibleWalk: The stride is too long for a leg or too fast for its servos, or the robot
             would topple; or on uneven ground a leg finds no foothold.
         InvalidRobot: The robot is impossible.
         InvalidGait: The gait does not fit the robot.
     """
+    check_scenario(scenario)
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs))
     terrain = scenario.planned_terrain()

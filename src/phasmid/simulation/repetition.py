@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_callable
 from phasmid.errors import InvalidInput, plain
 from phasmid.motion import plan, trajectory_from_text
-from phasmid.recording import Recording, load_recording
+from phasmid.recording import Recording, check_recording, load_recording
 from phasmid.scenario import recorded_scenario
 from phasmid.simulation.experiment import simulate_part
 from phasmid.simulation.run import Progress
@@ -89,8 +90,10 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
         InvalidInput: The file cannot be read, or it holds no simulation.
         InfeasibleLoad: This version refuses the walk.
     """
+    check_callable("progress", progress)
     if isinstance(recording, str | Path):
         recording = load_recording(recording)
+    check_recording(recording)
     if recording.attrs.get("kind") != "simulation":
         raise InvalidInput(
             "only a simulation can be run again; this recording is of another kind.",
