@@ -210,7 +210,7 @@ def _prepare(
 ) -> Run:
     """The run, ready to start, of which what cannot be is refused at once."""
     walk.check_planned_for(scenario)
-    check_time_step(scenario, walk.robot)
+    check_time_step(scenario, walk)
     if start is None:
         check_start(scenario, walk)
     run = new_run(scenario, walk, start=start, interrupted=interrupted)
