@@ -104,7 +104,10 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
     samples = recording.sizes["time"]
     text = recording.attrs.get("trajectory")
     robot = scenario.load_robot()
-    walk = plan(scenario) if text is None else trajectory_from_text(str(text), robot)
+    # A plan begins with the same bits, however long it is.
+    needed = float(recording["time"].values[-1]) + scenario.simulation.dt
+    planned = scenario.replace(duration=min(scenario.duration, needed))
+    walk = plan(planned) if text is None else trajectory_from_text(str(text), robot)
     repeated = simulate_part(scenario, walk, samples, start=_start(recording), progress=progress)
     then = {name: str(recording.attrs.get(name, "")) for name in versions()}
     changed = {name: (then[name], now) for name, now in versions().items() if then[name] != now}

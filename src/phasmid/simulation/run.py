@@ -252,7 +252,7 @@ class Run:
             if self.step // PLAN_STEPS != chunk:
                 chunk = self.step // PLAN_STEPS
                 first = chunk * PLAN_STEPS
-                targets = self.targets(first, min(first + PLAN_STEPS, self.steps + 1))
+                targets = self.targets(first, min(first + PLAN_STEPS, end))
             begin = self.step - chunk * PLAN_STEPS
             block = targets[begin : begin + min(WATCH_STEPS, end - self.step)]
             made = self._advance(
