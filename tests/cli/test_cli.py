@@ -108,6 +108,11 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
             id="legs-text",
         ),
         pytest.param(
+            ["walk", "--sensor-seed", "abc"],
+            '--sensor-seed is "abc"; it must be a whole number 0 or more and 9.22337e+18 or less.',
+            id="C9",
+        ),
+        pytest.param(
             ["walk", "--step-lenght-mm", "40"],
             'no option "--step-lenght-mm".\n  try  --step-length-mm',
             id="option",
