@@ -101,7 +101,8 @@ SENTENCES = {
     'paper")',
     ("load_recording", "path=3"): "path is 3; it must be the name of a file or folder, as text or "
     "a Path.",
-    ("load_robot", "source=3"): "robot is 3; it must be the name of a robot, or a .toml file.",
+    ("load_robot", "source=3"): "a robot is the name of a preset or the path of a file, not 3.\n"
+    '  try  phasmid.load_robot("phantomx-paper")',
     ("Gait", "duty_factor='abc'"): 'gait.duty_factor is "abc"; it must be a number.',
     ("Gait", "offsets=3"): "gait.offsets is 3; it must be a tuple of phases.",
     ("Leg", "mount_yaw=True"): "leg right_front: mount_yaw is true; it must be a number.",
