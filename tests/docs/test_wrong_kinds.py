@@ -125,8 +125,8 @@ def told(tmp_path_factory) -> dict[str, dict[str, str]]:
     return json.loads(done.stdout)
 
 
-PRODUCTS = {"Walk"}
-"""Made by `plan`, and not by hand."""
+PRODUCTS = {"Walk", "ImportOptions", "import_robot", "save_robot"}
+"""Not tried: a walk is made by `plan`; the formats of other programs are not in the table yet."""
 
 
 def _is_error(name: str) -> bool:
