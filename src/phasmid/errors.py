@@ -176,12 +176,6 @@ def located(where: str) -> Iterator[None]:
         raise
 
 
-def a_kind(value: object) -> str:
-    """What kind of thing a value is, for messages, such as ``a str``."""
-    name = type(value).__name__
-    return "None" if value is None else f"{'an' if name[0] in 'aeiouAEIO' else 'a'} {name}"
-
-
 def nearest(name: str, known: Iterable[str]) -> str:
     """The known name that a person most likely meant; empty where none is near."""
     matches = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)

@@ -17,6 +17,7 @@ import pytest
 from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
+from phasmid.robot import load_servo
 from phasmid.scenario import load_scenario, option_keys
 from phasmid.simulation import Run, record
 
@@ -105,6 +106,11 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
             ["walk", "--legs", "one"],
             '--legs is "one"; it must be leg numbers with commas between.\n  try  --legs 1,2,3',
             id="legs-text",
+        ),
+        pytest.param(
+            ["walk", "--sensor-seed", "abc"],
+            '--sensor-seed is "abc"; it must be a whole number 0 or more and 9.22337e+18 or less.',
+            id="C9",
         ),
         pytest.param(
             ["walk", "--step-lenght-mm", "40"],
@@ -432,6 +438,18 @@ def test_check_says_what_a_walk_does_on_its_terrain(here, capsys):
     assert "terrain stairs, which the planner takes for level\n" in capsys.readouterr().out
     assert main(["check", "paper"]) == 0
     assert "terrain" not in capsys.readouterr().out
+
+
+def test_check_tells_the_servos_limit_at_the_voltage_of_the_scenario(here, capsys):
+    for voltage in (12.0, 9.0):
+        text = f'[simulation]\ndrive = "servo"\n[servo]\nvoltage = {voltage}\n'
+        (here / "s.toml").write_text(text, encoding="utf-8")
+        assert main(["check", "s.toml"]) == 0
+        limit = load_servo("AX-12A").motor.no_load_speed(voltage)
+        told = f"the servo AX-12A allows {limit:.2f} rad/s at {voltage:g} V\n"
+        assert told in capsys.readouterr().out
+    assert main(["check", "paper"]) == 0
+    assert f"allows {load_servo('AX-12A').no_load_speed:.2f} rad/s\n" in capsys.readouterr().out
 
 
 def test_check_says_why_a_file_is_not(here, capsys):

@@ -37,7 +37,7 @@ REFUSALS = {
     "dynamics.leg_torque(robot, q, q, q)": f"leg is of type Robot; {NO_LEG}",
     "dynamics.leg_torque(None, q, q, q)": f"leg is None; {NO_LEG}",
     "dynamics.leg_torque(robot, q, q, q, form='as-printed')": f"leg is of type Robot; {NO_LEG}",
-    "dynamics.leg_matrices(q, leg)": f"leg is of type ndarray; {NO_LEG}",
+    "dynamics.leg_matrices(q, leg)": f"leg is an array of shape (10, 3); {NO_LEG}",
     "dynamics.leg_matrices(leg, q, gravity='x')": f"gravity is x; {NUMBER}",
     "dynamics.leg_matrices(leg, q, gravity=None)": f"gravity is None; {NUMBER}",
     "dynamics.leg_torque(leg, q, q, q, gravity=q)": (
@@ -104,7 +104,7 @@ REFUSALS = {
     "kinematics.step_pose(q, 1.0)": ("step has shape (10, 3); it must be forward, left and turn."),
     "dynamics.mass_matrix(leg, body, Q)": f"robot is of type Leg; {NO_ROBOT}",
     "dynamics.mass_matrix(body, robot, Q)": f"robot is of type BodyMotion; {NO_ROBOT}",
-    "dynamics.mass_matrix(robot, Q, body)": f"body is of type ndarray; {NO_BODY}",
+    "dynamics.mass_matrix(robot, Q, body)": f"body is an array of shape (6, 3); {NO_BODY}",
     "dynamics.momentum(robot, None, Q, Q)": f"body is None; {NO_BODY}",
     "dynamics.bias_force(robot, None, Q, Q)": f"body is None; {NO_BODY}",
     "dynamics.gravity_force(robot, None, Q)": f"body is None; {NO_BODY}",

@@ -1,6 +1,7 @@
 """Planned walks: the paper's figures, exactness, and what is refused."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.gait import HEXAPOD_GAITS
 from phasmid.motion import plan
-from phasmid.robot import preset_names
+from phasmid.robot import load_robot, preset_names
 from phasmid.scenario import load_scenario
 
 PAPER = load_scenario("paper")
@@ -255,3 +256,24 @@ def test_a_leg_that_cannot_follow_with_its_coxa_alone_is_told():
         "leg right_middle cannot make this stride with its coxa alone: "
         "its foot moves 90° off the way that is asked."
     )
+
+
+def test_a_walk_serves_the_same_robot_however_it_is_given():
+    robot = load_robot("phantomx-paper")
+    named, held = PAPER, PAPER.replace(robot=robot)
+    plan(named).check_planned_for(held)
+    plan(held).check_planned_for(named)
+    plan(held).check_planned_for(PAPER.replace(robot=replace(robot)))
+    heavier = replace(robot, body=replace(robot.body, mass=2 * robot.body.mass))
+    with pytest.raises(InvalidInput, match="planned with another robot"):
+        plan(named).check_planned_for(PAPER.replace(robot=heavier))
+
+
+def test_a_walk_serves_other_drives_and_voltages_while_their_servos_are_quick_enough():
+    # No-load speed of an AX-12A: 6.18 rad/s as rated, 2.51 at 5 V; the walk needs 1.5 or 3.
+    quick = PAPER.replace(period=1.0)
+    weak = {"drive": "servo", "voltage": 5.0}
+    plan(PAPER).check_planned_for(PAPER.replace(**weak))
+    plan(quick).check_planned_for(quick.replace(drive="servo"))
+    with pytest.raises(InfeasibleWalk, match=r"the servo AX-12A allows .* rad/s at 5 V"):
+        plan(quick).check_planned_for(quick.replace(**weak))

@@ -234,10 +234,13 @@ def test_other_things_than_robots_scenarios_and_walks_are_refused():
     for work, what in (
         (
             lambda: loading("walk.csv", 6),
-            "robot is an int; it must be a Robot, or the name of one.",
+            "robot is 6; it must be a Robot, or the name of one.",
         ),
-        (lambda: loading(None, ROBOT), "path is None; it must be the name of a file."),
-        (lambda: running("paper", WALK), "scenario is a str; it must be a Scenario."),
+        (
+            lambda: loading(None, ROBOT),
+            "path is None; it must be the name of a file or folder, as text or a Path.",
+        ),
+        (lambda: running("paper", WALK), 'scenario is "paper"; it must be a Scenario.'),
         (lambda: running(scenario, None), "walk is None; it must be a plan or a trajectory."),
     ):
         assert refusal(work).what == what

@@ -15,7 +15,7 @@ from phasmid.forces.analysis import model_channels
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot
-from phasmid.scenario import load_scenario
+from phasmid.scenario import load_scenario, scenario_to_toml
 from phasmid.simulation import Run, many, record, simulate
 
 PAPER = load_scenario("paper").replace(duration=1.2)
@@ -262,6 +262,23 @@ def test_a_replay_of_a_few_samples_asks_the_model_for_no_more(monkeypatch):
     assert replay(recording).equal
     # Once before the run and once in it.
     assert asked == [5, 5]
+
+
+@pytest.mark.parametrize("terrain", ["flat", "waves"])
+def test_a_replay_of_a_few_samples_plans_no_more(monkeypatch, terrain):
+    scenario = PAPER.replace(duration=30, terrain=terrain)
+    walk = plan(scenario.replace(duration=0.1))
+    recording = simulate(scenario.replace(duration=0.1), walk)
+    recording.attrs["scenario"] = scenario_to_toml(scenario, "robot.toml")
+    planned = []
+
+    def counted(scenario):
+        planned.append(scenario.duration)
+        return plan(scenario)
+
+    monkeypatch.setattr("phasmid.simulation.repetition.plan", counted)
+    assert replay(recording).equal
+    assert planned == [pytest.approx(0.101, abs=1e-12)]
 
 
 def test_ctrl_c_while_a_run_is_prepared_ends_it_at_once(monkeypatch):

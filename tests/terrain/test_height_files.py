@@ -1,5 +1,6 @@
 """Height maps from files and as text: what is read, and what is refused before it costs memory."""
 
+import hashlib
 import os
 import struct
 import zlib
@@ -231,3 +232,28 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
         make(tmp_path / name)
         with pytest.raises(InvalidInput, match="does not exist"):
             read_heights(tmp_path / name, white=1.0)
+
+
+def test_a_map_too_long_to_carry_is_refused_once_its_file_is_another(tmp_path):
+    # Noise does not pack: 500 × 500 numbers of 4 bytes stay above 750 kB of text.
+    heights = np.random.default_rng(1).uniform(0, 0.001, (500, 500))
+    path = saved(tmp_path, "hills.npy", heights)
+    known = hashlib.sha256(path.read_bytes()).hexdigest()
+    scenario = PAPER.replace(terrain={"kind": "height-map", "height_map": str(path)})
+    assert scenario.terrain.map_sha256 == known
+    assert scenario.replace(duration=1).terrain == scenario.terrain
+    (tmp_path / "again.toml").write_text(scenario_to_toml(scenario, "phantomx-paper"))
+    assert load_scenario(tmp_path / "again.toml").terrain == scenario.terrain
+    heights[7, 7] += 0.0005
+    saved(tmp_path, "hills.npy", heights)
+    found = hashlib.sha256(path.read_bytes()).hexdigest()
+    with pytest.raises(InvalidInput) as refused:
+        load_scenario(tmp_path / "again.toml")
+    assert refused.value.what == (
+        f'terrain file "hills.npy" is another than the one that is meant: its SHA-256 begins with '
+        f"{found[:12]}; it must begin with {known[:12]}."
+    )
+    assert refused.value.hint == "the file as it was, or no map_sha256 if this one is meant"
+    # Whoever names a file anew means that one.
+    other = PAPER.replace(terrain=scenario.terrain.model_dump() | {"kind": "flat"})
+    assert other.replace(terrain="height-map", height_map=str(path)).terrain.map_sha256 == found

@@ -138,14 +138,15 @@ def _print_findings(findings: list[dict[str, str]]) -> None:
 def _check_scenario(scenario: Scenario) -> int:
     import numpy as np
 
-    from phasmid.motion import plan
+    from phasmid.motion import fastest, plan
     from phasmid.scenario import idle_fields
     from phasmid.simulation import check_load, check_time_step
 
     walk = plan(scenario)
-    check_time_step(scenario, walk.robot)
+    check_time_step(scenario, walk)
     check_load(scenario, walk)
     speed = float(np.abs(walk.qd).max())
+    limit, supply = fastest(scenario, walk.robot.servo)
     print(
         f"scenario {scenario.name}: {walk.robot.name}, {walk.gait.name} gait, "
         f"{scenario.duration:g} s, {len(walk.time)} samples"
@@ -157,7 +158,7 @@ def _check_scenario(scenario: Scenario) -> int:
     )
     print(
         f"  fastest joint: {speed:.2f} rad/s; the servo {walk.robot.servo.name} allows "
-        f"{walk.robot.servo.no_load_speed:.2f} rad/s"
+        f"{limit:.2f} rad/s{supply}"
     )
     print(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
     for line in _on_terrain(scenario, walk):

@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
         if options.trajectory
         else plan(scenario)
     )
-    check_time_step(scenario, walk.robot)
+    check_time_step(scenario, walk)
     legs = leg_numbers(options.legs, walk.robot)
     folder = Path(options.out or Path("results") / _folder_name(options, scenario))
     check_folder(folder, force=options.force)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_type
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.components import apply, carried, components, cross
 from phasmid.dynamics.recursion import (
@@ -20,7 +21,7 @@ from phasmid.dynamics.recursion import (
     trunk_moments,
 )
 from phasmid.kinematics import centre_of_mass
-from phasmid.kinematics.arguments import check_robot, check_type, lead, number, numbers, shared_axes
+from phasmid.kinematics.arguments import check_robot, lead, number, numbers, shared_axes
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 

@@ -1,4 +1,4 @@
-"""What callers give: numbers, arrays of numbers, and values of a kind."""
+"""What callers give: numbers within bounds, and arrays of numbers that fit."""
 
 from __future__ import annotations
 
@@ -6,25 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from phasmid.arguments import described, numbers
 from phasmid.errors import InvalidInput
-
-SHORT = 40
-"""Values of more characters than this are not shown."""
-
-
-def numbers(values: object, name: str) -> np.ndarray:
-    """A new array of floats.
-
-    Raises:
-        InvalidInput: The values are not real numbers, or ragged.
-    """
-    try:
-        array = np.asarray(values)
-    except (TypeError, ValueError):
-        array = np.empty(0, dtype=object)
-    if array.dtype.kind not in "biuf":
-        raise InvalidInput(f"{name} is {described(values)}; it must be an array of numbers.")
-    return np.array(array, dtype=float)
 
 
 def finite(values: object, name: str) -> np.ndarray:
@@ -78,23 +61,3 @@ def broadcast(values: np.ndarray, shape: Sequence[int], name: str) -> np.ndarray
         raise InvalidInput(
             f"{name} has shape {values.shape}; it must fit {tuple(shape)}."
         ) from None
-
-
-def check_kind(value: object, kind: type, name: str, hint: str) -> None:
-    """Refuse a value that is not of a kind.
-
-    Raises:
-        InvalidInput: It is of another.
-    """
-    if not isinstance(value, kind):
-        raise InvalidInput(f"{name} is {described(value)}; it must be {kind.__name__}.", hint=hint)
-
-
-def described(value: object) -> str:
-    """A value in a few words, for messages."""
-    if isinstance(value, type):
-        return f"the class {value.__name__}"
-    if isinstance(value, np.ndarray):
-        return f"an array of shape {value.shape}"
-    text = f'"{value}"' if isinstance(value, str) else repr(value)
-    return text if len(text) <= SHORT and text.isprintable() else f"of type {type(value).__name__}"

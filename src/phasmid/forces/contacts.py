@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.forces.arguments import broadcast, finite, numbers
+from phasmid.forces.arguments import broadcast, finite
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from phasmid.arguments import described
 from phasmid.errors import InvalidInput, nearest
-from phasmid.forces.arguments import between, described
+from phasmid.forces.arguments import between
 
 HEAVIEST = 1e6
 """Bounds of a tangential weight, and its inverse; beyond them round-off passes 1e-9 of the load."""

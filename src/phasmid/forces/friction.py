@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_type, numbers
 from phasmid.errors import InvalidInput
-from phasmid.forces.arguments import between, check_kind, finite, numbers
+from phasmid.forces.arguments import between, finite
 from phasmid.forces.contacts import Contacts
 
 
@@ -78,7 +79,7 @@ def friction_statistics(contacts: Contacts, force: Float[np.ndarray, "..."]) -> 
     Raises:
         InvalidInput: The forces are not of these feet, or that of a standing one is not finite.
     """
-    check_kind(contacts, Contacts, "contacts", "Contacts(feet, stance)")
+    check_type("contacts", contacts, (Contacts,), "Contacts", "Contacts(feet, stance)")
     force = numbers(force, "force")
     if force.shape != contacts.feet.shape:
         raise InvalidInput(f"force has shape {force.shape}; it must be {contacts.feet.shape}.")

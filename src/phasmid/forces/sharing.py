@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_type
 from phasmid.errors import InfeasibleLoad, InvalidInput
-from phasmid.forces.arguments import broadcast, check_kind, finite
+from phasmid.forces.arguments import broadcast, finite
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.cost import cost_of
 from phasmid.forces.equilibrium import cheapest_forces
@@ -56,9 +57,9 @@ def share_load(
 
     Source: docs/forces.md.
     """
-    check_kind(contacts, Contacts, "contacts", "Contacts(feet, stance)")
+    check_type("contacts", contacts, (Contacts,), "Contacts", "Contacts(feet, stance)")
     if joints is not None:
-        check_kind(joints, JointLoad, "joints", "JointLoad(jacobian, torque)")
+        check_type("joints", joints, (JointLoad,), "JointLoad", "JointLoad(jacobian, torque)")
     if not isinstance(model, ForceModel):
         model = force_model(model)
     wrench = finite(wrench, "wrench")

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from phasmid.errors import InvalidInput, InvalidRobot, a_kind
+from phasmid.arguments import described
+from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.judge import judge_robot
@@ -98,7 +99,7 @@ def _reader(source: str | Path) -> _Reader | None:
     """What reads a file; None for presets, ``.toml`` files and what is neither."""
     if not isinstance(source, str | Path):
         raise InvalidInput(
-            f"a robot is the name of a preset or the path of a file, not {a_kind(source)}.",
+            f"a robot is the name of a preset or the path of a file, not {described(source)}.",
             hint='phasmid.load_robot("phantomx-paper")',
         )
     suffix = Path(source).suffix.lower()

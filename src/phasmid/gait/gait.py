@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidGait
 
 PHASE_TOLERANCE = 1e-9
@@ -35,6 +36,11 @@ class Gait:
     offsets: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        check_type("gait.name", self.name, (str,), "text", error=InvalidGait)
+        check_number("gait.duty_factor", self.duty_factor, error=InvalidGait)
+        check_type(
+            "gait.offsets", self.offsets, (tuple, list), "a tuple of phases", error=InvalidGait
+        )
         if not 0 < self.duty_factor < 1:
             finite = "" if math.isfinite(self.duty_factor) else "a finite number "
             raise InvalidGait(
@@ -43,6 +49,7 @@ class Gait:
                 hint="duty_factor = 0.5, the tripod gait of the paper",
             )
         for i, offset in enumerate(self.offsets):
+            check_number(f"gait.offsets[{i}]", offset, error=InvalidGait)
             if not 0 <= offset < 1:
                 raise InvalidGait(f"gait.offsets[{i}] is {offset:g}; offsets are phases in [0, 1).")
         self._check_support()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, nearest
 from phasmid.gait.gait import Gait
 
@@ -27,6 +28,7 @@ def load_gait(name: str, leg_count: int = 6) -> Gait:
     Raises:
         InvalidGait: There is no such gait for that number of legs.
     """
+    check_type("gait", name, (str,), "the name of a gait", error=InvalidGait)
     known = HEXAPOD_GAITS if leg_count == 6 else {}
     if name in known:
         return known[name]

@@ -8,6 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_type
 from phasmid.errors import InvalidInput
 from phasmid.robot import Leg, LegArrays, Robot
 
@@ -19,24 +20,6 @@ class HasLengths(Protocol):
     @property
     def lengths(self) -> Float[np.ndarray, "*legs 3"]:
         """Lengths of coxa, femur and tibia [m]."""
-
-
-def check_type(name: str, value: object, types: tuple[type, ...], must: str, hint: str) -> None:
-    """Refuse a thing of another kind than these.
-
-    Args:
-        name: Of the argument.
-        value: What was given.
-        types: What it may be.
-        must: The same in words.
-        hint: What to try.
-
-    Raises:
-        InvalidInput: It is something else.
-    """
-    if not isinstance(value, types):
-        what = "None" if value is None else f"of type {type(value).__name__}"
-        raise InvalidInput(f"{name} is {what}; it must be {must}.", hint=hint)
 
 
 def check_leg(leg: object, *types: type) -> None:

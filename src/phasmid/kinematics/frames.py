@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_type
 from phasmid.errors import InvalidInput
 from phasmid.kinematics.arguments import (
     alike,
     as_printed,
     check_robot,
-    check_type,
     lead,
     numbers,
     per_leg,

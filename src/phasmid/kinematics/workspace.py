@@ -7,7 +7,8 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.arguments import check_type, number, per_leg
+from phasmid.arguments import check_type
+from phasmid.kinematics.arguments import number, per_leg
 from phasmid.kinematics.frames import hip_from_body, neutral_feet
 from phasmid.kinematics.leg import joint_angles
 from phasmid.robot import Leg, Robot

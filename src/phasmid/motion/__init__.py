@@ -2,6 +2,7 @@
 
 from phasmid.motion.course import Course
 from phasmid.motion.curves import Path, blend, join, lift
+from phasmid.motion.feasibility import fastest
 from phasmid.motion.level import LevelCourse
 from phasmid.motion.trajectory import (
     JointTrajectory,
@@ -25,6 +26,7 @@ __all__ = [
     "TrunkMotion",
     "Walk",
     "blend",
+    "fastest",
     "join",
     "lift",
     "load_trajectory",

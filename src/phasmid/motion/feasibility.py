@@ -166,7 +166,7 @@ def check_speed(
         InfeasibleWalk: A joint would turn faster than its servo without load.
     """
     servo, speed = course.robot.servo, np.abs(qd)
-    peak, (limit, supply) = float(speed.max()), _fastest(scenario, servo)
+    peak, (limit, supply) = float(speed.max()), fastest(scenario, servo)
     if peak <= limit:
         return
     t, leg, joint = _first_largest(speed, axis=1)
@@ -183,8 +183,16 @@ def check_speed(
     )
 
 
-def _fastest(scenario: Scenario, servo: Servo) -> tuple[float, str]:
-    """Largest speed of a servo without load [rad/s], and at which supply where that counts."""
+def fastest(scenario: Scenario, servo: Servo) -> tuple[float, str]:
+    """Largest speed of a servo without load [rad/s], and at which supply where that counts.
+
+    Args:
+        scenario: Servos that move the joints by their own law run at its voltage.
+        servo: The robot's.
+
+    Returns:
+        The speed, and words such as `` at 9 V``; empty where the servo counts as rated.
+    """
     if scenario.simulation.drive != "servo":
         return servo.no_load_speed, ""
     voltage = scenario.servo.voltage

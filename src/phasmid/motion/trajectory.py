@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_type, numbers
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.motion.trunk import TrunkMotion
@@ -46,8 +47,9 @@ class JointTrajectory:
     q: Float[np.ndarray, "time legs 3"]
 
     def __post_init__(self) -> None:
+        check_type("robot", self.robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
         for name in ("time", "q"):
-            array = np.array(getattr(self, name), dtype=float)
+            array = numbers(getattr(self, name), name)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         legs = len(self.robot.legs)

@@ -11,7 +11,8 @@ from typing import IO, Literal, TypeAlias
 
 import numpy as np
 
-from phasmid.errors import InvalidInput, a_kind, located, nearest
+from phasmid.arguments import check_type, path_of
+from phasmid.errors import InvalidInput, located, nearest
 from phasmid.motion.trajectory import MOST_ROWS, JointTrajectory, joint_names
 from phasmid.recording import load_recording
 from phasmid.robot import Robot, load_robot
@@ -47,14 +48,9 @@ def load_trajectory(
     """
     if isinstance(robot, str | Path):
         robot = load_robot(robot)
-    if not isinstance(robot, Robot):
-        raise InvalidInput(
-            f"robot is {a_kind(robot)}; it must be a Robot, or the name of one.",
-            hint='load_trajectory(path, "phantomx-paper")',
-        )
-    if not isinstance(path, str | Path):
-        raise InvalidInput(f"path is {a_kind(path)}; it must be the name of a file.")
-    path = Path(path)
+    hint = 'load_trajectory(path, "phantomx-paper")'
+    check_type("robot", robot, (Robot,), "a Robot, or the name of one", hint)
+    path = path_of("path", path)
     if unit not in ("rad", "deg"):
         raise InvalidInput(f'unit is "{unit}"; it must be "rad" or "deg".')
     try:

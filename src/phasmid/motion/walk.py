@@ -20,12 +20,18 @@ from phasmid.kinematics import (
     rotation_rpy,
 )
 from phasmid.motion.course import Course, plan_course
-from phasmid.motion.feasibility import check_reach, check_speed, check_support, checked_times
+from phasmid.motion.feasibility import (
+    check_reach,
+    check_speed,
+    check_support,
+    checked_times,
+    fastest,
+)
 from phasmid.motion.feet import rotated
 from phasmid.motion.level import LevelCourse
 from phasmid.motion.trunk import TrunkMotion
-from phasmid.robot import Robot
-from phasmid.scenario import Scenario
+from phasmid.robot import Robot, robot_to_toml
+from phasmid.scenario import Scenario, check_scenario
 from phasmid.terrain import Ground
 
 
@@ -86,14 +92,16 @@ class Walk:
     def check_planned_for(self, scenario: Scenario) -> None:
         """Refuse a scenario with another robot, gait or stride than this walk was planned for.
 
-        Where it was planned for uneven ground, that must be the same too.
+        Where it was planned for uneven ground, that must be the same too. Its drive and voltage may
+        differ as long as its servos are quick enough.
 
         Raises:
             InvalidInput: What differs.
+            InfeasibleWalk: A joint would turn faster than that scenario's servos without load.
         """
         ours, theirs = self.scenario, scenario
         differs = {
-            "robot": ours.robot != theirs.robot,
+            "robot": not _are_one(ours, theirs),
             "gait": ours.gait != theirs.gait,
             "stride": ours.stride != theirs.stride,
             "mass_model": ours.model.mass_model != theirs.model.mass_model,
@@ -110,6 +118,10 @@ class Walk:
                     f"the walk was planned with another {name} than the scenario has.",
                     hint="walk = phasmid.plan(scenario)",
                 )
+        servo = self.robot.servo
+        if fastest(theirs, servo)[0] < fastest(ours, servo)[0]:
+            for times in checked_times(ours, self.course):
+                check_speed(theirs, self.course, times, self.sample(times).qd)
 
     def __repr__(self) -> str:
         return (
@@ -140,11 +152,13 @@ def plan(scenario: Scenario) -> Walk:
         The walk, sampled as the scenario says, both ends of each cycle included.
 
     Raises:
+        InvalidInput: That is no scenario.
         InfeasibleWalk: The stride is too long for a leg or too fast for its servos, or the robot
             would topple; or on uneven ground a leg finds no foothold.
         InvalidRobot: The robot is impossible.
         InvalidGait: The gait does not fit the robot.
     """
+    check_scenario(scenario)
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs))
     terrain = scenario.planned_terrain()
@@ -159,6 +173,13 @@ def plan(scenario: Scenario) -> Walk:
     interval = scenario.stride.period / (scenario.stride.samples - 1)
     count = math.floor(scenario.duration / interval + 1e-9) + 1
     return _evaluate(scenario, course, np.arange(count) * interval)
+
+
+def _are_one(ours: Scenario, theirs: Scenario) -> bool:
+    """Whether the robots of two scenarios are the same, however each is given."""
+    if ours.robot == theirs.robot:
+        return True
+    return robot_to_toml(ours.base_robot()) == robot_to_toml(theirs.base_robot())
 
 
 def _is_plain(terrain: Ground) -> bool:

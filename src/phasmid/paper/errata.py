@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import numpy as np
 
 from phasmid import derivation
 from phasmid.dynamics import leg_matrices
-from phasmid.errors import OutputError, PhasmidError
 from phasmid.motion import plan
 from phasmid.paper.misprints import MISPRINTS, SLIPS, Extent, Misprint, torque_error
 from phasmid.paper.states import (
@@ -22,6 +19,7 @@ from phasmid.paper.states import (
     RANDOM_STATES,
     STRONGEST,
 )
+from phasmid.reporting.page import write_page
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 
@@ -167,23 +165,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: Of the command line; those of the process where None.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m phasmid.paper.errata", description="Write the page of misprints."
+    return write_page(
+        lambda path: path.write_text(errata(), encoding="utf-8"),
+        module="phasmid.paper.errata",
+        description="Write the page of misprints.",
+        default="docs/errata.md",
+        arguments=arguments,
     )
-    parser.add_argument("path", nargs="?", default="docs/errata.md", help="default: %(default)s")
-    path = Path(parser.parse_args(arguments).path)
-    try:
-        try:
-            path.write_text(errata(), encoding="utf-8")
-        except OSError as error:
-            raise OutputError(
-                f"{path} cannot be written: {error.strerror or error}.",
-                hint="run it in the folder that holds docs",
-            ) from None
-    except PhasmidError as error:
-        sys.stderr.write(f"phasmid: {error}\n")
-        return error.exit_status
-    return 0
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Chann
 from phasmid.recording.file import load_recording, save_recording
 from phasmid.recording.frames import DamagedRecording
 from phasmid.recording.log import RecordingLog, check_log
-from phasmid.recording.recording import FORMAT, Recording, new_recording
+from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
 from phasmid.recording.ros import check_mcap, save_mcap
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "RecordingLog",
     "check_log",
     "check_mcap",
+    "check_recording",
     "load_recording",
     "new_recording",
     "save_mcap",

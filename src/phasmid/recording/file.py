@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, OutputError, PhasmidError, located
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
 from phasmid.recording.frames import DamagedRecording, is_log, read_log
-from phasmid.recording.recording import FORMAT, Recording, new_recording
+from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
 
 DEFLATE_LIMIT = 1100
 """Deflate shrinks data at most 1032-fold, so a file that claims more is not to be believed."""
@@ -33,9 +34,11 @@ def save_recording(recording: Recording, path: str | Path) -> None:
         path: The file, by custom ``.nc``.
 
     Raises:
+        InvalidInput: That is no recording, or no name of a file.
         OutputError: The disk is full, the folder is absent or not writable; nothing is left behind.
     """
-    path = Path(path)
+    check_recording(recording)
+    path = path_of("path", path)
     # Encoding in memory leaves plain writes as the only thing that can fail.
     encoding = {
         name: {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
@@ -105,7 +108,7 @@ def load_recording(path: str | Path) -> Recording:
     Warns:
         DamagedRecording: A log was cut off, or a bit in it is wrong; what precedes that was read.
     """
-    path = Path(path)
+    path = path_of("path", path)
     try:
         if path.is_dir():
             path = _inside(path)

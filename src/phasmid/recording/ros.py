@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.arguments import check_number, check_type, path_of
 from phasmid.errors import InvalidInput
 from phasmid.recording.channels import JOINTS
 from phasmid.recording.file import write_whole
-from phasmid.recording.recording import Recording
+from phasmid.recording.recording import Recording, check_recording
 
 _TIME = "int32 sec\nuint32 nanosec"
 _HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
@@ -77,15 +78,19 @@ def save_mcap(
         rate: Most messages of a topic a second [1/s].
 
     Raises:
-        InvalidInput: The extra ``ros`` is not installed, or the rate is not positive.
+        InvalidInput: The extra ``ros`` is not installed, the rate is not positive, or the names are
+            not one text for each leg.
         OutputError: The file cannot be written.
     """
     check_mcap()
-    from mcap_ros2.writer import Writer
-
+    check_recording(recording)
+    path = path_of("path", path)
+    check_number("rate", rate)
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
-    names = leg_names or [f"leg{number}" for number in np.asarray(recording["leg"].values)]
+    names = _leg_names(recording, leg_names)
+    from mcap_ros2.writer import Writer
+
     time = np.asarray(recording["time"].values)
     arrays = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
     file = io.BytesIO()
@@ -98,7 +103,7 @@ def save_mcap(
                 schemas[kind] = writer.register_msgdef(kind, _definition(kind))
             writer.write_message(topic, schemas[kind], content, log_time=ns, publish_time=ns)
     writer.finish()
-    write_whole(Path(path), file.getvalue())
+    write_whole(path, file.getvalue())
 
 
 def check_mcap() -> None:
@@ -114,6 +119,19 @@ def check_mcap() -> None:
             "an MCAP file needs the packages mcap and mcap-ros2-support, which were not found.",
             hint='pip install "phasmid[ros]"',
         ) from None
+
+
+def _leg_names(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:
+    """A name for each leg of a recording."""
+    count = recording.sizes.get("leg", 0)
+    if names is None:
+        return [f"leg{number}" for number in range(1, count + 1)]
+    check_type("leg_names", names, (tuple, list), "a list of texts")
+    for place, name in enumerate(names):
+        check_type(f"leg_names[{place}]", name, (str,), "text")
+    if len(names) != count:
+        raise InvalidInput(f"leg_names has {len(names)} names; one per leg, {count} in all.")
+    return names
 
 
 def _rows(time: np.ndarray, rate: float) -> np.ndarray:

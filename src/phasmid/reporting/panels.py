@@ -143,17 +143,32 @@ def drive_words(recording: Recording, source: Source) -> str:
 
 def legend(panel: Panels, entries: list[tuple[str, str, Any]]) -> None:
     """Say under the title what each kind of line is: its label, colour and dash."""
+    lines = [(*entry, 1.6) for entry in entries]
+    figure_legend(panel.figure, lines, top=panel.legend_top, columns=len(lines))
+
+
+def figure_legend(
+    figure: Figure, entries: list[tuple[str, str, Any, float]], *, top: float, columns: int
+) -> None:
+    """Say in a figure what each kind of line is.
+
+    Args:
+        figure: The figure.
+        entries: Label, colour, dash and width of each kind.
+        top: Upper edge, as a share of the figure's height.
+        columns: Number of entries side by side.
+    """
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], color=colour, linestyle=dash, label=label, linewidth=1.6)
-        for label, colour, dash in entries
+        Line2D([], [], color=colour, linestyle=dash, label=label, linewidth=width)
+        for label, colour, dash, width in entries
     ]
-    panel.figure.legend(
+    figure.legend(
         handles=handles,
         loc="upper left",
-        bbox_to_anchor=(0.100, panel.legend_top),
-        ncols=len(handles),
+        bbox_to_anchor=(0.100, top),
+        ncols=columns,
         columnspacing=1.4,
         borderaxespad=0.2,
     )

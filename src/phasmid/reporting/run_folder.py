@@ -9,8 +9,9 @@ import secrets
 import shutil
 from pathlib import Path
 
+from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, OutputError
-from phasmid.recording import Recording, check_mcap, save_mcap, save_recording
+from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
 from phasmid.reporting.source import read_source
 from phasmid.reporting.summary import summarise
 
@@ -50,7 +51,8 @@ def report(
             the extra ``ros`` is not installed.
         OutputError: The disk is full or the folder cannot be written; nothing is left behind.
     """
-    folder = Path(folder)
+    check_recording(recording)
+    folder = path_of("folder", folder)
     check_folder(folder, force=force)
     # What the recording lacks is found out before anything is written.
     source = read_source(recording)
@@ -90,7 +92,7 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
         InvalidInput: It exists and may not be replaced.
         OutputError: It cannot be made there.
     """
-    folder = Path(folder)
+    folder = path_of("folder", folder)
     if folder.name in ("", ".."):
         raise InvalidInput(
             f'"{folder}" is no name for a run\'s folder; it must be a new one.',

@@ -8,7 +8,7 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
-from phasmid.recording import Recording
+from phasmid.recording import Recording, check_recording
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario, recorded_scenario
 
@@ -68,6 +68,7 @@ def read_source(recording: Recording) -> Source:
     Raises:
         InvalidInput: The recording carries none, or not one that fits its channels.
     """
+    check_recording(recording)
     scenario, base = recorded_scenario(recording.attrs)
     robot = scenario.vary(base)
     legs = recording.sizes.get("leg")

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import units
+from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidRobot
 
 LONGEST_LENGTH = 2.0
@@ -39,6 +40,7 @@ def _list(array: np.ndarray) -> str:
 
 def check_length(value: float, what: str, key: str) -> None:
     """Refuse a length that is not finite, not positive or not a walking robot's."""
+    check_number(what, value, error=InvalidRobot)
     if not math.isfinite(value):
         raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
     if value <= 0:
@@ -54,6 +56,7 @@ def check_length(value: float, what: str, key: str) -> None:
 
 def check_mass(value: float, what: str) -> None:
     """Refuse a mass that is not finite, not positive or not a walking robot's."""
+    check_number(what, value, error=InvalidRobot)
     if not math.isfinite(value):
         raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
     if value <= 0:
@@ -142,6 +145,7 @@ class Link:
     inertia: Float[np.ndarray, "3 3"]
 
     def __post_init__(self) -> None:
+        check_type("name of a link", self.name, (str,), "text", error=InvalidRobot)
         what = f"link {self.name}"
         check_length(self.length, f"{what}: length", "length")
         check_mass(self.mass, f"{what}: mass")

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
+from phasmid.arguments import check_number, check_type, described
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.robot.motor import Motor
 
@@ -92,15 +93,22 @@ class Servo:
     heat_capacity: float = 49.0
 
     def __post_init__(self) -> None:
+        check_type("name of a servo", self.name, (str,), "text", error=InvalidRobot)
         if self.law not in get_args(Law):
             raise InvalidRobot(
                 f'servo {self.name}: law is "{self.law}"; it must be "compliance" or "pid".'
             )
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name in {"name", "law"} or value is None:
+            if field.name in {"name", "law"} or (field.name == "stall_current" and value is None):
                 continue
-            for number in value if isinstance(value, tuple) else (value,):
+            if field.name in _DIRECTIONS and not (isinstance(value, tuple) and len(value) == 2):
+                raise InvalidRobot(
+                    f"servo {self.name}: {field.name} is {described(value)}; it must be two "
+                    "numbers, one for each direction."
+                )
+            for number in value if field.name in _DIRECTIONS else (value,):
+                check_number(f"servo {self.name}: {field.name}", number, error=InvalidRobot)
                 self._check(field.name, number)
         if self.punch > 1023 or self.torque_limit > 1:
             name, most = ("punch", 1023) if self.punch > 1023 else ("torque_limit", 1)
@@ -154,6 +162,8 @@ class Servo:
             for slope in self.compliance_slope
         )
 
+
+_DIRECTIONS = {"compliance_margin", "compliance_slope"}
 
 _POSITIVE = {
     "stall_torque",

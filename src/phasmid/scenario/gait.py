@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import model_validator
 
-from phasmid.gait import Gait
+from phasmid.gait import Gait, load_gait
 from phasmid.tables import Number, Table
 
 
@@ -22,6 +22,12 @@ class GaitTable(Table):
     name: str = "tripod"
     duty_factor: Number | None = None
     offsets: tuple[Number, ...] | None = None
+
+    @model_validator(mode="after")
+    def _check_name(self) -> GaitTable:
+        if self.offsets is None:
+            load_gait(self.name)
+        return self
 
     @model_validator(mode="before")
     @classmethod

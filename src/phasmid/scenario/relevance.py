@@ -50,6 +50,7 @@ TERRAINS: Counts = {
     "roughness": {"rough"},
     "rough_length": {"rough"},
     "height_map": {"height-map"},
+    "map_sha256": {"height-map"},
     "map_cell": {"height-map"},
     "map_height": {"height-map"},
     "ice_friction": {"ice"},

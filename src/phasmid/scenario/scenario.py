@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
+from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.formats import load_robot
 from phasmid.gait import Gait, load_gait
@@ -176,6 +177,9 @@ class Scenario(Table):
                 raw[key] = value
             elif name in paths and isinstance(raw[paths[name][0]], dict):
                 inner = raw[paths[name][0]]
+                if name == "height_map":
+                    # It was the other file's.
+                    inner.pop("map_sha256", None)
                 inner.pop(name, None)
                 inner[key] = value
             elif name in paths:
@@ -261,6 +265,16 @@ class Scenario(Table):
                 f"gait.offsets has {len(table.offsets)} values; one per leg, {leg_count} in all."
             )
         return Gait(table.name, table.duty_factor, table.offsets)
+
+
+def check_scenario(scenario: object) -> None:
+    """Refuse what is no scenario, such as its name.
+
+    Raises:
+        InvalidInput: It is something else.
+    """
+    hint = 'phasmid.load_scenario("paper")'
+    check_type("scenario", scenario, (Scenario,), "a Scenario", hint)
 
 
 def option_keys() -> dict[str, tuple[str, ...]]:

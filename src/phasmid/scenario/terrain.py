@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import model_validator
+from pydantic import StringConstraints, model_validator
 
 from phasmid.errors import InvalidInput, located
 from phasmid.tables import Angle, Count, Length, Number, Table, in_si
@@ -22,6 +22,7 @@ from phasmid.terrain import (
     Slope,
     Steps,
     Waves,
+    file_hash,
     height_text,
     heights_from_text,
     read_heights,
@@ -69,6 +70,8 @@ class TerrainTable(Table):
         roughness: Standard deviation of the height of rough ground [m].
         rough_length: Length of rough ground's shortest waves [m].
         height_map: An image, ``.npy`` or ``.csv`` file, seen from above with the walk to the right.
+        map_sha256: SHA-256 of that file, which is refused where it is another; a map that is too
+            long for a scenario to carry stays a file, and gets it by itself.
         map_cell: Distance of two samples of the height map [m].
         map_height: Height of white where the height map is an image [m].
         ice_friction: Friction of the slippery tiles.
@@ -110,6 +113,7 @@ class TerrainTable(Table):
     roughness: Annotated[Length, Ge(0), Le(1)] = 0.006
     rough_length: Annotated[Length, Gt(0), Le(100)] = 0.150
     height_map: str = ""
+    map_sha256: Annotated[str, StringConstraints(pattern=r"^([0-9a-f]{64})?$")] = ""
     map_cell: Annotated[Length, Gt(0), Le(100)] = 0.010
     map_height: Annotated[Length, Ge(0), Le(100)] = 0.050
     ice_friction: Annotated[Number, Ge(0), Le(HIGHEST_FRICTION)] = 0.1
@@ -212,8 +216,17 @@ def _carried(raw: dict[str, Any]) -> dict[str, Any]:
         return raw
     with located("terrain.height_map"):
         heights = read_heights(Path(name), white=float(white))
+        found, known = file_hash(Path(name)), raw.get("map_sha256") or ""
+        if known not in ("", found):
+            raise InvalidInput(
+                f'terrain file "{Path(name).name}" is another than the one that is meant: its '
+                f"SHA-256 begins with {found[:12]}; it must begin with {str(known)[:12]}.",
+                hint="the file as it was, or no map_sha256 if this one is meant",
+            )
     text = height_text(heights) if heights.size <= LONGEST else ""
-    return raw | {"height_map": text if 0 < len(text) <= LONGEST else str(Path(name).absolute())}
+    if 0 < len(text) <= LONGEST:
+        return raw | {"height_map": text, "map_sha256": ""}
+    return raw | {"height_map": str(Path(name).absolute()), "map_sha256": found}
 
 
 def beside(file: Path, name: str) -> str:

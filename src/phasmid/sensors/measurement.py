@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.recording import Recording, new_recording
+from phasmid.recording import Recording, check_recording, new_recording
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
+from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors.feet import foot_channels
 from phasmid.sensors.imu import imu_channels
 from phasmid.sensors.joints import joint_channels
@@ -38,6 +38,8 @@ def sense(scenario: Scenario, recording: Recording) -> Recording:
         InvalidInput: It has nothing that a sensor could measure, or so few samples that a sensor
             reads more often.
     """
+    check_scenario(scenario)
+    check_recording(recording)
     channels = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
     time = np.asarray(recording["time"].values)
     told = measured_channels(scenario, scenario.load_robot(), time, channels)

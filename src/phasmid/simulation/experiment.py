@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, a_kind
+from phasmid.arguments import check_callable, check_type
 from phasmid.forces.analysis import model_channels
 from phasmid.motion import JointTrajectory, Motion, Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
-from phasmid.scenario import Scenario
+from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
 from phasmid.simulation.ending import Ending, Trouble
 from phasmid.simulation.interrupt import noticed_interrupts
@@ -63,7 +63,9 @@ def simulate(
         InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
-    _check_kinds(scenario, walk)
+    check_scenario(scenario)
+    check_motion(walk)
+    check_callable("progress", progress)
     if log is not None:
         record(scenario, walk, log, progress=progress, force=force, start=start)
         return with_sensors(scenario, load_recording(log))
@@ -177,18 +179,18 @@ def record(
     return trouble
 
 
-def _check_kinds(scenario: object, walk: object) -> None:
-    """Refuse what is no scenario or no motion, such as their names."""
-    if not isinstance(scenario, Scenario):
-        raise InvalidInput(
-            f"scenario is {a_kind(scenario)}; it must be a Scenario.",
-            hint='phasmid.load_scenario("paper")',
-        )
-    if not isinstance(walk, Walk | JointTrajectory):
-        raise InvalidInput(
-            f"walk is {a_kind(walk)}; it must be a plan or a trajectory.",
-            hint="phasmid.plan(scenario)",
-        )
+def check_motion(walk: object, name: str = "walk") -> None:
+    """Refuse what is no motion, such as its name.
+
+    Args:
+        walk: What was given.
+        name: Of the argument.
+
+    Raises:
+        InvalidInput: It is something else.
+    """
+    must, hint = "a plan or a trajectory", "phasmid.plan(scenario)"
+    check_type(name, walk, (Walk, JointTrajectory), must, hint)
 
 
 def _lasting(scenario: Scenario, walk: Motion) -> Scenario:
@@ -208,7 +210,7 @@ def _prepare(
 ) -> Run:
     """The run, ready to start, of which what cannot be is refused at once."""
     walk.check_planned_for(scenario)
-    check_time_step(scenario, walk.robot)
+    check_time_step(scenario, walk)
     if start is None:
         check_start(scenario, walk)
     run = new_run(scenario, walk, start=start, interrupted=interrupted)

@@ -6,11 +6,12 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
+from phasmid.arguments import check_callable, check_type, described
 from phasmid.errors import FailedRuns, InvalidInput
 from phasmid.motion import Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
-from phasmid.simulation.experiment import simulate_part
+from phasmid.simulation.experiment import check_motion, simulate_part
 
 
 def simulate_many(
@@ -30,13 +31,20 @@ def simulate_many(
         What `simulate` gives for each, in the same order.
 
     Raises:
-        InvalidInput: There is no worker.
+        InvalidInput: There is no worker, or something is no scenario and no scenario with its plan.
         FailedRuns: Some were refused or failed; it names them and carries the recordings of the
             others.
     """
+    must = "a list of scenarios"
+    check_type("scenarios", scenarios, (Iterable,), must, "simulate_many([scenario])")
     given = list(scenarios)
-    if workers is not None and workers < 1:
-        raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    for place, one in enumerate(given):
+        _check(one, f"scenarios[{place}]")
+    check_callable("progress", progress)
+    if workers is not None:
+        check_type("workers", workers, (int,), "a whole number")
+        if workers < 1:
+            raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(given)
     errors: dict[int, Exception] = {}
@@ -63,6 +71,18 @@ def simulate_many(
         names = [_scenario(one).name for one in given]
         raise FailedRuns(names, recordings, errors)
     return [recording for recording in recordings if recording is not None]
+
+
+def _check(one: object, name: str) -> None:
+    """Refuse what is no scenario and no scenario with its plan."""
+    if isinstance(one, Scenario):
+        return
+    if not (isinstance(one, tuple) and len(one) == 2 and isinstance(one[0], Scenario)):
+        raise InvalidInput(
+            f"{name} is {described(one)}; it must be a Scenario, or a Scenario and its plan.",
+            hint='phasmid.load_scenario("paper")',
+        )
+    check_motion(one[1], f"{name}[1]")
 
 
 def _scenario(one: Scenario | tuple[Scenario, Walk]) -> Scenario:

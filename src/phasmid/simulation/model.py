@@ -65,6 +65,26 @@ def foot_mobility(robot: Robot, scenario: Scenario) -> Float[np.ndarray, " legs"
     return _mobility(_specification(robot, scenario).compile(), robot)
 
 
+def joint_mobility(robot: Robot, scenario: Scenario, q: Float[np.ndarray, "legs 3"]) -> float:
+    """Largest acceleration of the joints per torque on them [rad/s² per N·m].
+
+    It is the largest eigenvalue of the joints' part of the inverse mass matrix.
+
+    Args:
+        robot: The robot, L legs.
+        scenario: Its drive counts, whose rotors are inert.
+        q: Joint angles [rad], shape (L, 3).
+    """
+    import mujoco
+
+    model = _specification(robot, scenario).compile()
+    data, M = mujoco.MjData(model), np.zeros((model.nv, model.nv))
+    data.qpos[7:] = q.ravel()
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, M)
+    return float(np.linalg.eigvalsh(np.linalg.inv(M)[6:, 6:]).max())
+
+
 def _mobility(model: mujoco.MjModel, robot: Robot) -> Float[np.ndarray, " legs"]:
     return np.array([model.body(f"{leg.name}.tibia").invweight0[0] for leg in robot.legs])
 

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_callable
 from phasmid.errors import InvalidInput, plain
 from phasmid.motion import plan, trajectory_from_text
-from phasmid.recording import Recording, load_recording
+from phasmid.recording import Recording, check_recording, load_recording
 from phasmid.scenario import recorded_scenario
 from phasmid.simulation.experiment import simulate_part
 from phasmid.simulation.run import Progress
@@ -89,8 +90,10 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
         InvalidInput: The file cannot be read, or it holds no simulation.
         InfeasibleLoad: This version refuses the walk.
     """
+    check_callable("progress", progress)
     if isinstance(recording, str | Path):
         recording = load_recording(recording)
+    check_recording(recording)
     if recording.attrs.get("kind") != "simulation":
         raise InvalidInput(
             "only a simulation can be run again; this recording is of another kind.",
@@ -101,7 +104,10 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
     samples = recording.sizes["time"]
     text = recording.attrs.get("trajectory")
     robot = scenario.load_robot()
-    walk = plan(scenario) if text is None else trajectory_from_text(str(text), robot)
+    # A plan begins with the same bits, however long it is.
+    needed = float(recording["time"].values[-1]) + scenario.simulation.dt
+    planned = scenario.replace(duration=min(scenario.duration, needed))
+    walk = plan(planned) if text is None else trajectory_from_text(str(text), robot)
     repeated = simulate_part(scenario, walk, samples, start=_start(recording), progress=progress)
     then = {name: str(recording.attrs.get(name, "")) for name in versions()}
     changed = {name: (then[name], now) for name, now in versions().items() if then[name] != now}

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion
 from phasmid.scenario import SETTLING_TIME, Scenario
@@ -126,7 +127,7 @@ class Run:
             InvalidInput: It is no state of this run.
         """
         size, own = len(self._physics()), len(self.drive.state)
-        state = np.asarray(state, dtype=np.float64)
+        state = numbers(state, "start")
         if state.shape != (1 + size + own,) or not np.isfinite(state).all():
             raise InvalidInput(
                 f"start has shape {state.shape}; it must be {1 + size + own} finite numbers, "
@@ -251,7 +252,7 @@ class Run:
             if self.step // PLAN_STEPS != chunk:
                 chunk = self.step // PLAN_STEPS
                 first = chunk * PLAN_STEPS
-                targets = self.targets(first, min(first + PLAN_STEPS, self.steps + 1))
+                targets = self.targets(first, min(first + PLAN_STEPS, end))
             begin = self.step - chunk * PLAN_STEPS
             block = targets[begin : begin + min(WATCH_STEPS, end - self.step)]
             made = self._advance(

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion
-from phasmid.robot import JOINTS, Servo
+from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
 from phasmid.simulation.compiled import compiled
 
@@ -215,14 +215,19 @@ def longest_servo_step(servo: Servo, mobility: float) -> float:
     return (math.sqrt(c * c + limit * k) - c) / k
 
 
-def joint_mobility(model: mujoco.MjModel, data: mujoco.MjData) -> float:
-    """Largest eigenvalue of the joints' part of the inverse mass matrix [rad/s² per N·m]."""
-    import mujoco
+def own_servo(scenario: Scenario, robot: Robot) -> Servo:
+    """A robot's servo with a scenario's settings.
 
-    mujoco.mj_forward(model, data)
-    M = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, M)
-    return float(np.linalg.eigvalsh(np.linalg.inv(M)[6:, 6:]).max())
+    Raises:
+        InvalidInput: It has no rotor that its own law could turn.
+    """
+    servo = scenario.servo.set_up(robot.servo)
+    if servo.armature == 0:
+        raise InvalidInput(
+            f"servo {servo.name} has an armature of 0; its own law needs the inertia of a rotor.",
+            hint='armature = 1.1e-3, or drive = "ideal-servo"',
+        )
+    return servo
 
 
 class ServoDrive:
@@ -239,22 +244,9 @@ class ServoDrive:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
     ) -> None:
-        servo = scenario.servo.set_up(walk.robot.servo)
-        if servo.armature == 0:
-            raise InvalidInput(
-                f"servo {servo.name} has an armature of 0; "
-                "its own law needs the inertia of a rotor.",
-                hint='armature = 1.1e-3, or drive = "ideal-servo"',
-            )
+        servo = own_servo(scenario, walk.robot)
         start = walk.sample(np.zeros(1)).q[0].ravel()
         data.qpos[7:] = start
-        longest = longest_servo_step(servo, joint_mobility(model, data))
-        if model.opt.timestep > longest:
-            raise InvalidInput(
-                f"--dt {model.opt.timestep:g} s cannot resolve the gears of the servo "
-                f"{servo.name} (needs <= {longest:.2g} s).",
-                hint=f"--dt {longest / 2:.1g}",
-            )
         limits = np.vstack([leg.joint_limits for leg in walk.robot.legs]).T
         self._limits = np.ascontiguousarray(limits)
         table = scenario.servo

@@ -1,30 +1,42 @@
-"""Which time steps resolve the contact."""
+"""Which time steps resolve the contact, and the gears of servos."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from phasmid.errors import InvalidInput
+from phasmid.motion import Motion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME, friction_hardness
-from phasmid.simulation.model import foot_mobility
+from phasmid.simulation.model import foot_mobility, joint_mobility
+from phasmid.simulation.servo import longest_servo_step, own_servo
 
 MOST_OF_LIMIT = 0.9
 """Part of the largest stable step that is allowed: feet are lighter in other poses."""
 
 
-def check_time_step(scenario: Scenario, robot: Robot) -> None:
-    """Refuse a time step that cannot resolve the contact.
+def check_time_step(scenario: Scenario, walk: Motion) -> None:
+    """Refuse a time step that cannot resolve the contact, or the gears of the robot's own servos.
+
+    Args:
+        scenario: Its contact, drive and servos are used.
+        walk: Its robot, and the joints' angles at its start, are used.
 
     Raises:
-        InvalidInput: With the longest one that can.
+        InvalidInput: With the longest one that resolves both; or the servos cannot be run.
     """
-    longest = longest_time_step(scenario, robot)
+    longest, what = longest_time_step(scenario, walk.robot), "this contact"
+    if scenario.simulation.drive == "servo":
+        servo, start = own_servo(scenario, walk.robot), walk.sample(np.zeros(1)).q[0]
+        gears = longest_servo_step(servo, joint_mobility(walk.robot, scenario, start))
+        if gears < longest:
+            longest, what = gears, f"the gears of the servo {servo.name}"
     if scenario.simulation.dt > longest:
         raise InvalidInput(
-            f"--dt {scenario.simulation.dt:g} s cannot resolve this contact "
-            f"(needs <= {longest:.2g} s).",
+            f"--dt {scenario.simulation.dt:g} s cannot resolve {what} (needs <= {longest:.2g} s).",
             hint=f"--dt {longest / 2:.1g}",
         )
 

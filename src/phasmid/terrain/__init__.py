@@ -3,7 +3,7 @@
 from phasmid.terrain.blocks import Blocks
 from phasmid.terrain.flat import Flat
 from phasmid.terrain.ground import Ground, Patch
-from phasmid.terrain.height_file import read_heights
+from phasmid.terrain.height_file import file_hash, read_heights
 from phasmid.terrain.height_map import HeightMap
 from phasmid.terrain.height_text import height_text, heights_from_text
 from phasmid.terrain.rough import Rough
@@ -27,6 +27,7 @@ __all__ = [
     "Steps",
     "Terrain",
     "Waves",
+    "file_hash",
     "height_text",
     "heights_from_text",
     "read_heights",

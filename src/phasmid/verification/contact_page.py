@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from phasmid.errors import OutputError, PhasmidError
+from phasmid.reporting.page import write_page
 from phasmid.reporting.style import save_figure
 from phasmid.scenario import Scenario
 from phasmid.scenario.contact import ContactTable
@@ -253,28 +252,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: Of the command line; those of the process where None.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m phasmid.verification.contact_page",
+    return write_page(
+        _write,
+        module="phasmid.verification.contact_page",
         description="Walk under the three laws of contact and write the page on them.",
+        default="docs/physics.md",
+        arguments=arguments,
     )
-    parser.add_argument("path", nargs="?", default="docs/physics.md", help="default: %(default)s")
-    path = Path(parser.parse_args(arguments).path)
-    try:
-        comparison = compare(announce=lambda what: sys.stderr.write(f"… {what}\n"))
-        try:
-            figure = path.parent / FIGURE
-            figure.parent.mkdir(parents=True, exist_ok=True)
-            save_figure(contact_figure(comparison), figure)
-            path.write_text(document(comparison), encoding="utf-8")
-        except OSError as error:
-            raise OutputError(
-                f"{path} cannot be written: {error.strerror or error}.",
-                hint="run it in the folder that holds docs",
-            ) from None
-    except PhasmidError as error:
-        sys.stderr.write(f"phasmid: {error}\n")
-        return error.exit_status
-    return 0
+
+
+def _write(path: Path) -> None:
+    comparison = compare(announce=lambda what: sys.stderr.write(f"… {what}\n"))
+    figure = path.parent / FIGURE
+    figure.parent.mkdir(parents=True, exist_ok=True)
+    save_figure(contact_figure(comparison), figure)
+    path.write_text(document(comparison), encoding="utf-8")
 
 
 if __name__ == "__main__":
