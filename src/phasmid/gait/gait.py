@@ -13,6 +13,9 @@ from phasmid.errors import InvalidGait
 PHASE_TOLERANCE = 1e-9
 """Phases closer than this are one instant; it is round-off of a cycle's fractions."""
 
+LARGEST_SWAY = 0.5
+"""With more of it the body would go beyond the feet of any gait."""
+
 FEWEST_FEET = 3
 """Fewest feet that hold a robot up while it moves slowly."""
 
@@ -25,6 +28,8 @@ class Gait:
         name: Such as ``tripod``.
         duty_factor: Fraction of the cycle for which each foot stands, in (0, 1).
         offsets: For each leg the fraction of the cycle at which it lifts, in [0, 1).
+        sway: How far a foot amid its swing drives the body away from itself, as a share of its
+            distance from the feet's middle, in [0, 0.5].
 
     Raises:
         InvalidGait: A number is out of range, or fewer than three feet stand at some phase.
@@ -33,6 +38,7 @@ class Gait:
     name: str
     duty_factor: float
     offsets: tuple[float, ...]
+    sway: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0 < self.duty_factor < 1:
@@ -45,6 +51,10 @@ class Gait:
         for i, offset in enumerate(self.offsets):
             if not 0 <= offset < 1:
                 raise InvalidGait(f"gait.offsets[{i}] is {offset:g}; offsets are phases in [0, 1).")
+        if not 0 <= self.sway <= LARGEST_SWAY:
+            raise InvalidGait(
+                f"gait.sway is {self.sway:g}; it must be at least 0 and at most {LARGEST_SWAY:g}."
+            )
         self._check_support()
 
     def _check_support(self) -> None:
