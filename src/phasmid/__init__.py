@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from phasmid.gait import Gait
     from phasmid.motion import JointTrajectory, Walk, load_trajectory, plan
     from phasmid.recording import load_recording, save_mcap, save_recording
-    from phasmid.reporting import report, summarise
+    from phasmid.reporting import export, plot, report, summarise
     from phasmid.robot import Body, Leg, Link, Robot, Servo, load_robot
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
@@ -52,11 +52,13 @@ _ROOM_OF = {
     "Unreachable": "errors",
     "Walk": "motion",
     "analyse": "forces",
+    "export": "reporting",
     "load_recording": "recording",
     "load_robot": "robot",
     "load_scenario": "scenario",
     "load_trajectory": "motion",
     "plan": "motion",
+    "plot": "reporting",
     "replay": "simulation",
     "report": "reporting",
     "save_mcap": "recording",
@@ -88,11 +90,13 @@ __all__ = [
     "Unreachable",
     "Walk",
     "analyse",
+    "export",
     "load_recording",
     "load_robot",
     "load_scenario",
     "load_trajectory",
     "plan",
+    "plot",
     "replay",
     "report",
     "save_mcap",

@@ -49,6 +49,15 @@ _MESSAGES = {
 }
 """Standard message types by the fields that they are made of."""
 
+TOLD: tuple[set[str], ...] = (
+    {"joint_position"},
+    {"joint_position_target"},
+    {"body_position", "body_orientation"},
+    {"imu_orientation", "imu_angular_velocity", "imu_acceleration"},
+    {"foot_force"},
+)
+"""Channels that make a message; others only fill it."""
+
 WORLD, BODY = "world", "base_link"
 """Names of the frames, as ROS has them."""
 
@@ -77,7 +86,8 @@ def save_mcap(
         rate: Most messages of a topic a second [1/s].
 
     Raises:
-        InvalidInput: The extra ``ros`` is not installed, or the rate is not positive.
+        InvalidInput: The extra ``ros`` is not installed, the rate is not positive, or the recording
+            has nothing that a message tells.
         OutputError: The file cannot be written.
     """
     check_mcap()
@@ -85,13 +95,18 @@ def save_mcap(
 
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
+    if not any(group <= {str(name) for name in recording.data_vars} for group in TOLD):
+        raise InvalidInput(
+            "none of these channels has a message of its own.",
+            hint="joint_position, foot_force, or body_position with body_orientation",
+        )
     names = leg_names or [f"leg{number}" for number in np.asarray(recording["leg"].values)]
     time = np.asarray(recording["time"].values)
     arrays = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
     file = io.BytesIO()
     writer: Any = Writer(file)
     schemas: dict[str, Any] = {}
-    for row in _rows(time, rate).tolist():
+    for row in rows_at(time, rate).tolist():
         ns = round(1e9 * float(time[row]))
         for topic, kind, content in _messages(arrays, row, names, ns):
             if kind not in schemas:
@@ -116,8 +131,13 @@ def check_mcap() -> None:
         ) from None
 
 
-def _rows(time: np.ndarray, rate: float) -> np.ndarray:
-    """Samples to write: the first of each interval of 1/rate."""
+def rows_at(time: np.ndarray, rate: float) -> np.ndarray:
+    """Samples to write: the first of each interval of 1/rate.
+
+    Args:
+        time: Of all samples [s].
+        rate: Most samples a second [1/s].
+    """
     # A nanosecond: a sample that is due counts, whatever the last digit of its time says.
     number = np.floor((time - time[0]) * rate + 1e-9 * rate)
     rows: np.ndarray = np.flatnonzero(np.diff(number, prepend=-1.0) > 0)
@@ -165,7 +185,7 @@ def _messages(
             )
     if "body_position" in arrays and "body_orientation" in arrays:
         yield from _body_messages(arrays, row, world)
-    if "imu_orientation" in arrays:
+    if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= set(arrays):
         # A covariance that begins with 0 is one that is not known.
         content = {"header": body, "orientation": _quaternion(arrays["imu_orientation"][row])}
         content |= {
