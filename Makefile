@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain verify test lint bench stress lock clean
+.PHONY: help setup walk paper physics terrain gallery verify test lint bench stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -40,6 +40,9 @@ verify: $(READY) ## run the physics against closed forms and write docs/verifica
 
 terrain: $(READY) ## walk the ten terrains anew: docs/terrain.md and its pictures
 	@"$(BIN)/python" docs/terrain_page.py
+
+gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
+	@"$(BIN)/python" docs/gallery_page.py
 
 test: lint ## run every check, the tests last
 	@echo "== tests"
