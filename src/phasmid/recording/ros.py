@@ -50,6 +50,15 @@ _MESSAGES = {
 }
 """Standard message types by the fields that they are made of."""
 
+TOLD: tuple[set[str], ...] = (
+    {"joint_position"},
+    {"joint_position_target"},
+    {"body_position", "body_orientation"},
+    {"imu_orientation", "imu_angular_velocity", "imu_acceleration"},
+    {"foot_force"},
+)
+"""Channels that make a message; others only fill it."""
+
 WORLD, BODY = "world", "base_link"
 """Names of the frames, as ROS has them."""
 
@@ -78,8 +87,8 @@ def save_mcap(
         rate: Most messages of a topic a second [1/s].
 
     Raises:
-        InvalidInput: The extra ``ros`` is not installed, the rate is not positive, or the names are
-            not one text for each leg.
+        InvalidInput: The extra ``ros`` is not installed, the rate is not positive, the names are
+            not one text for each leg, or the recording has nothing that a message tells.
         OutputError: The file cannot be written.
     """
     check_mcap()
@@ -88,6 +97,11 @@ def save_mcap(
     check_number("rate", rate)
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
+    if not any(group <= {str(name) for name in recording.data_vars} for group in TOLD):
+        raise InvalidInput(
+            "none of these channels has a message of its own.",
+            hint="joint_position, foot_force, or body_position with body_orientation",
+        )
     names = _leg_names(recording, leg_names)
     from mcap_ros2.writer import Writer
 
@@ -96,7 +110,7 @@ def save_mcap(
     file = io.BytesIO()
     writer: Any = Writer(file)
     schemas: dict[str, Any] = {}
-    for row in _rows(time, rate).tolist():
+    for row in rows_at(time, rate).tolist():
         ns = round(1e9 * float(time[row]))
         for topic, kind, content in _messages(arrays, row, names, ns):
             if kind not in schemas:
@@ -134,8 +148,13 @@ def _leg_names(recording: Recording, names: Sequence[str] | None) -> Sequence[st
     return names
 
 
-def _rows(time: np.ndarray, rate: float) -> np.ndarray:
-    """Samples to write: the first of each interval of 1/rate."""
+def rows_at(time: np.ndarray, rate: float) -> np.ndarray:
+    """Samples to write: the first of each interval of 1/rate.
+
+    Args:
+        time: Of all samples [s].
+        rate: Most samples a second [1/s].
+    """
     # A nanosecond: a sample that is due counts, whatever the last digit of its time says.
     number = np.floor((time - time[0]) * rate + 1e-9 * rate)
     rows: np.ndarray = np.flatnonzero(np.diff(number, prepend=-1.0) > 0)
@@ -183,7 +202,7 @@ def _messages(
             )
     if "body_position" in arrays and "body_orientation" in arrays:
         yield from _body_messages(arrays, row, world)
-    if "imu_orientation" in arrays:
+    if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= set(arrays):
         # A covariance that begins with 0 is one that is not known.
         content = {"header": body, "orientation": _quaternion(arrays["imu_orientation"][row])}
         content |= {

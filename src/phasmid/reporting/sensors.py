@@ -10,9 +10,18 @@ import numpy as np
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording import Recording
-from phasmid.reporting.panels import drive_words, short
+from phasmid.reporting.sheet import drive_words, short
 from phasmid.reporting.source import channel, read_source
 from phasmid.reporting.style import FAINT, JOINT_COLOURS, Figure, darker, styled, thin
+
+SENSOR_CHANNELS = (
+    "joint_position_measured",
+    "joint_load_measured",
+    "foot_normal_force_measured",
+    "imu_angular_velocity",
+    "imu_acceleration",
+)
+"""What is drawn of what sensors told; one of these makes a figure."""
 
 TRUE_COLOUR = "#b9bec7"
 LEG, FEMUR, UP = 0, 1, 2
@@ -26,11 +35,6 @@ class _Pair:
     label: str
     told: np.ndarray
     true: np.ndarray | None
-
-
-def has_sensors(recording: Recording) -> bool:
-    """Whether a recording holds what sensors told."""
-    return any(pair is not None for pair in _pairs(recording))
 
 
 def sensor_figure(recording: Recording) -> Figure:
@@ -60,7 +64,7 @@ def sensor_figure(recording: Recording) -> Figure:
         FigureCanvasAgg(figure)
         grid = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
         figure.subplots_adjust(
-            left=0.13, right=0.98, top=1 - 0.72 / height, bottom=0.47 / height, hspace=0.2
+            left=0.13, right=0.965, top=1 - 0.72 / height, bottom=0.47 / height, hspace=0.2
         )
         words = [short(source.robot.name), f"{short(source.gait.name)} gait"]
         words.append(drive_words(recording, source))
@@ -91,7 +95,7 @@ def _pairs(recording: Recording) -> list[_Pair | None]:
         spin = np.einsum("tji,tj->ti", quaternion_rotation(orientation), spin)
     return [
         _pair(recording, "femur [°]", "joint_position", "joint_position_measured", at, degrees),
-        _pair(recording, "femur load", "servo_duty", "joint_load_measured", at),
+        _pair(recording, "femur load [1]", "servo_duty", "joint_load_measured", at),
         _pair(recording, "foot [N]", "foot_normal_force", "foot_normal_force_measured", at[:2]),
         _pair(recording, "gyro y [°/s]", spin, "imu_angular_velocity", (slice(None), 1), degrees),
         _pair(recording, "acc. z [m/s²]", None, "imu_acceleration", up),

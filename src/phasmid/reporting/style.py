@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -37,8 +38,26 @@ LEG_COLOURS = (
 """Colours of the legs, in order, in all pictures: near to Paul Tol's muted ones, all dark enough
 for text and light enough for a dashed line on top."""
 
+RUN_COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377")
+"""Colours of runs that are compared, in order: Paul Tol's bright ones."""
+
+RUN_DASHES = ("-", (0, (6, 1.6)), (0, (2.2, 1.4)), (0, (6, 1.4, 1.6, 1.4)), (0, (1, 1)), "-")
+"""Dashes of those runs, by which print without colour tells them apart."""
+
 INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
+
+POWER_COLOURS = ("#6b7079", "#004488", "#bb5566", "#d9a21b")
+"""Net power, what is given, the sum of sizes, and what servos draw."""
+
+LIMIT_COLOUR = "#b3261e"
+"""Colour of what must not be crossed."""
+
+STANCE_COLOUR = "#eef1f5"
+"""Shade of the time in which a leg is planned to stand."""
+
+LACKING_COLOUR = "#fbe3df"
+"""Shade of the time in which what is drawn does not exist, or is left out."""
 
 MOST_POINTS = 2000
 """Most points drawn of one line: twice as many as a figure has pixels across."""
@@ -53,6 +72,12 @@ def darker(colour: str) -> str:
     """A colour's dark variant, for a second line on top of the first."""
     parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
     return "#" + "".join(f"{round(0.6 * part):02x}" for part in parts)
+
+
+def paler(colour: str) -> str:
+    """A colour's pale variant, for an area behind a line of the first."""
+    parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - 0.35 * (255 - part)):02x}" for part in parts)
 
 
 @contextmanager
@@ -131,17 +156,41 @@ def _width(text: Text, words: str) -> float:
     return width
 
 
+NO_DATES: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""Kinds of file, and what is left out of each so that the same figure gives the same file."""
+
+
 def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
     """Write a figure as the kind of file that its name says; the same figure gives the same file.
 
     Args:
         figure: What to write.
-        path: File ending in ``.svg`` or ``.png``.
+        path: File ending in ``.svg``, ``.png`` or ``.pdf``.
         dpi: Pixels per inch of a ``.png``; the style's by default.
     """
-    metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
+    with path.open("wb") as file:
+        file.write(encoded_figure(figure, path.suffix.removeprefix("."), dpi=dpi))
+
+
+def encoded_figure(figure: Figure, kind: str, *, dpi: float | None = None) -> bytes:
+    """A figure as the bytes of a file; the same figure gives the same bytes.
+
+    Args:
+        figure: What to write.
+        kind: Of file: ``svg``, ``png`` or ``pdf``.
+        dpi: Pixels per inch of a ``png``, and of what is a picture in the others; the style's by
+            default.
+    """
+    file = io.BytesIO()
     with styled():
-        figure.savefig(path, metadata=metadata, dpi="figure" if dpi is None else dpi)
+        figure.savefig(
+            file, format=kind, metadata=NO_DATES[kind], dpi="figure" if dpi is None else dpi
+        )
+    return file.getvalue()
 
 
 def thin(
