@@ -10,7 +10,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.walk import add_report_options, leg_numbers, print_report, write_report
+from phasmid.cli.walk import (
+    add_report_options,
+    leg_numbers,
+    own_appearance,
+    print_report,
+    write_report,
+)
 
 if TYPE_CHECKING:
     from phasmid.recording import DamagedRecording
@@ -45,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
     """Report on the file that the options name; returns the exit status."""
     from phasmid.recording import load_recording
     from phasmid.reporting import check_folder, read_source
+    from phasmid.robot import Appearance
     from phasmid.scenario import recorded_scenario
     from phasmid.simulation import with_sensors
 
@@ -55,9 +62,14 @@ def run(options: argparse.Namespace) -> int:
         recording = load_recording(path)
     check_folder(folder, force=options.force)
     legs = leg_numbers(options.legs, read_source(recording).robot)
-    scenario, robot = recorded_scenario(recording.attrs)
+    kept = path if path.is_dir() else path.parent
+    scenario, robot = recorded_scenario(recording.attrs, kept)
+    look = own_appearance(robot)
+    if look is not None:
+        # Read now, since the folder may be replaced.
+        look = Appearance.of(look.parts, look.name)
     if "joint_position" in recording and "joint_position_measured" not in recording:
         recording = with_sensors(scenario.replace(robot=robot), recording)
-    write_report(recording, folder, options)
+    write_report(recording, folder, options, look)
     print_report(recording, folder, options, legs)
     return 2 if any(found.wrong for found in damage) else 0

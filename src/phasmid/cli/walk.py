@@ -16,7 +16,7 @@ from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
     from phasmid.recording import Recording
-    from phasmid.robot import Robot
+    from phasmid.robot import Appearance, Robot
     from phasmid.scenario import Scenario
 
 PLACES = {"robot", "height_map"}
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         if options.check_time_step and not trouble:
             refinement = time_step_refinement(scenario, walk)
             recording.attrs |= refinement.attributes() if refinement else {}
-        write_report(recording, folder, options)
+        write_report(recording, folder, options, own_appearance(walk.robot))
     except KeyboardInterrupt:
         if log.exists():
             print(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
@@ -90,12 +90,32 @@ def _later(log: Path) -> str:
     return f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
 
 
-def write_report(recording: Recording, folder: Path, options: argparse.Namespace) -> None:
+def own_appearance(robot: Robot) -> Appearance | None:
+    """The meshes of a robot that no other file keeps: those that come with phasmid are found."""
+    from phasmid.robot import preset_names
+
+    look = robot.appearance
+    return None if look is None or look.name.removesuffix(".glb") in preset_names() else look
+
+
+def write_report(
+    recording: Recording,
+    folder: Path,
+    options: argparse.Namespace,
+    appearance: Appearance | None = None,
+) -> None:
     """Write a recording's folder, as the options say."""
     from phasmid.reporting import report
 
     figures = not options.no_figures
-    report(recording, folder, force=options.force, figures=figures, mcap=options.mcap)
+    report(
+        recording,
+        folder,
+        force=options.force,
+        figures=figures,
+        mcap=options.mcap,
+        appearance=appearance,
+    )
 
 
 def print_report(

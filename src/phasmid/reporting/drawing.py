@@ -19,6 +19,7 @@ from phasmid.reporting.sheet import Axes, drive_words, short
 from phasmid.reporting.source import Source, attribute, channel, finite_part, read_source
 from phasmid.reporting.steps import intervals
 from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled
+from phasmid.robot import Appearance
 
 DPI = 150
 AZIMUTH, ELEVATION = math.radians(-56.0), math.radians(27.0)
@@ -40,17 +41,19 @@ def can_be_drawn(recording: Recording) -> bool:
     return posed and bool(names & {"joint_position", "joint_position_target"})
 
 
-def walk_picture(recording: Recording) -> Figure:
+def walk_picture(recording: Recording, appearance: Appearance | None = None) -> Figure:
     """The robot in mid-walk, its feet's way behind it, and under it which legs stand when.
 
     Args:
         recording: With the body's pose and joint angles, seen or planned.
+        appearance: The robot's meshes, where they do not come with phasmid.
 
     Raises:
         InvalidInput: The recording lacks them.
     """
     source, recording = read_source(recording), finite_part(recording)
-    return draw_robot(recording, telling_moment(recording, source), gait=True)
+    moment = telling_moment(recording, source)
+    return draw_robot(recording, moment, gait=True, appearance=appearance)
 
 
 def telling_moment(recording: Recording, source: Source) -> float:
@@ -69,7 +72,12 @@ def telling_moment(recording: Recording, source: Source) -> float:
 
 
 def draw_robot(
-    recording: Recording, time: float, *, gait: bool = False, trail: float | None = None
+    recording: Recording,
+    time: float,
+    *,
+    gait: bool = False,
+    trail: float | None = None,
+    appearance: Appearance | None = None,
 ) -> Figure:
     """The robot at one moment, with the forces on its feet.
 
@@ -78,6 +86,7 @@ def draw_robot(
         time: Of the nearest recorded sample [s].
         gait: Whether a diagram under the picture shows which legs stand when.
         trail: Time over which the feet's way is shown [s]; two cycles by default.
+        appearance: The robot's meshes, where they do not come with phasmid.
 
     Raises:
         InvalidInput: The recording lacks the body's pose or joint angles.
@@ -85,7 +94,7 @@ def draw_robot(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as NewFigure
 
-    source, recording = read_source(recording), finite_part(recording)
+    source, recording = read_source(recording, appearance), finite_part(recording)
     gait = gait and "stance" in recording.data_vars
     times = np.asarray(recording["time"].values)
     now = int(np.argmin(np.abs(times - time)))

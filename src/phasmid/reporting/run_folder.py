@@ -14,6 +14,8 @@ from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
 from phasmid.reporting.source import read_source
 from phasmid.reporting.summary import summarise
+from phasmid.robot import Appearance
+from phasmid.robot.appearance import glb
 
 OWN_FILES = ("summary.json", "recording.nc")
 """A folder that holds one of these is a run's."""
@@ -30,6 +32,7 @@ def report(
     force: bool = False,
     figures: bool = True,
     mcap: bool = False,
+    appearance: Appearance | None = None,
 ) -> Path:
     """Write a run's folder: scenario, robot, recording, numbers and figures.
 
@@ -41,6 +44,8 @@ def report(
         folder: Where to; folders above it are made.
         force: Whether an older run of that name is replaced.
         figures: Whether pictures are drawn.
+        appearance: The robot's meshes, kept beside its file; those that come with phasmid are
+            found without it.
         mcap: Whether ``recording.mcap`` is written too, as `phasmid.save_mcap` does.
 
     Returns:
@@ -64,7 +69,7 @@ def report(
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             partial.mkdir()
-            _fill(recording, partial, figures=figures)
+            _fill(recording, partial, figures=figures, appearance=appearance)
             if mcap:
                 save_mcap(recording, partial / "recording.mcap", leg_names=source.robot.leg_names)
             _take_place(partial, target, folder, force=force)
@@ -126,7 +131,8 @@ def _check_existing(folder: Path, *, force: bool) -> None:
         raise InvalidInput(
             f"{folder} holds other things than a run; nothing was written.", hint="another folder"
         )
-    foreign = sorted(names - ENTRIES)
+    # The robot's meshes keep the name that its file gives them.
+    foreign = sorted(name for name in names - ENTRIES if not name.endswith(".glb"))
     if foreign:
         raise InvalidInput(
             f"{folder} also holds {foreign[0]}, which is no part of a run; nothing was written.",
@@ -134,10 +140,14 @@ def _check_existing(folder: Path, *, force: bool) -> None:
         )
 
 
-def _fill(recording: Recording, folder: Path, *, figures: bool) -> None:
+def _fill(
+    recording: Recording, folder: Path, *, figures: bool, appearance: Appearance | None
+) -> None:
     for name in ("scenario", "robot"):
         text = str(recording.attrs[name])
         (folder / f"{name}.toml").write_text(text, encoding="utf-8", newline="\n")
+    if appearance is not None and appearance.name and appearance.parts:
+        (folder / appearance.name).write_bytes(glb(appearance.parts))
     save_recording(recording, folder / "recording.nc")
     summary = json.dumps(summarise(recording), indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "summary.json").write_text(summary + "\n", encoding="utf-8", newline="\n")
@@ -149,7 +159,7 @@ def _fill(recording: Recording, folder: Path, *, figures: bool) -> None:
         (folder / "figures").mkdir()
         save_figures(recording, folder / "figures")
         if can_be_drawn(recording):
-            save_figure(walk_picture(recording), folder / "figures" / "walk.png")
+            save_figure(walk_picture(recording, appearance), folder / "figures" / "walk.png")
 
 
 def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> None:

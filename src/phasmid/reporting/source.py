@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording, check_recording
-from phasmid.robot import Robot
+from phasmid.robot import Appearance, Robot
 from phasmid.scenario import Scenario, recorded_scenario
 
 LEAST = 1e-6
@@ -62,8 +62,13 @@ class Source:
         return max(servo.motor.no_load_speed(self.supply), LEAST)
 
 
-def read_source(recording: Recording) -> Source:
+def read_source(recording: Recording, appearance: Appearance | None = None) -> Source:
     """The robot and the scenario that a recording carries as text.
+
+    Args:
+        recording: The recording.
+        appearance: The robot's meshes, which no text carries; those that come with phasmid are
+            found without it.
 
     Raises:
         InvalidInput: The recording carries none, or not one that fits its channels.
@@ -71,6 +76,8 @@ def read_source(recording: Recording) -> Source:
     check_recording(recording)
     scenario, base = recorded_scenario(recording.attrs)
     robot = scenario.vary(base)
+    if appearance is not None:
+        robot = replace(robot, appearance=appearance)
     legs = recording.sizes.get("leg")
     if legs not in (None, len(robot.legs)):
         raise InvalidInput(

@@ -14,11 +14,14 @@ from phasmid.scenario.scenario import Scenario
 from phasmid.tables import in_file, validate
 
 
-def recorded_scenario(attributes: Mapping[Any, Any]) -> tuple[Scenario, Robot]:
+def recorded_scenario(
+    attributes: Mapping[Any, Any], folder: Path | None = None
+) -> tuple[Scenario, Robot]:
     """The scenario and the robot that a recording carries as text.
 
     Args:
         attributes: Those of the recording.
+        folder: Where the robot's meshes may lie, which no text carries.
 
     Returns:
         The scenario, whose robot is only a file's name, and the robot as its file gives it.
@@ -28,7 +31,7 @@ def recorded_scenario(attributes: Mapping[Any, Any]) -> tuple[Scenario, Robot]:
     """
     robot_raw, robot_text = _table(attributes, "robot")
     scenario_raw, scenario_text = _table(attributes, "scenario")
-    robot = robot_from_table(robot_raw, Path("robot.toml"), robot_text)
+    robot = robot_from_table(robot_raw, Path("robot.toml"), robot_text, folder)
     locate = in_file(Path("scenario.toml"), scenario_text)
     return validate(Scenario, scenario_raw, locate), robot
 
