@@ -80,6 +80,7 @@ def simulate_part(
     progress: Progress | None = None,
     start: Float[np.ndarray, " state"] | None = None,
     interrupted: Sequence[int] | None = (),
+    beside: bool = False,
 ) -> Recording:
     """Run a walk as `simulate` does, or its beginning alone.
 
@@ -90,13 +91,16 @@ def simulate_part(
         progress: As in `simulate`.
         start: As in `simulate`.
         interrupted: The run is stopped as soon as this is not empty; None: at Ctrl-C.
+        beside: As in `new_run`.
 
     Raises:
         InvalidInput: As in `simulate`.
         InfeasibleLoad: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run = _prepare(scenario, walk, start, samples=samples, interrupted=interrupted or ())
+    run = _prepare(
+        scenario, walk, start, samples=samples, interrupted=interrupted or (), beside=beside
+    )
     count = len(run.time) if samples is None else min(samples, len(run.time))
     room: dict[str, np.ndarray] = {}
     done = 0
@@ -207,13 +211,14 @@ def _prepare(
     *,
     samples: int | None = None,
     interrupted: Sequence[int] = (),
+    beside: bool = False,
 ) -> Run:
     """The run, ready to start, of which what cannot be is refused at once."""
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk)
     if start is None:
         check_start(scenario, walk)
-    run = new_run(scenario, walk, start=start, interrupted=interrupted)
+    run = new_run(scenario, walk, start=start, interrupted=interrupted, beside=beside)
     if not isinstance(walk, JointTrajectory):
         last = len(run.time) if samples is None else min(samples, len(run.time))
         check_load(scenario, walk, until=float(run.time[last - 1]), interrupted=interrupted)
@@ -237,6 +242,7 @@ def new_run(
     *,
     start: Float[np.ndarray, " state"] | None = None,
     interrupted: Sequence[int] = (),
+    beside: bool = False,
 ) -> Run:
     """The run of a walk, about to start, in the simulator that knows the contact law.
 
@@ -245,13 +251,15 @@ def new_run(
         walk: As in `simulate`.
         start: As in `simulate`.
         interrupted: It comes to rest no further as soon as this is not empty.
+        beside: Whether other runs go on in other threads, so that Python's lock is to be left to
+            them; then it is stopped within `WATCH_STEPS` steps. The bits are the same.
 
     Raises:
         InvalidInput: That simulator cannot do something else that the scenario asks for, or the
             start is none of its states.
     """
     if scenario.contact.contact_law != "simscape":
-        return Run(scenario, walk, start=start, interrupted=interrupted)
+        return Run(scenario, walk, start=start, interrupted=interrupted, beside=beside)
     # Here, since it readies its loops for the compiler when it is first imported.
     from phasmid.simulation.prescribed.run import TrunkRun
 

@@ -48,7 +48,7 @@ def simulate_many(
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(given)
     errors: dict[int, Exception] = {}
-    # Threads share Python's lock: the engine steps beside it, the model's figures do not.
+    # Threads share Python's lock: the steps go on beside it, what is told of them does not.
     with ThreadPoolExecutor(min(workers or _cores(), max(1, len(given)))) as pool:
         places: dict[Future[Recording], int] = {
             pool.submit(_simulate, one, stopped): place for place, one in enumerate(given)
@@ -91,7 +91,7 @@ def _scenario(one: Scenario | tuple[Scenario, Walk]) -> Scenario:
 
 def _simulate(one: Scenario | tuple[Scenario, Walk], stopped: list[int]) -> Recording:
     scenario, walk = (one, plan(one)) if isinstance(one, Scenario) else one
-    return simulate_part(scenario, walk, interrupted=stopped)
+    return simulate_part(scenario, walk, interrupted=stopped, beside=True)
 
 
 def _cores() -> int:
