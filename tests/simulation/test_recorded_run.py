@@ -242,7 +242,7 @@ def test_a_run_asks_the_model_for_a_block_at_a_time(tmp_path, monkeypatch):
         asked.append(len(walk.q))
         return model_channels(scenario, walk)
 
-    monkeypatch.setattr("phasmid.simulation.experiment.model_channels", counted)
+    monkeypatch.setattr("phasmid.simulation.figures.model_channels", counted)
     scenario = PAPER.replace(duration=2, period=1)
     record(scenario, plan(scenario), tmp_path / "walk.rec")
     assert max(asked) <= 1024
@@ -258,7 +258,7 @@ def test_a_replay_of_a_few_samples_asks_the_model_for_no_more(monkeypatch):
         asked.append(len(walk.q))
         return model_channels(scenario, walk)
 
-    monkeypatch.setattr("phasmid.simulation.experiment.model_channels", counted)
+    monkeypatch.setattr("phasmid.simulation.figures.model_channels", counted)
     assert replay(recording).equal
     # Once before the run and once in it.
     assert asked == [5, 5]
@@ -286,7 +286,7 @@ def test_ctrl_c_while_a_run_is_prepared_ends_it_at_once(monkeypatch):
         signal.raise_signal(signal.SIGINT)
         raise AssertionError("it went on")
 
-    monkeypatch.setattr("phasmid.simulation.experiment.model_channels", interrupt)
+    monkeypatch.setattr("phasmid.simulation.figures.model_channels", interrupt)
     with pytest.raises(KeyboardInterrupt):
         simulate(PAPER, plan(PAPER))
 

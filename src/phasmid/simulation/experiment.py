@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,12 +11,12 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_callable, check_type
-from phasmid.forces.analysis import model_channels
 from phasmid.motion import JointTrajectory, Motion, Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
 from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.figures import BLOCK_SAMPLES, Figures
 from phasmid.simulation.interrupt import noticed_interrupts
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.samples import Samples
@@ -24,8 +24,8 @@ from phasmid.simulation.start import check_start
 from phasmid.simulation.telling import ending_attributes, run_attributes, run_channels
 from phasmid.simulation.time_step import check_time_step
 
-LOAD_SAMPLES = 1024
-"""Samples at which the load is looked at together before a run; their number fills the memory."""
+LOGGED_FIGURES = 16 * BLOCK_SAMPLES
+"""Most of the model's figures that wait for their samples where a run is in a log alone."""
 
 
 def simulate(
@@ -98,7 +98,7 @@ def simulate_part(
         InfeasibleLoad: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run = _prepare(
+    run, figures = _prepare(
         scenario, walk, start, samples=samples, interrupted=interrupted or (), beside=beside
     )
     count = len(run.time) if samples is None else min(samples, len(run.time))
@@ -108,7 +108,7 @@ def simulate_part(
     def keep(rows: Samples) -> None:
         nonlocal done
         part = slice(done, done + len(rows.qpos))
-        for name, values in _told(run, rows, run.time[part]).items():
+        for name, values in _told(run, rows, run.time[part], figures).items():
             if name not in room:
                 room[name] = np.empty((count, *values.shape[1:]), values.dtype)
             room[name][part] = values
@@ -160,16 +160,16 @@ def record(
         OutputError: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run = _prepare(scenario, walk, start)
+    run, figures = _prepare(scenario, walk, start, kept=LOGGED_FIGURES)
     done = 0
 
     def keep(rows: Samples) -> None:
         nonlocal done
         part = slice(done, done + len(rows.qpos))
-        log.append(run.time[part], _told(run, rows, run.time[part]))
+        log.append(run.time[part], _told(run, rows, run.time[part], figures))
         done = part.stop
 
-    first = _told(run, run.first, run.time[:1])
+    first = _told(run, run.first, run.time[:1], figures)
     attributes = run_attributes(scenario, walk, run) | {
         "ending": Ending.CUT.name,
         "ending_reason": Ending.CUT.value,
@@ -212,28 +212,33 @@ def _prepare(
     samples: int | None = None,
     interrupted: Sequence[int] = (),
     beside: bool = False,
-) -> Run:
-    """The run, ready to start, of which what cannot be is refused at once."""
+    kept: int = sys.maxsize,
+) -> tuple[Run, Figures | None]:
+    """The run, ready to start, of which what cannot be is refused at once; and what its model says.
+
+    Of a trajectory there is no model.
+    """
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk)
     if start is None:
         check_start(scenario, walk)
     run = new_run(scenario, walk, start=start, interrupted=interrupted, beside=beside)
-    if not isinstance(walk, JointTrajectory):
-        last = len(run.time) if samples is None else min(samples, len(run.time))
-        check_load(scenario, walk, until=float(run.time[last - 1]), interrupted=interrupted)
-    return run
+    if isinstance(walk, JointTrajectory):
+        return run, None
+    last = len(run.time) if samples is None else min(samples, len(run.time))
+    figures = Figures(scenario, walk, kept=kept)
+    figures.check(float(run.time[last - 1]), interrupted)
+    return run, figures
 
 
-def _told(run: Run, rows: Samples, time: Float[np.ndarray, " time"]) -> dict[str, np.ndarray]:
-    """All channels at some samples: the model's beside the engine's.
-
-    The model's are computed here, beside the run, so that neither its length nor Ctrl-C matters:
-    each sample's bits are the same, whichever others are computed with it.
-    """
+def _told(
+    run: Run, rows: Samples, time: Float[np.ndarray, " time"], figures: Figures | None
+) -> dict[str, np.ndarray]:
+    """All channels at some samples: the model's beside the engine's."""
     if isinstance(run.walk, JointTrajectory):
         return run_channels(run, rows, run.walk.channels(time))
-    return run_channels(run, rows, model_channels(run.scenario, run.walk.sample(time)))
+    assert figures is not None
+    return run_channels(run, rows, figures.at(time))
 
 
 def new_run(
@@ -287,13 +292,5 @@ def check_load(
         InvalidInput: The load transfer takes longer than the gait allows.
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
-    interval = scenario.simulation.dt * scenario.record_steps
     last = scenario.duration if until is None else until
-    if walk.is_periodic:
-        last = min(last, scenario.stride.period)
-    count = math.floor(last / interval + 1e-9) + 1
-    for first in range(0, count, LOAD_SAMPLES):
-        if interrupted:
-            return
-        part = np.arange(first, min(first + LOAD_SAMPLES, count))
-        model_channels(scenario, walk.sample(part * interval))
+    Figures(scenario, walk, kept=0).check(last, interrupted)

@@ -12,6 +12,7 @@ from phasmid.motion import Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
 from phasmid.simulation.experiment import check_motion, simulate_part
+from phasmid.simulation.run import unlocked_loop
 
 
 def simulate_many(
@@ -48,6 +49,8 @@ def simulate_many(
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(given)
     errors: dict[int, Exception] = {}
+    if given:
+        unlocked_loop()
     # Threads share Python's lock: the steps go on beside it, what is told of them does not.
     with ThreadPoolExecutor(min(workers or _cores(), max(1, len(given)))) as pool:
         places: dict[Future[Recording], int] = {

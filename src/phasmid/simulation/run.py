@@ -102,12 +102,10 @@ class Run:
 
     def _unlocked_loop(self) -> UnlockedLoop | None:
         """The loop that leaves Python's lock to others, where it can be had."""
-        if numba() is None or self.footing.needed:
+        kind = unlocked_loop()
+        if kind is None or self.footing.needed:
             return None
-        # Here, since it readies its machine code when it is first imported.
-        from phasmid.simulation.unlocked import UnlockedLoop
-
-        return UnlockedLoop(self.model, self.data, self.drive, self.buffer)
+        return kind(self.model, self.data, self.drive, self.buffer)
 
     def state(self) -> Float[np.ndarray, " state"]:
         """All that the rest of the run depends on, one row of numbers; see `restore`.
@@ -388,6 +386,18 @@ class Run:
         if len(rows.qpos):
             keep(rows)
             self.done += len(rows.qpos)
+
+
+def unlocked_loop() -> type[UnlockedLoop] | None:
+    """The kind of loop that runs side by side use; None where numba is missing.
+
+    Its machine code is readied when it is first asked for, which is to be in one thread.
+    """
+    if numba() is None:
+        return None
+    from phasmid.simulation.unlocked import UnlockedLoop
+
+    return UnlockedLoop
 
 
 def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> Drive:

@@ -13,15 +13,14 @@ from __future__ import annotations
 import ctypes
 import weakref
 from functools import cache
+from importlib import import_module
+from inspect import unwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import mujoco
-import numba
 import numpy as np
 from jaxtyping import Float
-from llvmlite import ir
-from numba.extending import intrinsic
 
 from phasmid.simulation.compiled import compiled
 from phasmid.simulation.drive import Drive
@@ -30,6 +29,9 @@ from phasmid.simulation.servo import FIELDS, servo_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+numba: Any = import_module("numba")
+ir: Any = import_module("llvmlite.ir")
 
 ROWS = 4
 """Arrays that are copied at each step: angles, speeds, sensors, the drive's state."""
@@ -122,9 +124,9 @@ def _library() -> ctypes.CDLL:
     return library
 
 
-def _address(name: str) -> int | None:
+def _address(name: str) -> int:
     """Where a function of the engine is."""
-    return ctypes.cast(getattr(_library(), name), ctypes.c_void_p).value
+    return ctypes.cast(getattr(_library(), name), ctypes.c_void_p).value or 0
 
 
 def _new_batch() -> int:
@@ -137,15 +139,31 @@ def _new_batch() -> int:
     return int(made)
 
 
+_OFFSETS = [0]
+"""The last that `_place_of` found; it is the same for all structures of a kind."""
+
+
 def _place_of(address: int, structure: int) -> int:
     """Where in a structure of the engine an address stands; it must stand there."""
-    place = structure
-    while ctypes.c_int64.from_address(place).value != address:
-        place += ctypes.sizeof(ctypes.c_int64)
+    place = structure + _OFFSETS[-1]
+    if _number_at(place) != address:
+        place = structure
+        while _number_at(place) != address:
+            place += ctypes.sizeof(ctypes.c_int64)
+        _OFFSETS[-1] = place - structure
     return place
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+def _number_at(place: int) -> int:
+    return ctypes.c_int64.from_address(place).value
+
+
+def intrinsic(function: Callable[..., Any]) -> Any:
+    """What a call of this function becomes, for the compiler."""
+    return import_module("numba.extending").intrinsic(unwrap(function))
+
+
+@intrinsic
 def pointer(typing: Any, address: Any) -> Any:
     """A whole number as a pointer."""
     del typing
@@ -157,7 +175,7 @@ def pointer(typing: Any, address: Any) -> Any:
     return numba.types.voidptr(address), generate
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def call(typing: Any, function: Any, first: Any, second: Any) -> Any:
     """Call the function at an address with two addresses."""
     del typing
@@ -177,6 +195,8 @@ def _machine_code(*kinds: Any) -> Callable[[Callable[..., Any]], Any]:
     """A function that C can call, from numba's cache where there is one."""
 
     def made(function: Callable[..., Any]) -> Any:
+        # A check of its arguments that is wrapped around it cannot be compiled.
+        function = unwrap(function)
         signature, options = numba.types.void(*kinds), {"error_model": "numpy"}
         try:
             return numba.cfunc(signature, cache=True, **options)(function)
@@ -202,7 +222,7 @@ def copy(source: int, goal: int, count: int) -> None:
 
 
 @_machine_code(ANY, ANY, numba.int32, ANY)
-def steps(model: Any, data: Any, simulation: Any, given: Any) -> None:
+def steps(_model: Any, _data: Any, _simulation: Any, given: Any) -> None:
     """Make the steps that the table tells of."""
     table = numba.carray(given, (SIZE,), np.int64)
     joints = table[JOINTS]
