@@ -104,9 +104,13 @@ class Figures:
     def _part(self, block: int, sample: np.ndarray) -> Channels:
         """Some samples of one block."""
         found, row = self._blocks.get(block), sample - block * BLOCK_SAMPLES
-        if found is None or row[-1] >= len(found["stance"]):
-            return self._computed(sample)
-        return {name: values[row] for name, values in found.items()}
+        waiting = row < (len(found["stance"]) if found else 0)
+        parts = []
+        if found and waiting.any():
+            parts.append({name: values[row[waiting]] for name, values in found.items()})
+        if not waiting.all():
+            parts.append(self._computed(sample[~waiting]))
+        return _joined(parts)
 
     def _computed(self, sample: np.ndarray) -> Channels:
         """The figures at some samples, computed now."""
