@@ -22,7 +22,7 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.simulation.compiled import compiled
+from phasmid.simulation.compiled import compiled, heed_sources
 from phasmid.simulation.drive import Drive
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, servo_step
@@ -197,12 +197,18 @@ def _machine_code(*kinds: Any) -> Callable[[Callable[..., Any]], Any]:
     def made(function: Callable[..., Any]) -> Any:
         # A check of its arguments that is wrapped around it cannot be compiled.
         function = unwrap(function)
-        signature, options = numba.types.void(*kinds), {"error_model": "numpy"}
+        nothing, options = numba.types.void, {"error_model": "numpy"}
         try:
-            return numba.cfunc(signature, cache=True, **options)(function)
-        except (RuntimeError, OSError):
-            # No folder can be written to, neither the package's own nor the user's.
-            return numba.cfunc(signature, **options)(function)
+            # What numba.cfunc does, with a cache that looks at more than this file.
+            kind = import_module("numba.core.ccallback").CFunc
+            callback = kind(function, (kinds, nothing), locals={}, options=options)
+            callback.enable_caching()
+            heed_sources(callback)
+            callback.compile()
+        except (RuntimeError, OSError, AttributeError):
+            # No folder can be written to, or this numba keeps its cache in another way.
+            return numba.cfunc(nothing(*kinds), **options)(function)
+        return callback
 
     return made
 
