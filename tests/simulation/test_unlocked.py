@@ -76,3 +76,11 @@ def test_without_numba_runs_side_by_side_take_the_plain_loop(monkeypatch):
     monkeypatch.setattr("phasmid.simulation.run.numba", lambda: None)
     assert unlocked_loop() is None
     assert Run(PAPER, plan(PAPER), beside=True)._unlocked is None
+
+
+def test_runs_take_the_plain_loop_where_the_engine_is_laid_out_otherwise(monkeypatch):
+    def missing(*given):
+        raise OSError("no library of the engine")
+
+    monkeypatch.setattr("phasmid.simulation.unlocked._new_batch", missing)
+    assert Run(PAPER, plan(PAPER), beside=True)._unlocked is None

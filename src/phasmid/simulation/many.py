@@ -66,7 +66,7 @@ def simulate_many(
                 if progress:
                     progress(count)
         except BaseException:
-            # Ctrl-C, for one: the runs under way end with their next step.
+            # Ctrl-C, for one: the runs under way end within a block of steps.
             stopped.append(1)
             pool.shutdown(cancel_futures=True)
             raise

@@ -105,7 +105,11 @@ class Run:
         kind = unlocked_loop()
         if kind is None or self.footing.needed:
             return None
-        return kind(self.model, self.data, self.drive, self.buffer)
+        try:
+            return kind(self.model, self.data, self.drive, self.buffer)
+        except (OSError, AttributeError):
+            # An engine that is laid out in another way.
+            return None
 
     def state(self) -> Float[np.ndarray, " state"]:
         """All that the rest of the run depends on, one row of numbers; see `restore`.
