@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ SI = {unit.dimension: unit for unit in reversed(UNITS.values()) if unit.per_si =
 """The SI unit of each dimension."""
 
 
+@lru_cache(4096)
 def split_unit(key: str) -> tuple[str, str]:
     """Split a key into its name and the unit that ends it.
 

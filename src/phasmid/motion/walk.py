@@ -84,6 +84,11 @@ class Walk:
         return isinstance(self.course, LevelCourse)
 
     @property
+    def keeps_heading(self) -> bool:
+        """Whether all its cycles are alike in the world's axes too, but for the way made."""
+        return isinstance(self.course, LevelCourse) and float(self.course.step[2]) == 0.0
+
+    @property
     def foot_position(self) -> Float[np.ndarray, "time legs 3"]:
         """Feet in world axes [m], shape (N, L, 3)."""
         p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from inspect import unwrap
+from pathlib import Path
 from typing import Any
 
 from phasmid.batch.compiled import numba
@@ -26,7 +27,32 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     function = unwrap(function)
     options = {"nogil": True, "error_model": "numpy"}
     try:
-        return module.njit(cache=True, **options)(function)
-    except RuntimeError:
-        # No folder can be written to, neither the package's own nor the user's.
+        made = module.njit(cache=True, **options)(function)
+        heed_sources(made)
+    except (RuntimeError, AttributeError):
+        # No folder can be written to, neither the package's own nor the user's; or this numba's
+        # cache is another one, which would take old code for new.
         return module.njit(**options)(function)
+    return made
+
+
+def heed_sources(made: Any) -> None:
+    """Let numba's cache of a function notice changes of any file of this room.
+
+    By itself it looks at the function's own file, not at those of the functions that it calls.
+
+    Args:
+        made: What numba makes of a function, with a cache.
+
+    Raises:
+        AttributeError: This numba keeps its cache in another way.
+    """
+    index = made._cache._cache_file
+    index._source_stamp = (index._source_stamp, sources())
+
+
+@cache
+def sources() -> tuple[tuple[str, int, int], ...]:
+    """This room's files, when they were changed, and their sizes."""
+    found = [(path, path.stat()) for path in sorted(Path(__file__).parent.rglob("*.py"))]
+    return tuple((path.name, stat.st_mtime_ns, stat.st_size) for path, stat in found)

@@ -35,6 +35,9 @@ class Drive(Protocol):
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Torques of the last step, leg by leg [N·m], shape (3 L,)."""
 
+    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
+        """The drive's name, and the arrays on which `command` works, for its machine code."""
+
     @staticmethod
     def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
         """What `command` is told so that a walk is followed with a time step [s], (N, 3 L)."""
@@ -76,7 +79,9 @@ class PrescribedDrive(Memoryless):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         self._data = data
-        self._angle = model.eq_data[:, 0]
+        self._constraints = model.eq_data
+        self._angle = self._constraints[:, 0]
+        self._width = np.array([self._constraints.shape[1]])
         self._count = 3 * len(walk.robot.legs)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -87,6 +92,10 @@ class PrescribedDrive(Memoryless):
         """Forces of the constraints, which stand first among the engine's constraint forces."""
         force: np.ndarray = self._data.efc_force[: self._count]
         return force
+
+    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
+        """The constraints' numbers, and how many each of them has."""
+        return "prescribed", (self._constraints, self._width)
 
     @staticmethod
     def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
@@ -116,9 +125,11 @@ class IdealServoDrive(Memoryless):
         servo = walk.robot.servo
         self._control, self._force = data.ctrl, data.actuator_force
         self._velocity = data.qvel[6:]
-        self._lower, self._upper = model.actuator_forcerange.T
+        self._limits = model.actuator_forcerange
+        self._lower, self._upper = self._limits.T
         self._stall = servo.stall_torque
         self._drop_per_speed = servo.stall_torque / servo.no_load_speed
+        self._numbers = np.array([self._stall, self._drop_per_speed])
         self._drop, self._loss = np.empty((2, model.nu))
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -135,6 +146,10 @@ class IdealServoDrive(Memoryless):
         """What the servos gave, their own friction not taken off."""
         force: np.ndarray = self._force
         return force
+
+    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
+        """Goals, speeds, the limits that follow from these, and by what numbers."""
+        return "ideal-servo", (self._control, self._velocity, self._limits, self._numbers)
 
     @staticmethod
     def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:

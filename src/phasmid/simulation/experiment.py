@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,12 +11,12 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_callable, check_type
-from phasmid.forces.analysis import model_channels
 from phasmid.motion import JointTrajectory, Motion, Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
 from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.figures import BLOCK_SAMPLES, Figures
 from phasmid.simulation.interrupt import noticed_interrupts
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.samples import Samples
@@ -24,8 +24,8 @@ from phasmid.simulation.start import check_start
 from phasmid.simulation.telling import ending_attributes, run_attributes, run_channels
 from phasmid.simulation.time_step import check_time_step
 
-LOAD_SAMPLES = 1024
-"""Samples at which the load is looked at together before a run; their number fills the memory."""
+LOGGED_FIGURES = 16 * BLOCK_SAMPLES
+"""Most of the model's figures that wait for their samples where a run is in a log alone."""
 
 
 def simulate(
@@ -80,6 +80,7 @@ def simulate_part(
     progress: Progress | None = None,
     start: Float[np.ndarray, " state"] | None = None,
     interrupted: Sequence[int] | None = (),
+    beside: bool = False,
 ) -> Recording:
     """Run a walk as `simulate` does, or its beginning alone.
 
@@ -90,13 +91,16 @@ def simulate_part(
         progress: As in `simulate`.
         start: As in `simulate`.
         interrupted: The run is stopped as soon as this is not empty; None: at Ctrl-C.
+        beside: As in `new_run`.
 
     Raises:
         InvalidInput: As in `simulate`.
         InfeasibleLoad: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run = _prepare(scenario, walk, start, samples=samples, interrupted=interrupted or ())
+    run, figures = _prepare(
+        scenario, walk, start, samples=samples, interrupted=interrupted or (), beside=beside
+    )
     count = len(run.time) if samples is None else min(samples, len(run.time))
     room: dict[str, np.ndarray] = {}
     done = 0
@@ -104,7 +108,7 @@ def simulate_part(
     def keep(rows: Samples) -> None:
         nonlocal done
         part = slice(done, done + len(rows.qpos))
-        for name, values in _told(run, rows, run.time[part]).items():
+        for name, values in _told(run, rows, run.time[part], figures).items():
             if name not in room:
                 room[name] = np.empty((count, *values.shape[1:]), values.dtype)
             room[name][part] = values
@@ -156,16 +160,16 @@ def record(
         OutputError: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run = _prepare(scenario, walk, start)
+    run, figures = _prepare(scenario, walk, start, kept=LOGGED_FIGURES)
     done = 0
 
     def keep(rows: Samples) -> None:
         nonlocal done
         part = slice(done, done + len(rows.qpos))
-        log.append(run.time[part], _told(run, rows, run.time[part]))
+        log.append(run.time[part], _told(run, rows, run.time[part], figures))
         done = part.stop
 
-    first = _told(run, run.first, run.time[:1])
+    first = _told(run, run.first, run.time[:1], figures)
     attributes = run_attributes(scenario, walk, run) | {
         "ending": Ending.CUT.name,
         "ending_reason": Ending.CUT.value,
@@ -207,28 +211,34 @@ def _prepare(
     *,
     samples: int | None = None,
     interrupted: Sequence[int] = (),
-) -> Run:
-    """The run, ready to start, of which what cannot be is refused at once."""
+    beside: bool = False,
+    kept: int = sys.maxsize,
+) -> tuple[Run, Figures | None]:
+    """The run, ready to start, of which what cannot be is refused at once; and what its model says.
+
+    Of a trajectory there is no model.
+    """
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk)
     if start is None:
         check_start(scenario, walk)
-    run = new_run(scenario, walk, start=start, interrupted=interrupted)
-    if not isinstance(walk, JointTrajectory):
-        last = len(run.time) if samples is None else min(samples, len(run.time))
-        check_load(scenario, walk, until=float(run.time[last - 1]), interrupted=interrupted)
-    return run
+    run = new_run(scenario, walk, start=start, interrupted=interrupted, beside=beside)
+    if isinstance(walk, JointTrajectory):
+        return run, None
+    last = len(run.time) if samples is None else min(samples, len(run.time))
+    figures = Figures(scenario, walk, kept=kept)
+    figures.check(float(run.time[last - 1]), interrupted)
+    return run, figures
 
 
-def _told(run: Run, rows: Samples, time: Float[np.ndarray, " time"]) -> dict[str, np.ndarray]:
-    """All channels at some samples: the model's beside the engine's.
-
-    The model's are computed here, beside the run, so that neither its length nor Ctrl-C matters:
-    each sample's bits are the same, whichever others are computed with it.
-    """
+def _told(
+    run: Run, rows: Samples, time: Float[np.ndarray, " time"], figures: Figures | None
+) -> dict[str, np.ndarray]:
+    """All channels at some samples: the model's beside the engine's."""
     if isinstance(run.walk, JointTrajectory):
         return run_channels(run, rows, run.walk.channels(time))
-    return run_channels(run, rows, model_channels(run.scenario, run.walk.sample(time)))
+    assert figures is not None
+    return run_channels(run, rows, figures.at(time))
 
 
 def new_run(
@@ -237,6 +247,7 @@ def new_run(
     *,
     start: Float[np.ndarray, " state"] | None = None,
     interrupted: Sequence[int] = (),
+    beside: bool = False,
 ) -> Run:
     """The run of a walk, about to start, in the simulator that knows the contact law.
 
@@ -245,13 +256,15 @@ def new_run(
         walk: As in `simulate`.
         start: As in `simulate`.
         interrupted: It comes to rest no further as soon as this is not empty.
+        beside: Whether other runs go on in other threads, so that Python's lock is to be left to
+            them; then it is stopped within `WATCH_STEPS` steps. The bits are the same.
 
     Raises:
         InvalidInput: That simulator cannot do something else that the scenario asks for, or the
             start is none of its states.
     """
     if scenario.contact.contact_law != "simscape":
-        return Run(scenario, walk, start=start, interrupted=interrupted)
+        return Run(scenario, walk, start=start, interrupted=interrupted, beside=beside)
     # Here, since it readies its loops for the compiler when it is first imported.
     from phasmid.simulation.prescribed.run import TrunkRun
 
@@ -279,13 +292,5 @@ def check_load(
         InvalidInput: The load transfer takes longer than the gait allows.
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
-    interval = scenario.simulation.dt * scenario.record_steps
     last = scenario.duration if until is None else until
-    if walk.is_periodic:
-        last = min(last, scenario.stride.period)
-    count = math.floor(last / interval + 1e-9) + 1
-    for first in range(0, count, LOAD_SAMPLES):
-        if interrupted:
-            return
-        part = np.arange(first, min(first + LOAD_SAMPLES, count))
-        model_channels(scenario, walk.sample(part * interval))
+    Figures(scenario, walk, kept=0).check(last, interrupted)

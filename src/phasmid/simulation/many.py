@@ -12,6 +12,7 @@ from phasmid.motion import Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
 from phasmid.simulation.experiment import check_motion, simulate_part
+from phasmid.simulation.run import unlocked_loop
 
 
 def simulate_many(
@@ -48,7 +49,9 @@ def simulate_many(
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(given)
     errors: dict[int, Exception] = {}
-    # Threads share Python's lock: the engine steps beside it, the model's figures do not.
+    if given:
+        unlocked_loop()
+    # Threads share Python's lock: the steps go on beside it, what is told of them does not.
     with ThreadPoolExecutor(min(workers or _cores(), max(1, len(given)))) as pool:
         places: dict[Future[Recording], int] = {
             pool.submit(_simulate, one, stopped): place for place, one in enumerate(given)
@@ -63,7 +66,7 @@ def simulate_many(
                 if progress:
                     progress(count)
         except BaseException:
-            # Ctrl-C, for one: the runs under way end with their next step.
+            # Ctrl-C, for one: the runs under way end within a block of steps.
             stopped.append(1)
             pool.shutdown(cancel_futures=True)
             raise
@@ -91,7 +94,7 @@ def _scenario(one: Scenario | tuple[Scenario, Walk]) -> Scenario:
 
 def _simulate(one: Scenario | tuple[Scenario, Walk], stopped: list[int]) -> Recording:
     scenario, walk = (one, plan(one)) if isinstance(one, Scenario) else one
-    return simulate_part(scenario, walk, interrupted=stopped)
+    return simulate_part(scenario, walk, interrupted=stopped, beside=True)
 
 
 def _cores() -> int:

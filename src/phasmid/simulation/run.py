@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import numbers
+from phasmid.batch.compiled import numba
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion
 from phasmid.scenario import SETTLING_TIME, Scenario
@@ -26,6 +27,8 @@ from phasmid.simulation.start import raised
 
 if TYPE_CHECKING:
     import mujoco
+
+    from phasmid.simulation.unlocked import UnlockedLoop
 
 WATCH_STEPS = 512
 """Steps between two looks of the watch, which sees every step in between."""
@@ -61,6 +64,7 @@ class Run:
         *,
         start: Float[np.ndarray, " state"] | None = None,
         interrupted: Sequence[int] = (),
+        beside: bool = False,
     ) -> None:
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
         self.dt = scenario.simulation.dt
@@ -76,6 +80,7 @@ class Run:
         self._complaints: list[str] = []
         self._rows = self.buffer.rows()
         self._place(walk.sample(np.zeros(1)))
+        self._unlocked = self._unlocked_loop() if beside else None
         if start is None:
             self.trouble = self._settle(interrupted)
         else:
@@ -94,6 +99,17 @@ class Run:
         self.footing = Footing(self.model, self.data, self.robot, self.ground)
         arrays = (self.data.qpos, self.data.qvel, self.data.sensordata, self.drive.state)
         self._views = tuple(array.data for array in arrays)
+
+    def _unlocked_loop(self) -> UnlockedLoop | None:
+        """The loop that leaves Python's lock to others, where it can be had."""
+        kind = unlocked_loop()
+        if kind is None or self.footing.needed:
+            return None
+        try:
+            return kind(self.model, self.data, self.drive, self.buffer)
+        except (OSError, AttributeError):
+            # An engine that is laid out in another way.
+            return None
 
     def state(self) -> Float[np.ndarray, " state"]:
         """All that the rest of the run depends on, one row of numbers; see `restore`.
@@ -329,6 +345,14 @@ class Run:
         """
         import mujoco
 
+        if self._unlocked:
+            if interrupted:
+                return 0
+            with collected_complaints(self._complaints):
+                made, error = self._unlocked.advance(targets, len(targets) - last)
+            if error:
+                self._complaints.append(" ".join(error.split()))
+            return made
         # All names are local, and views of memory are copied, which is quicker than arrays: the
         # loop below is the simulation's whole cost beside the engine.
         model, data, step, end = self.model, self.data, mujoco.mj_step, len(targets) - last
@@ -366,6 +390,18 @@ class Run:
         if len(rows.qpos):
             keep(rows)
             self.done += len(rows.qpos)
+
+
+def unlocked_loop() -> type[UnlockedLoop] | None:
+    """The kind of loop that runs side by side use; None where numba is missing.
+
+    Its machine code is readied when it is first asked for, which is to be in one thread.
+    """
+    if numba() is None:
+        return None
+    from phasmid.simulation.unlocked import UnlockedLoop
+
+    return UnlockedLoop
 
 
 def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> Drive:

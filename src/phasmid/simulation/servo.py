@@ -286,6 +286,11 @@ class ServoDrive:
             self._applied,
         )
 
+    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
+        """What `command` hands to `servo_step`, but for the goals."""
+        arrays = self._angle, self._speed, self._limits, self._numbers, self._rows, self._applied
+        return "servo", arrays
+
     def torque(self) -> Float[np.ndarray, " joints"]:
         """What the gears gave the joints, friction taken off."""
         torque: np.ndarray = self._torque

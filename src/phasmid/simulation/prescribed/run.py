@@ -69,6 +69,10 @@ class _Planned(Memoryless):
         """None: torques are found after the motion."""
         return np.empty(0)
 
+    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
+        """None: this simulator has a loop of its own."""
+        return "", ()
+
     @staticmethod
     def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Planned angles, shape (N, 3 L) [rad]."""

@@ -1,0 +1,301 @@
+"""The loop of a run as machine code, which holds Python's lock at no step.
+
+Threads that each step a robot wait for one another wherever they need that lock. In this loop
+neither the engine nor what stands around it needs it: a block of steps is one call. It does what
+`Run._advance` does, with the same bits. Importing this module needs numba.
+
+The engine itself calls the loop, as a function on one of the simulations of a batch of its own: so
+its errors come back as they do from its Python functions, and do not end the process.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from functools import cache
+from importlib import import_module
+from inspect import unwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.simulation.compiled import compiled, heed_sources
+from phasmid.simulation.drive import Drive
+from phasmid.simulation.samples import Samples
+from phasmid.simulation.servo import FIELDS, servo_step
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+numba: Any = import_module("numba")
+ir: Any = import_module("llvmlite.ir")
+
+ROWS = 4
+"""Arrays that are copied at each step: angles, speeds, sensors, the drive's state."""
+
+MODEL, DATA, STEP, FORWARD, COUNT, END, MADE, JOINTS, TARGETS, COMMAND, MEMORY = range(11)
+TORQUE, TORQUE_MOVES, TO_TORQUE = range(11, 14)
+FROM, TO, WIDTH = 14, 14 + ROWS, 14 + 2 * ROWS
+SIZE = WIDTH + ROWS
+"""Places in the table of numbers and addresses that the loop is given, and their number."""
+
+
+class UnlockedLoop:
+    """The steps of one run.
+
+    Args:
+        model: The engine's model.
+        data: The engine's state, after a first step or `mj_forward`.
+        drive: What moves the joints.
+        buffer: Takes a sample of each step.
+
+    Raises:
+        OSError: The engine's library is not where its package is.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, drive: Drive, buffer: Samples
+    ) -> None:
+        name, memory = drive.memory()
+        torque = drive.torque()
+        sources = data.qpos, data.qvel, data.sensordata, drive.state
+        goals = buffer.qpos, buffer.qvel, buffer.sensors, buffer.drive
+        addresses = [array.ctypes.data for array in memory]
+        self._memory = np.array([*addresses, len(torque)], np.int64)
+        self._table = table = np.zeros(SIZE, np.int64)
+        table[MODEL], table[DATA] = model._address, data._address
+        table[STEP], table[FORWARD] = (_address(name) for name in ("mj_step", "mj_forward"))
+        table[JOINTS] = len(torque)
+        table[COMMAND], table[MEMORY] = COMMANDS[name].address, self._memory.ctypes.data
+        table[TORQUE], table[TO_TORQUE] = torque.ctypes.data, buffer.torque.ctypes.data
+        if name == "prescribed":
+            # The engine lays its constraints anew at each step, wherever there is room.
+            table[TORQUE], table[TORQUE_MOVES] = _place_of(torque.ctypes.data, data._address), 1
+        table[FROM : FROM + ROWS] = [array.ctypes.data for array in sources]
+        table[TO : TO + ROWS] = [array.ctypes.data for array in goals]
+        table[WIDTH : WIDTH + ROWS] = [array.size for array in sources]
+        self._keeps = model, data, drive, buffer, memory
+        self._batch = _new_batch()
+        weakref.finalize(self, _library().mjb_deleteBatch, self._batch)
+
+    def advance(self, targets: Float[np.ndarray, "samples joints"], end: int) -> tuple[int, str]:
+        """Make a step for each target; its sample goes into the buffer.
+
+        Args:
+            targets: What the drive is told.
+            end: Number of the target that is measured and not stepped, if there is such a one.
+
+        Returns:
+            Number of steps made, and the engine's error, or nothing.
+        """
+        targets, table, library = np.ascontiguousarray(targets), self._table, _library()
+        table[COUNT], table[END], table[MADE] = len(targets), end, 0
+        table[TARGETS] = targets.ctypes.data
+        failed = library.mjb_apply(self._batch, None, 1, steps.address, table.ctypes.data, 0)
+        error = library.mjb_error(self._batch, 0).decode() if failed else ""
+        return int(table[MADE]), error
+
+
+class _Config(ctypes.Structure):
+    """How a batch is made."""
+
+    _fields_ = (("threads", ctypes.c_int), ("persistent", ctypes.c_ubyte))
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    """The engine's library, which its package has loaded by now."""
+    folder = Path(mujoco.__file__).parent
+    found = [*folder.glob("libmujoco.*"), *folder.glob("mujoco.dll")]
+    if not found:
+        raise OSError(f"{folder} holds no library of the engine")
+    library = ctypes.CDLL(str(found[0]))
+    address, whole = ctypes.c_void_p, ctypes.c_int
+    library.mjb_makeBatch.restype = address
+    library.mjb_makeBatch.argtypes = [address, whole, address, ctypes.c_char_p, whole]
+    library.mjb_deleteBatch.argtypes = [address]
+    library.mjb_deleteBatch.restype = None
+    library.mjb_apply.argtypes = [address, address, whole, address, address, whole]
+    library.mjb_error.argtypes = [address, whole]
+    library.mjb_error.restype = ctypes.c_char_p
+    return library
+
+
+def _address(name: str) -> int:
+    """Where a function of the engine is."""
+    return ctypes.cast(getattr(_library(), name), ctypes.c_void_p).value or 0
+
+
+def _new_batch() -> int:
+    """A batch of one empty simulation, in the caller's thread."""
+    nothing, reason = mujoco.MjModel.from_xml_string("<mujoco/>"), ctypes.create_string_buffer(256)
+    config = _Config(1, 1)
+    made = _library().mjb_makeBatch(nothing._address, 1, ctypes.byref(config), reason, 256)
+    if not made:
+        raise OSError(reason.value.decode())
+    return int(made)
+
+
+_OFFSETS = [0]
+"""The last that `_place_of` found; it is the same for all structures of a kind."""
+
+
+def _place_of(address: int, structure: int) -> int:
+    """Where in a structure of the engine an address stands; it must stand there."""
+    place = structure + _OFFSETS[-1]
+    if _number_at(place) != address:
+        place = structure
+        while _number_at(place) != address:
+            place += ctypes.sizeof(ctypes.c_int64)
+        _OFFSETS[-1] = place - structure
+    return place
+
+
+def _number_at(place: int) -> int:
+    return ctypes.c_int64.from_address(place).value
+
+
+def intrinsic(function: Callable[..., Any]) -> Any:
+    """What a call of this function becomes, for the compiler."""
+    return import_module("numba.extending").intrinsic(unwrap(function))
+
+
+@intrinsic
+def pointer(typing: Any, address: Any) -> Any:
+    """A whole number as a pointer."""
+    del typing
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        del context, signature
+        return builder.inttoptr(args[0], ir.IntType(8).as_pointer())
+
+    return numba.types.voidptr(address), generate
+
+
+@intrinsic
+def call(typing: Any, function: Any, first: Any, second: Any) -> Any:
+    """Call the function at an address with two addresses."""
+    del typing
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        del signature
+        anything = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [anything, anything]).as_pointer()
+        given = [builder.inttoptr(place, anything) for place in args[1:]]
+        builder.call(builder.inttoptr(args[0], kind), given)
+        return context.get_dummy_value()
+
+    return numba.types.void(function, first, second), generate
+
+
+def _machine_code(*kinds: Any) -> Callable[[Callable[..., Any]], Any]:
+    """A function that C can call, from numba's cache where there is one."""
+
+    def made(function: Callable[..., Any]) -> Any:
+        # A check of its arguments that is wrapped around it cannot be compiled.
+        function = unwrap(function)
+        nothing, options = numba.types.void, {"error_model": "numpy"}
+        try:
+            # What numba.cfunc does, with a cache that looks at more than this file.
+            kind = import_module("numba.core.ccallback").CFunc
+            callback = kind(function, (kinds, nothing), locals={}, options=options)
+            callback.enable_caching()
+            heed_sources(callback)
+            callback.compile()
+        except (RuntimeError, OSError, AttributeError):
+            # No folder can be written to, or this numba keeps its cache in another way.
+            return numba.cfunc(nothing(*kinds), **options)(function)
+        return callback
+
+    return made
+
+
+ANY = numba.types.voidptr
+_servo_step = compiled(servo_step)
+SERVO_ROWS = len(FIELDS)
+
+
+@compiled
+def copy(source: int, goal: int, count: int) -> None:
+    """Copy numbers from one address to another."""
+    given = numba.carray(pointer(source), (count,), np.float64)
+    taken = numba.carray(pointer(goal), (count,), np.float64)
+    for i in range(count):
+        taken[i] = given[i]
+
+
+@_machine_code(ANY, ANY, numba.int32, ANY)
+def steps(_model: Any, _data: Any, _simulation: Any, given: Any) -> None:
+    """Make the steps that the table tells of."""
+    table = numba.carray(given, (SIZE,), np.int64)
+    joints = table[JOINTS]
+    for k in range(table[COUNT]):
+        for row in range(2):
+            width = table[WIDTH + row]
+            copy(table[FROM + row], table[TO + row] + 8 * k * width, width)
+        call(table[COMMAND], table[TARGETS] + 8 * k * joints, table[MEMORY])
+        call(table[FORWARD] if k == table[END] else table[STEP], table[MODEL], table[DATA])
+        for row in range(2, ROWS):
+            width = table[WIDTH + row]
+            copy(table[FROM + row], table[TO + row] + 8 * k * width, width)
+        torque = table[TORQUE]
+        if table[TORQUE_MOVES]:
+            torque = numba.carray(pointer(torque), (1,), np.int64)[0]
+        copy(torque, table[TO_TORQUE] + 8 * k * joints, joints)
+        table[MADE] += 1
+
+
+@_machine_code(ANY, ANY)
+def command_prescribed(target: Any, memory: Any) -> None:
+    """`PrescribedDrive.command`."""
+    places = numba.carray(memory, (3,), np.int64)
+    joints = places[2]
+    wanted = numba.carray(target, (joints,), np.float64)
+    width = numba.carray(pointer(places[1]), (1,), np.int64)[0]
+    held = numba.carray(pointer(places[0]), (joints, width), np.float64)
+    for j in range(joints):
+        held[j, 0] = wanted[j]
+
+
+@_machine_code(ANY, ANY)
+def command_ideal_servo(target: Any, memory: Any) -> None:
+    """`IdealServoDrive.command`."""
+    places = numba.carray(memory, (5,), np.int64)
+    joints = places[4]
+    wanted = numba.carray(target, (joints,), np.float64)
+    control = numba.carray(pointer(places[0]), (joints,), np.float64)
+    velocity = numba.carray(pointer(places[1]), (joints,), np.float64)
+    limits = numba.carray(pointer(places[2]), (joints, 2), np.float64)
+    numbers = numba.carray(pointer(places[3]), (2,), np.float64)
+    stall, drop_per_speed = numbers[0], numbers[1]
+    for j in range(joints):
+        control[j] = wanted[j]
+        drop = velocity[j] * drop_per_speed
+        limits[j, 1] = np.maximum(stall - np.maximum(drop, 0.0), 0.0)
+        limits[j, 0] = np.minimum(-(stall + np.minimum(drop, 0.0)), 0.0)
+
+
+@_machine_code(ANY, ANY)
+def command_servo(target: Any, memory: Any) -> None:
+    """`ServoDrive.command`."""
+    places = numba.carray(memory, (7,), np.int64)
+    joints = places[6]
+    _servo_step(
+        numba.carray(target, (joints,), np.float64),
+        numba.carray(pointer(places[0]), (joints,), np.float64),
+        numba.carray(pointer(places[1]), (joints,), np.float64),
+        numba.carray(pointer(places[2]), (2, joints), np.float64),
+        numba.carray(pointer(places[3]), (28,), np.float64),
+        numba.carray(pointer(places[4]), (SERVO_ROWS, joints), np.float64),
+        numba.carray(pointer(places[5]), (joints,), np.float64),
+    )
+
+
+COMMANDS = {
+    "prescribed": command_prescribed,
+    "ideal-servo": command_ideal_servo,
+    "servo": command_servo,
+}
