@@ -1,7 +1,7 @@
 """Which legs stand, when: gaits, a library of them, and the support they give."""
 
 from phasmid.gait.gait import Gait
-from phasmid.gait.library import HEXAPOD_GAITS, load_gait
+from phasmid.gait.library import GAITS, HEXAPOD_GAITS, load_gait
 from phasmid.gait.support import support_margin
 
-__all__ = ["HEXAPOD_GAITS", "Gait", "load_gait", "support_margin"]
+__all__ = ["GAITS", "HEXAPOD_GAITS", "Gait", "load_gait", "support_margin"]

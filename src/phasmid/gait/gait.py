@@ -14,6 +14,9 @@ from phasmid.errors import InvalidGait
 PHASE_TOLERANCE = 1e-9
 """Phases closer than this are one instant; it is round-off of a cycle's fractions."""
 
+LARGEST_SWAY = 0.5
+"""With more of it the body would go beyond the feet of any gait."""
+
 FEWEST_FEET = 3
 """Fewest feet that hold a robot up while it moves slowly."""
 
@@ -26,6 +29,8 @@ class Gait:
         name: Such as ``tripod``.
         duty_factor: Fraction of the cycle for which each foot stands, in (0, 1).
         offsets: For each leg the fraction of the cycle at which it lifts, in [0, 1).
+        sway: How far a foot amid its swing drives the body away from itself, as a share of its
+            distance from the feet's middle, in [0, 0.5].
 
     Raises:
         InvalidGait: A number is out of range, or fewer than three feet stand at some phase.
@@ -34,6 +39,7 @@ class Gait:
     name: str
     duty_factor: float
     offsets: tuple[float, ...]
+    sway: float = 0.0
 
     def __post_init__(self) -> None:
         check_type("gait.name", self.name, (str,), "text", error=InvalidGait)
@@ -52,6 +58,11 @@ class Gait:
             check_number(f"gait.offsets[{i}]", offset, error=InvalidGait)
             if not 0 <= offset < 1:
                 raise InvalidGait(f"gait.offsets[{i}] is {offset:g}; offsets are phases in [0, 1).")
+        check_number("gait.sway", self.sway, error=InvalidGait)
+        if not 0 <= self.sway <= LARGEST_SWAY:
+            raise InvalidGait(
+                f"gait.sway is {self.sway:g}; it must be at least 0 and at most {LARGEST_SWAY:g}."
+            )
         self._check_support()
 
     def _check_support(self) -> None:

@@ -1,10 +1,19 @@
-"""Gaits by name."""
+"""Gaits by name and number of legs."""
 
 from __future__ import annotations
 
 from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, nearest
-from phasmid.gait.gait import Gait
+from phasmid.gait.gait import FEWEST_FEET, Gait
+
+QUADRUPED_GAITS = {
+    gait.name: gait
+    for gait in (
+        # One foot after the other around the body, which goes around ahead of them.
+        Gait("crawl", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=0.08),
+    )
+}
+"""The gaits of a quadruped: right front, right rear, left rear, left front."""
 
 HEXAPOD_GAITS = {
     gait.name: gait
@@ -16,6 +25,22 @@ HEXAPOD_GAITS = {
     )
 }
 """The gaits of a hexapod, legs in the paper's order; phases at which each leg lifts."""
+
+OCTOPOD_GAITS = {
+    gait.name: gait
+    for gait in (
+        Gait("tetrapod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
+        Gait("wave", 7 / 8, (0, 7 / 8, 6 / 8, 5 / 8, 1 / 8, 2 / 8, 3 / 8, 4 / 8)),
+        Gait("ripple", 3 / 4, (0, 2 / 8, 4 / 8, 6 / 8, 3 / 8, 1 / 8, 7 / 8, 5 / 8)),
+    )
+}
+"""The gaits of an octopod: right legs from front to rear, then left legs from rear to front."""
+
+GAITS = {4: QUADRUPED_GAITS, 6: HEXAPOD_GAITS, 8: OCTOPOD_GAITS}
+"""The library: gaits by number of legs and name."""
+
+FEET_OF_FAST_GAITS = {"trot": 2, "pace": 2, "bound": 2, "gallop": 1, "hop": 0}
+"""Gaits that keep their balance by speed, and on how few feet."""
 
 
 def load_gait(name: str, leg_count: int = 6) -> Gait:
@@ -29,17 +54,28 @@ def load_gait(name: str, leg_count: int = 6) -> Gait:
         InvalidGait: There is no such gait for that number of legs.
     """
     check_type("gait", name, (str,), "the name of a gait", error=InvalidGait)
-    known = HEXAPOD_GAITS if leg_count == 6 else {}
+    known = GAITS.get(leg_count, {})
     if name in known:
         return known[name]
-    if name in HEXAPOD_GAITS:
+    listed = ", ".join(known)
+    works = f"one of {listed}" if len(known) > 1 else f'gait = "{listed}"'
+    if not known:
+        works = "a gait table with duty_factor and one offset per leg"
+    others = [count for count, gaits in GAITS.items() if name in gaits]
+    if others:
         raise InvalidGait(
-            f'gait "{name}" is a hexapod\'s; the robot has {leg_count} legs.',
-            hint="a gait table with duty_factor and one offset per leg",
+            f'gait "{name}" has no meaning for {leg_count} legs; it is one of '
+            f"{' or '.join(map(str, others))} legs.",
+            hint=works,
         )
-    guess = nearest(name, HEXAPOD_GAITS)
-    listed = ", ".join(HEXAPOD_GAITS)
+    if name in FEET_OF_FAST_GAITS:
+        raise InvalidGait(
+            f'gait "{name}" leaves {FEET_OF_FAST_GAITS[name]} feet on the ground and keeps its '
+            f"balance by speed; at least {FEWEST_FEET} are needed here.",
+            hint=works,
+        )
+    guess = nearest(name, known)
     raise InvalidGait(
         f'no gait called "{name}".',
-        hint=f'"{guess}" (known: {listed})' if guess else f"one of {listed}",
+        hint=f'"{guess}" (known: {listed})' if guess else works,
     )

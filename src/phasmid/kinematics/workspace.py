@@ -18,11 +18,12 @@ LIMIT_TOLERANCE = 1e-9
 
 
 def reach(leg: Leg, height: float) -> tuple[float, float]:
-    """Nearest and farthest horizontal distance of the foot from the coxa axis.
+    """Nearest and farthest distance of the foot from the coxa axis.
 
     Args:
         leg: The leg; its joint limits are not regarded.
-        height: Height of the foot over the hip [m], negative below it.
+        height: Height of the foot over the hip along that axis, which is vertical unless the hip
+            is tilted [m], negative below it.
 
     Returns:
         Nearest and farthest distance [m]; both NaN where the leg cannot reach that height.

@@ -15,6 +15,7 @@ from phasmid.motion.curves import Path, blend
 from phasmid.motion.feet import foothold, in_body, swing_fraction
 from phasmid.motion.footholds import Footholds, choose_footholds, holding_friction
 from phasmid.motion.posture import Postures, fit_postures, leaning_trunk
+from phasmid.motion.sway import sway, swayed
 from phasmid.motion.swing import Swings, plan_swings
 from phasmid.motion.trunk import TrunkMotion, between_events, progress, trunk_motion
 from phasmid.robot import Robot
@@ -66,6 +67,9 @@ class Course:
         s = Path(s.position, s.velocity / seconds, s.acceleration / seconds**2)
         event = whole.astype(int) * len(gait.events) + index
         level = trunk_motion(stride.step, 0.0, progress(gait, stride, time))
+        if gait.sway:
+            aside = sway(gait, neutral_feet(self.robot), stride.period, np.asarray(time))
+            level = swayed(level, aside)
         # Level ground lies under the mean of the neutral feet.
         height = -float(neutral_feet(self.robot)[:, 2].mean())
         trunk = leaning_trunk(self.postures, event, s, level, height)

@@ -121,9 +121,11 @@ def _out_of_reach(
             f"{limits[joint, 0]:.4g}° to {limits[joint, 1]:.4g}°"
         )
     if math.isnan(farthest):
-        return t, f"puts {which.name} {-target[2]:.3f} m below its hip; it reaches less deep"
+        along = ", along its coxa axis" if which.is_tilted else ""
+        return t, f"puts {which.name} {-target[2]:.3f} m below its hip{along}; it reaches less deep"
     bound = farthest if far[t, leg] > farthest else nearest
-    return t, f"puts {which.name} at {far[t, leg]:.3f} m; it reaches {bound:.3f} m"
+    axis = " from its coxa axis" if which.is_tilted else ""
+    return t, f"puts {which.name} at {far[t, leg]:.3f} m{axis}; it reaches {bound:.3f} m"
 
 
 def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int, ...]:

@@ -141,10 +141,23 @@ def coxa_only_feet(
         Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).
 
     Raises:
-        InfeasibleWalk: A coxa cannot move its foot in the direction that is asked.
+        InfeasibleWalk: A coxa cannot move its foot in the direction that is asked, or is tilted.
 
     Source: the paper's words on Fig. 12, "only the coxa joint has values" in support.
     """
+    if gait.sway:
+        raise InfeasibleWalk(
+            f'gait "{gait.name}" sways the body, which a stance by the coxae alone cannot.',
+            hint='stance_law = "straight"',
+        )
+    for leg in robot.legs:
+        if leg.is_tilted:
+            lean = np.degrees(np.arccos(leg.R_level_hip[2, 2]))
+            raise InfeasibleWalk(
+                f"leg {leg.name} cannot stand by its coxa alone: that axis leans by {lean:.3g}°, "
+                "and would lift the foot or press it into the ground.",
+                hint='stance_law = "straight"',
+            )
     neutral, hips = neutral_feet(robot)[:, :2], robot.arrays.p_body_hip[:, :2]
     radius = np.hypot(*(neutral - hips).T)
     middle = np.arctan2(*(neutral - hips).T[::-1])

@@ -11,6 +11,7 @@ from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet
 from phasmid.motion.curves import Path
 from phasmid.motion.feet import coxa_only_feet, straight_feet
+from phasmid.motion.sway import sway, swayed
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.robot import Robot
 from phasmid.scenario.stride import StrideTable
@@ -42,6 +43,8 @@ class LevelCourse:
         # Level ground lies under the mean of the neutral feet.
         height = -float(neutral_feet(robot)[:, 2].mean())
         trunk = trunk_motion(step, height, progress(gait, stride, time))
+        if gait.sway:
+            trunk = swayed(trunk, sway(gait, neutral_feet(robot), stride.period, time))
         if stride.stance_law == "straight":
             return trunk, straight_feet(robot, gait, stride, step, time, trunk)
         return trunk, coxa_only_feet(robot, gait, stride, step, time, height)

@@ -117,6 +117,11 @@ class Leg:
         """Lengths of coxa, femur and tibia [m], shape (3,)."""
         return frozen_array([link.length for link in self.links], (3,), f"leg {self.name}")
 
+    @property
+    def is_tilted(self) -> bool:
+        """Whether the hip has a pitch or a roll."""
+        return bool(self.mount_pitch or self.mount_roll)
+
     @cached_property
     def R_level_hip(self) -> Float[np.ndarray, "3 3"]:
         """The hip's tilt, Ry(pitch) Rx(roll): its axes beside a level frame of the same yaw."""

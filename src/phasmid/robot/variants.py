@@ -60,18 +60,27 @@ def with_mounts(robot: Robot, layout: MountLayout) -> Robot:
 def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) -> Robot:
     """The robot standing wider, narrower, higher or lower.
 
+    Horizontal and height are those of the level body, however the hips are tilted; each foot stays
+    in its direction from its hip as seen from above.
+
     Args:
         robot: The robot.
-        radius: Horizontal distance of the neutral feet from their coxa axes [m], or None.
-        height: Height of the hips over the neutral feet [m], or None.
+        radius: Horizontal distance of the neutral feet from their hips [m], or None.
+        height: Height of the hips over their neutral feet [m], or None.
+
+    Raises:
+        InvalidRobot: A hip is tilted so far that its leg would point inwards.
     """
     if radius is None and height is None:
         return robot
 
     def place(leg: Leg) -> Leg:
-        x, y, z = leg.neutral_foot
+        x, y, z = leg.R_level_hip @ leg.neutral_foot
+        if radius is not None and not math.hypot(x, y):
+            # A foot straight below its hip goes where the leg points.
+            x = 1.0
         scale = 1.0 if radius is None else radius / math.hypot(x, y)
         foot = np.array([x * scale, y * scale, z if height is None else -height])
-        return replace(leg, neutral_foot=foot)
+        return replace(leg, neutral_foot=leg.R_level_hip.T @ foot)
 
     return replace(robot, legs=tuple(place(leg) for leg in robot.legs))

@@ -17,11 +17,14 @@ class GaitTable(Table):
         name: A gait of the library, or any name where offsets are given.
         duty_factor: Fraction of the cycle for which each foot stands.
         offsets: For each leg the fraction of the cycle at which it lifts.
+        sway: How far the body sways away from lifted feet, as a share of their distance from the
+            middle of all feet; absent: as the gait of the library does, or not at all.
     """
 
     name: str = "tripod"
     duty_factor: Number | None = None
     offsets: tuple[Number, ...] | None = None
+    sway: Number | None = None
 
     @model_validator(mode="after")
     def _check_name(self) -> GaitTable:
@@ -34,5 +37,6 @@ class GaitTable(Table):
     def _from_name(cls, raw: Any) -> Any:
         if isinstance(raw, Gait):
             offsets = tuple(float(offset) for offset in raw.offsets)
-            return {"name": raw.name, "duty_factor": raw.duty_factor, "offsets": offsets}
+            told = {"name": raw.name, "duty_factor": raw.duty_factor, "offsets": offsets}
+            return told | ({"sway": raw.sway} if raw.sway else {})
         return {"name": raw} if isinstance(raw, str) else raw

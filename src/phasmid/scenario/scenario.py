@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Le
@@ -159,7 +160,7 @@ class Scenario(Table):
         """
         raw: dict[str, Any] = self.model_dump(exclude={"robot"}) | {"robot": self.robot}
         paths = {path[-1]: path for path, _ in leaves(Scenario) if path[0] != "gait"}
-        paths |= {"duty_factor": ("gait", "duty_factor"), "offsets": ("gait", "offsets")}
+        paths |= {name: ("gait", name) for name in ("duty_factor", "offsets", "sway")}
         keys = {path[-1] if len(path) > 1 else key: key for key, path in option_keys().items()}
         if isinstance(changes.get("terrain"), str):
             # The kind of terrain, given by its name alone; its other fields stay.
@@ -253,9 +254,9 @@ class Scenario(Table):
         table = self.gait
         if table.offsets is None:
             gait = load_gait(table.name, leg_count)
-            if table.duty_factor is None or table.duty_factor == gait.duty_factor:
-                return gait
-            return Gait(gait.name, table.duty_factor, gait.offsets)
+            if table.duty_factor is not None and table.duty_factor != gait.duty_factor:
+                gait = replace(gait, duty_factor=table.duty_factor)
+            return gait if table.sway is None else replace(gait, sway=table.sway)
         if table.duty_factor is None:
             raise InvalidGait(
                 f'gait "{table.name}" has offsets but no duty_factor.', hint="duty_factor = 0.5"
@@ -264,7 +265,7 @@ class Scenario(Table):
             raise InvalidGait(
                 f"gait.offsets has {len(table.offsets)} values; one per leg, {leg_count} in all."
             )
-        return Gait(table.name, table.duty_factor, table.offsets)
+        return Gait(table.name, table.duty_factor, table.offsets, table.sway or 0.0)
 
 
 def check_scenario(scenario: object) -> None:

@@ -26,7 +26,8 @@ class StrideTable(Table):
         stance_timing: ``rest-to-rest``: the body stops whenever a foot lifts or lands;
             ``constant-speed``: it never stops.
         curve: Polynomial of all paths: the paper's quintic, or the cubic spline of its ref. [11].
-        stance_radius: Distance of the neutral feet from their coxa axes [m]; absent: the robot's.
+        stance_radius: Distance of the neutral feet from their hips, seen from above [m]; absent:
+            the robot's.
         body_height: Height of the hips over level ground [m]; absent: the robot's.
     """
 
