@@ -1,12 +1,15 @@
 """Gaits: who stands when, and whether that holds the robot up."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from phasmid.errors import InvalidGait
-from phasmid.gait import HEXAPOD_GAITS, Gait, load_gait, support_margin
+from phasmid.gait import HEXAPOD_GAITS, Gait, load_gait, support_margin, sway
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
-from phasmid.robot import load_robot, preset_names
+from phasmid.robot import load_robot
+from walks import WALKS
 
 
 @pytest.mark.parametrize("gait", HEXAPOD_GAITS.values(), ids=lambda g: g.name)
@@ -31,15 +34,101 @@ def test_as_many_feet_stand_as_the_gait_promises(name, feet):
     assert (load_gait(name).stance(phase).sum(axis=1) == feet).all()
 
 
-@pytest.mark.parametrize("preset", preset_names())
-@pytest.mark.parametrize("gait", HEXAPOD_GAITS.values(), ids=lambda g: g.name)
-def test_every_gait_holds_every_preset_up(preset, gait):
+@pytest.mark.parametrize(("preset", "name"), WALKS)
+def test_every_gait_holds_every_preset_up(preset, name):
     robot = load_robot(preset)
+    gait = load_gait(name, len(robot.legs))
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     phase = (np.arange(3600) + 0.5) / 3600
-    feet = np.broadcast_to(neutral_feet(robot)[:, :2], (3600, 6, 2))
-    com = np.broadcast_to(centre_of_mass(robot, q)[:2], (3600, 2))
-    assert support_margin(feet, gait.stance(phase), com).min() > 0.03
+    neutral = neutral_feet(robot)
+    feet = np.broadcast_to(neutral[:, :2], (3600, len(robot.legs), 2))
+    com = centre_of_mass(robot, q)[:2] + sway(gait, neutral, 1.0, phase).way
+    # Three feet of four leave less to stand on than three of six.
+    least = 0.02 if len(robot.legs) == 4 else 0.03
+    assert support_margin(feet, gait.stance(phase), com).min() > least
+
+
+def test_without_its_sway_a_crawl_stands_on_an_edge():
+    # Three feet of a rectangle hold its middle on the diagonal: the margin is 0.
+    robot = load_robot("quadruped")
+    gait = replace(load_gait("crawl", 4), sway=0.0)
+    feet = np.broadcast_to(neutral_feet(robot)[:, :2], (360, 4, 2))
+    phase = (np.arange(360) + 0.5) / 360
+    margin = support_margin(feet, gait.stance(phase), np.zeros((360, 2)))
+    assert margin.min() == pytest.approx(0.0, abs=1e-15)
+
+
+def test_the_sway_is_the_mean_of_waves_away_from_each_foot():
+    # One foot alone at (4, 0), the others' offsets symmetric: with feet on a square of half side a
+    # lifted in turn around it, the way is a circle of 2 sway sqrt(2) a, away from the foot amid its
+    # swing; speed and acceleration are its derivatives, 2 pi / T and its square.
+    gait, a, period = Gait("round", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=0.1), 0.2, 3.0
+    feet = a * np.array([[1, -1], [-1, -1], [-1, 1], [1, 1.0]])
+    amid = period * (np.array(gait.offsets) + 1 / 12)
+    way, speed, acceleration = sway(gait, feet, period, amid)
+    np.testing.assert_allclose(way, -0.2 * feet, rtol=0, atol=1e-15)
+    rate = 2 * np.pi / period
+    np.testing.assert_allclose(acceleration, -(rate**2) * way, rtol=0, atol=1e-14)
+    assert np.hypot(*speed.T) == pytest.approx([0.2 * np.sqrt(2) * a * rate] * 4, abs=1e-15)
+    step = 1e-6
+    ahead, behind = (sway(gait, feet, period, amid + h).way for h in (step, -step))
+    np.testing.assert_allclose((ahead - behind) / (2 * step), speed, rtol=0, atol=1e-9)
+
+
+def test_an_octopods_tetrapods_are_legs_1357_and_2468():
+    stance = load_gait("tetrapod", 8).stance(np.array([0.25, 0.75]))
+    assert stance.tolist() == [[False, True] * 4, [True, False] * 4]
+
+
+@pytest.mark.parametrize(
+    ("name", "legs", "what", "hint"),
+    [
+        (
+            "tripod",
+            4,
+            'gait "tripod" has no meaning for 4 legs; it is one of 6 legs.',
+            'gait = "crawl"',
+        ),
+        (
+            "ripple",
+            4,
+            'gait "ripple" has no meaning for 4 legs; it is one of 6 or 8 legs.',
+            'gait = "crawl"',
+        ),
+        (
+            "crawl",
+            8,
+            'gait "crawl" has no meaning for 8 legs; it is one of 4 legs.',
+            "one of tetrapod, wave, ripple",
+        ),
+        (
+            "tripod",
+            5,
+            'gait "tripod" has no meaning for 5 legs; it is one of 6 legs.',
+            "a gait table with duty_factor and one offset per leg",
+        ),
+        (
+            "trot",
+            4,
+            'gait "trot" leaves 2 feet on the ground and keeps its balance by speed; at least 3 '
+            "are needed here.",
+            'gait = "crawl"',
+        ),
+        ("cravl", 4, 'no gait called "cravl".', '"crawl" (known: crawl)'),
+    ],
+)
+def test_a_gait_without_meaning_is_answered_with_those_that_have_one(name, legs, what, hint):
+    with pytest.raises(InvalidGait) as caught:
+        load_gait(name, legs)
+    assert (caught.value.what, caught.value.hint) == (what, hint)
+
+
+@pytest.mark.parametrize("amount", [-0.1, 0.6, np.nan])
+def test_a_sway_beyond_the_feet_is_refused(amount):
+    with pytest.raises(
+        InvalidGait, match=r"gait.sway is .*; it must be at least 0 and at most 0.5"
+    ):
+        Gait("mine", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=amount)
 
 
 def test_tripods_are_legs_135_and_246():

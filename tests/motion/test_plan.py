@@ -9,8 +9,9 @@ import pytest
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.gait import HEXAPOD_GAITS
 from phasmid.motion import plan
-from phasmid.robot import load_robot, preset_names
+from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
+from walks import WALKS
 
 PAPER = load_scenario("paper")
 STRIDES = {
@@ -130,8 +131,7 @@ def test_perpendicular_mounts_walk_as_well():
     assert walk.trunk.position[-1, 0] == pytest.approx(0.4, abs=1e-12)
 
 
-@pytest.mark.parametrize("preset", preset_names())
-@pytest.mark.parametrize("gait", HEXAPOD_GAITS)
+@pytest.mark.parametrize(("preset", "gait"), WALKS)
 @pytest.mark.parametrize("stride", ["forward", "backward", "sideways", "turning"])
 def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, gait, stride):
     walk = plan(PAPER.replace(robot=preset, gait=gait, **STRIDES[stride]))

@@ -13,6 +13,7 @@ from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model, longest_time_step, simulate
 from phasmid.simulation.contact import POINT_RADIUS
 from phasmid.simulation.time_step import longest_foot_step
+from walks import GAITS_OF
 
 PAPER = load_scenario("paper")
 
@@ -22,7 +23,7 @@ PAPER = load_scenario("paper")
 def test_each_point_is_a_spring_of_its_stiffness(preset, changes):
     # At rest the force of every point that touches is K times its depth (law of the spring).
     # The engine's solver is iterative (tolerance 1e-8 of its scale): 1e-6 N of the weight.
-    scenario = PAPER.replace(robot=preset, **changes)
+    scenario = PAPER.replace(robot=preset, gait=GAITS_OF[preset][0], **changes)
     run = Run(scenario, plan(scenario))
     model, data = run.model, run.data
     total = np.zeros(6)

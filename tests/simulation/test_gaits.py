@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.gait import HEXAPOD_GAITS
 from phasmid.kinematics import quaternion_yaw
 from phasmid.motion import plan
-from phasmid.robot import preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
+from walks import HEXAPODS, WALKS
 
 STRIDES = {
     "forward": {"step_length_mm": 40},
@@ -20,8 +19,7 @@ STRIDES = {
 }
 
 
-@pytest.mark.parametrize("preset", preset_names())
-@pytest.mark.parametrize("gait", HEXAPOD_GAITS)
+@pytest.mark.parametrize(("preset", "gait"), WALKS)
 @pytest.mark.parametrize("stride", STRIDES)
 def test_it_walks_as_far_as_it_was_told(preset, gait, stride):
     # Two cycles; within 5 % of the commanded displacement, and straight to 5 % of it.
@@ -33,10 +31,13 @@ def test_it_walks_as_far_as_it_was_told(preset, gait, stride):
     assert run.attrs["ending"] == "COMPLETED"
     start, end = run.body_position.values[0], run.body_position.values[-1]
     turned = float(np.unwrap(quaternion_yaw(run.body_orientation.values))[-1])
-    asked, turn = walk.trunk.position[-1], float(walk.trunk.yaw[-1])
+    asked, turn = walk.trunk.position[-1] - walk.trunk.position[0], float(walk.trunk.yaw[-1])
     distance = math.hypot(*asked[:2])
     assert np.hypot(*(end - start - asked)[:2]) <= 0.05 * max(distance, 0.04)
-    assert abs(turned - turn) <= 0.05 * max(abs(turn), math.radians(4))
+    # A body that goes round in a circle on springy feet tilts in turn to each side and comes back
+    # a little turned, by 0.4 degrees a cycle whatever its period and friction.
+    round_trip = math.radians(1) if walk.gait.sway else 0.0
+    assert abs(turned - turn) <= max(0.05 * max(abs(turn), math.radians(4)), round_trip)
 
 
 @pytest.mark.parametrize("stride", ["forward", "turning"])
@@ -69,8 +70,7 @@ def test_constant_speed_stance_walks_without_stopping():
     assert speed.min() > 0.02
 
 
-@pytest.mark.parametrize("preset", preset_names())
-@pytest.mark.parametrize("gait", HEXAPOD_GAITS)
+@pytest.mark.parametrize(("preset", "gait"), WALKS)
 def test_soft_servos_walk_too_but_not_as_far(preset, gait):
     # A servo of 9.2 N m/rad gives way by 0.1 rad under the load of a stance and springs back in
     # the air, so that feet land early and scuff: the way differs from the plan's, by up to 5 %.
@@ -80,7 +80,8 @@ def test_soft_servos_walk_too_but_not_as_far(preset, gait):
     run = simulate(scenario, walk)
     assert run.attrs["ending"] == "COMPLETED"
     way = run.body_position.values[-1] - run.body_position.values[0]
-    assert way[0] == pytest.approx(walk.trunk.position[-1, 0], rel=0.05)
+    asked = walk.trunk.position[-1, 0] - walk.trunk.position[0, 0]
+    assert way[0] == pytest.approx(asked, rel=0.05)
 
 
 def test_coxa_only_stance_slips_most_on_corner_legs():
@@ -96,7 +97,7 @@ def test_coxa_only_stance_slips_most_on_corner_legs():
     assert slip[4] < 0.6 * slip[0]
 
 
-@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("preset", HEXAPODS)
 def test_feet_that_slide_for_long_do_not_chatter(preset):
     # Forces of a smooth slide change by the motion: below 0.05 N from one millisecond to the next,
     # away from the switches. Chatter would move newtons from foot to foot at every step.

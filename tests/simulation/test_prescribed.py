@@ -14,6 +14,7 @@ from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.contact import POINT_RADIUS, foot_points
 from phasmid.simulation.prescribed.run import TrunkRun
+from walks import tilted_robot
 
 PAPER = load_scenario("paper").replace(contact_law="simscape")
 STILL = PAPER.replace(step_length=0.0, step_height=0.0)
@@ -104,11 +105,12 @@ def test_a_press_into_the_ground_converges_with_second_order():
     assert orders == pytest.approx([2, 2], abs=0.2)
 
 
-def test_a_flight_agrees_with_the_engines_to_the_engines_order():
+@pytest.mark.parametrize("robot", ["phantomx-paper", tilted_robot()], ids=["paper", "tilted"])
+def test_a_flight_agrees_with_the_engines_to_the_engines_order(robot):
     # Both simulators are told the same plan; the engine is of first order, so that halving its
     # step halves the difference. 20 % for its second-order part.
     def apart(dt):
-        ours = flight(0.2, dt=dt, record_interval=dt)
+        ours = flight(0.2, dt=dt, record_interval=dt, robot=robot)
         ours.advance()
         theirs = Run(ours.scenario.replace(contact_law="spring-damper"), ours.walk)
         first = ours.log.qpos[0], ours.log.qvel[0]
@@ -237,12 +239,13 @@ def contact_in_numpy(run, k):
     return general, on_feet
 
 
-def test_forces_and_torques_satisfy_the_law_and_the_equation_of_motion():
+@pytest.mark.parametrize("robot", ["phantomx-paper", tilted_robot()], ids=["paper", "tilted"])
+def test_forces_and_torques_satisfy_the_law_and_the_equation_of_motion(robot):
     # M a + h = tau + sum J^T F of all points, with the law written anew in NumPy and the matrices
     # of `dynamics`: six rows say that the trunk's acceleration is right, the others give the
     # recorded torques. Round-off: depths of 1e-4 m out of 0.1 m, times 1e4 N/m, and slips of
     # 1e-4 m/s out of 0.1 times 1400 N·s/m: some 1e-11 N, on arms below 1 m.
-    run = started(PAPER.replace(duration=0.5))
+    run = started(PAPER.replace(duration=0.5, robot=robot))
     run.advance()
     for k in (3, 77, 250, 490):
         general, on_feet = contact_in_numpy(run, k)

@@ -151,9 +151,9 @@ def _check_scenario(scenario: Scenario) -> int:
         f"scenario {scenario.name}: {walk.robot.name}, {walk.gait.name} gait, "
         f"{scenario.duration:g} s, {len(walk.time)} samples"
     )
+    way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
     print(
-        f"  planned way: {1000 * walk.trunk.position[-1, 0]:.1f} mm ahead, "
-        f"{1000 * walk.trunk.position[-1, 1]:.1f} mm to the left, "
+        f"  planned way: {way[0]:.1f} mm ahead, {way[1]:.1f} mm to the left, "
         f"{np.degrees(walk.trunk.yaw[-1]):.1f}° turn"
     )
     print(

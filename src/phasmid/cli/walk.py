@@ -118,6 +118,7 @@ def print_report(
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the scenario, its fields and the output."""
+    from phasmid.gait import GAITS
     from phasmid.robot import preset_names
     from phasmid.scenario import option_keys, scenario_names
 
@@ -154,7 +155,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         if key == "robot":
             words = f"a preset ({', '.join(preset_names())}) or a file"
         elif key == "gait":
-            words = "tripod, wave, ripple, amble, or the name of your own"
+            words = "; ".join(f"{', '.join(gaits)} of {n} legs" for n, gaits in GAITS.items())
+            words += "; or the name of your own"
         fields.add_argument(
             f"--{key.replace('_', '-')}",
             dest=f"field:{key}",

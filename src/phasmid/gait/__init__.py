@@ -3,5 +3,6 @@
 from phasmid.gait.gait import Gait
 from phasmid.gait.library import GAITS, HEXAPOD_GAITS, load_gait
 from phasmid.gait.support import support_margin
+from phasmid.gait.sway import Sway, sway
 
-__all__ = ["GAITS", "HEXAPOD_GAITS", "Gait", "load_gait", "support_margin"]
+__all__ = ["GAITS", "HEXAPOD_GAITS", "Gait", "Sway", "load_gait", "support_margin", "sway"]

@@ -9,13 +9,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.errors import InfeasibleWalk
-from phasmid.gait import Gait
+from phasmid.gait import Gait, sway
 from phasmid.kinematics import neutral_feet, step_pose
 from phasmid.motion.curves import Path, blend
 from phasmid.motion.feet import foothold, in_body, swing_fraction
 from phasmid.motion.footholds import Footholds, choose_footholds, holding_friction
 from phasmid.motion.posture import Postures, fit_postures, leaning_trunk
-from phasmid.motion.sway import sway, swayed
+from phasmid.motion.sway import swayed
 from phasmid.motion.swing import Swings, plan_swings
 from phasmid.motion.trunk import TrunkMotion, between_events, progress, trunk_motion
 from phasmid.robot import Robot

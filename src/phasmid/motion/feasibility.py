@@ -225,7 +225,10 @@ def check_support(
     when = f"at phase {times[worst] / scenario.stride.period:.2f}"
     if isinstance(course, Course):
         when = place(scenario, times[worst])
+    hint = "a gait with a larger duty factor, a shorter stride, or a wider stance"
+    if not course.gait.sway:
+        hint = "a gait with a larger duty factor or a sway, a shorter stride, or a wider stance"
     raise InfeasibleWalk(
         f"{when} the centre of mass is {-1000 * margin[worst]:.3g} mm outside the support polygon.",
-        hint="a gait with a larger duty factor, a shorter stride, or a wider stance",
+        hint=hint,
     )

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.gait import Gait
+from phasmid.gait import Gait, sway
 from phasmid.kinematics import neutral_feet
 from phasmid.motion.curves import Path
 from phasmid.motion.feet import coxa_only_feet, straight_feet
-from phasmid.motion.sway import sway, swayed
+from phasmid.motion.sway import swayed
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.robot import Robot
 from phasmid.scenario.stride import StrideTable

@@ -1,4 +1,4 @@
-"""How the body sways away from lifted feet, so that those that stand hold it."""
+"""The trunk's motion with its gait's sway."""
 
 from __future__ import annotations
 
@@ -7,46 +7,16 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.gait import Gait
-from phasmid.motion.curves import Path
+from phasmid.gait import Sway
 from phasmid.motion.trunk import TrunkMotion
 
 
-def sway(
-    gait: Gait,
-    neutral: Float[np.ndarray, "legs axes"],
-    period: float,
-    time: Float[np.ndarray, " time"],
-) -> Path:
-    """The body's way aside from its path, ahead and to the left.
-
-    Each foot drives it away from itself by a share of its distance from the feet's middle, most
-    when its swing is half over and as much towards itself half a cycle later: one smooth wave per
-    cycle and leg, so that a sway never jerks.
-
-    Args:
-        gait: Its sway is that share; it tells when feet swing.
-        neutral: Neutral feet in the body frame, x and y first [m], shape (L, 2) or (L, 3).
-        period: Time of a cycle [s].
-        time: Times [s], shape (N,).
-
-    Returns:
-        Way, speed and acceleration [m, s], shape (N, 2).
-    """
-    arm = gait.sway * (neutral[:, :2].mean(axis=0) - neutral[:, :2])
-    middle = np.asarray(gait.offsets) + gait.swing_fraction / 2
-    angle = 2 * np.pi * (np.asarray(time, dtype=float)[:, None] / period - middle)
-    rate = 2 * np.pi / period
-    c, s = np.cos(angle) @ arm, np.sin(angle) @ arm
-    return Path(c, -rate * s, -(rate**2) * c)
-
-
-def swayed(trunk: TrunkMotion, aside: Path) -> TrunkMotion:
+def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
     """A level trunk's motion that sways about its path.
 
     Args:
         trunk: The motion along the path, without pitch and roll.
-        aside: The way aside in the body's axes, shape (N, 2).
+        aside: The sway, in the body's axes.
     """
     yaw, turn, change = (
         values[:, 2, None]

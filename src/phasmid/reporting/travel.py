@@ -6,8 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid import kinematics
+from phasmid.gait import sway
 from phasmid.recording import Recording
 from phasmid.reporting.source import Source, channel
 
@@ -49,13 +51,16 @@ def travel(recording: Recording, source: Source) -> dict[str, Any]:
     position = channel(recording, "body_position")
     orientation = channel(recording, "body_orientation")
     if position is not None:
-        first = 0.0
+        yaw = np.zeros(len(time))
         if orientation is not None:
-            first = float(kinematics.quaternion_yaw(orientation[:1])[0])
+            yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
+        first = float(yaw[0])
+        if "trajectory" not in recording.attrs:
+            position = _without_sway(source, time, position, yaw)
         dx, dy = (position[-1] - position[0])[:2]
         forward = math.cos(first) * dx + math.sin(first) * dy
         sideways = math.cos(first) * dy - math.sin(first) * dx
-        # Chords of one step each follow a curved way and leave out the sway within a step.
+        # Chords of one step each follow a curved way and leave out the wavering within a step.
         marks = np.append(np.arange(time[0], time[-1] - 1e-9, source.step_time), time[-1])
         places = np.stack([np.interp(marks, time, position[:, k]) for k in range(2)], axis=-1)
         distance = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
@@ -77,3 +82,19 @@ def travel(recording: Recording, source: Source) -> dict[str, Any]:
             "largest_tilt": float(np.arccos(np.clip(upright, -1, 1)).max()),
         }
     return found
+
+
+def _without_sway(
+    source: Source,
+    time: Float[np.ndarray, " time"],
+    position: Float[np.ndarray, "time 3"],
+    yaw: Float[np.ndarray, " time"],
+) -> Float[np.ndarray, "time 3"]:
+    """Where the body would be if its gait did not sway it about its path."""
+    if not source.gait.sway:
+        return position
+    neutral, period = kinematics.neutral_feet(source.robot), source.scenario.stride.period
+    ahead, left = sway(source.gait, neutral, period, time).way.T
+    c, s = np.cos(yaw), np.sin(yaw)
+    aside = [c * ahead - s * left, s * ahead + c * left, np.zeros(len(time))]
+    return np.asarray(position - np.stack(aside, axis=-1))

@@ -1,0 +1,113 @@
+"""Presets with the gaits that they can walk, and robots with odd legs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from phasmid.gait import GAITS
+from phasmid.robot import Leg, Link, Robot, load_robot, preset_names, with_neutral_foot
+
+GAITS_OF = {name: tuple(GAITS[len(load_robot(name).legs)]) for name in preset_names()}
+"""Gaits by preset."""
+
+WALKS = [(name, gait) for name, gaits in GAITS_OF.items() for gait in gaits]
+"""Every preset with every gait that has a meaning for it."""
+
+HEXAPODS = [name for name, gaits in GAITS_OF.items() if "tripod" in gaits]
+"""Presets of six legs."""
+
+
+def tilted_robot() -> Robot:
+    """A hexapod whose coxa axes lean outwards by 20° and aside, legs at yaws of their own.
+
+    Left and right legs are mirror images, masses included: all centres of mass lie in the legs'
+    planes.
+    """
+    turns = {
+        "front": (-50.0, 20.0, 8.0),
+        "middle": (-85.0, 20.0, -5.0),
+        "rear": (-140.0, 20.0, 3.0),
+    }
+
+    def mounted(leg: Leg) -> Leg:
+        side = 1.0 if leg.name.startswith("right") else -1.0
+        yaw, pitch, roll = np.radians(turns[leg.name.split("_")[1]])
+        links = {link.name: _even(link, link.length) for link in leg.links}
+        turned = {"mount_yaw": side * yaw, "mount_pitch": pitch, "mount_roll": side * roll}
+        return replace(leg, **links, **turned)
+
+    robot = load_robot("phantomx-paper")
+    robot = replace(robot, name="tilted", legs=tuple(mounted(leg) for leg in robot.legs))
+    return with_neutral_foot(robot, 0.15, 0.1)
+
+
+def uneven_robot() -> Robot:
+    """A hexapod with longer rear legs: femurs by 15 mm, tibias by 30 mm."""
+
+    def grown(leg: Leg) -> Leg:
+        if "rear" not in leg.name:
+            return leg
+        longer = {"femur": leg.femur.length + 0.015, "tibia": leg.tibia.length + 0.03}
+        links = {link.name: _even(link, longer[link.name]) for link in leg.links[1:]}
+        return replace(leg, **links, neutral_foot=leg.neutral_foot * [1.15, 1.0, 1.0])
+
+    robot = load_robot("phantomx-paper")
+    return replace(robot, name="uneven", legs=tuple(grown(leg) for leg in robot.legs))
+
+
+def _even(link: Link, length: float) -> Link:
+    """A link of some length as an even rod of 20 mm, its weight grown with its length."""
+    mass = link.mass * length / link.length
+    across, along = mass * 0.01**2 / 4, mass * 0.01**2 / 2
+    across += mass * length**2 / 12
+    com = np.array([length / 2, 0.0, 0.0])
+    return Link(link.name, length, mass, com, np.diag([along, across, across]))
+
+
+def mirrored(robot: Robot) -> Robot:
+    """The robot's mirror image in its own plane of left and right, its legs in the same order."""
+    flip = np.array([1.0, -1.0, 1.0])
+
+    def image(leg: Leg) -> Leg:
+        return replace(
+            leg,
+            mount_position=leg.mount_position * flip,
+            mount_yaw=-leg.mount_yaw,
+            mount_roll=-leg.mount_roll,
+            neutral_foot=leg.neutral_foot * flip,
+        )
+
+    return replace(robot, legs=tuple(image(leg) for leg in robot.legs))
+
+
+def turned_about(robot: Robot, pitch: float, roll: float) -> Robot:
+    """The robot with its whole body's frame tilted: the same machine, described from another frame.
+
+    Args:
+        robot: The robot.
+        pitch: Turn of the new frame against the old about y [rad].
+        roll: Then about its new x [rad].
+    """
+    cp, sp, cr, sr = math.cos(pitch), math.sin(pitch), math.cos(roll), math.sin(roll)
+    R_old_new = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]) @ [
+        [1, 0, 0],
+        [0, cr, -sr],
+        [0, sr, cr],
+    ]
+    R = R_old_new.T
+
+    def seen(leg: Leg) -> Leg:
+        R_new_hip = R @ leg.X_body_hip[:3, :3]
+        return replace(
+            leg,
+            mount_position=R @ leg.mount_position,
+            mount_yaw=math.atan2(R_new_hip[1, 0], R_new_hip[0, 0]),
+            mount_pitch=-math.asin(R_new_hip[2, 0]),
+            mount_roll=math.atan2(R_new_hip[2, 1], R_new_hip[2, 2]),
+        )
+
+    body = replace(robot.body, com=R @ robot.body.com, inertia=R @ robot.body.inertia @ R.T)
+    return replace(robot, body=body, legs=tuple(seen(leg) for leg in robot.legs))
