@@ -4,12 +4,14 @@ import contextlib
 import errno
 import io
 import json
+import math
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,7 +19,7 @@ import pytest
 from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
-from phasmid.robot import load_servo
+from phasmid.robot import load_robot, load_servo, preset_names, robot_to_toml
 from phasmid.scenario import load_scenario, option_keys
 from phasmid.simulation import Run, record
 
@@ -128,6 +130,17 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
             id="G10",
         ),
         pytest.param(
+            ["walk", "--robot", "quadruped", "--gait", "tripod"],
+            'gait "tripod" has no meaning for 4 legs; it is one of 6 legs.\n  try  gait = "crawl"',
+            id="gait-of-other-legs",
+        ),
+        pytest.param(
+            ["walk", "--robot", "octopod", "--gait", "trot"],
+            'gait "trot" leaves 2 feet on the ground and keeps its balance by speed; at least 3 '
+            "are needed here.\n  try  one of tetrapod, wave, ripple",
+            id="gait-of-speed",
+        ),
+        pytest.param(
             ["walk", "--stance-law", "coxa"],
             '--stance-law is "coxa"; it must be "straight" or "coxa-only".\n  try  "coxa-only"',
             id="choice",
@@ -178,10 +191,6 @@ def test_an_existing_folder_is_not_touched_without_force(here, capsys):  # C5
 
 
 def test_a_fallen_robot_is_status_3_and_its_record_is_kept(here, capsys):
-    from dataclasses import replace
-
-    from phasmid.robot import load_robot, robot_to_toml
-
     robot = load_robot("phantomx-paper")
     weak = replace(robot, servo=replace(robot.servo, stall_torque=0.2))
     (here / "weak.toml").write_text(robot_to_toml(weak), encoding="utf-8")
@@ -401,7 +410,7 @@ def test_an_interrupt_that_cannot_be_raised_is_not_printed(monkeypatch, error, p
     assert sys.unraisablehook is hook
 
 
-@pytest.mark.parametrize("name", ["phantomx-paper", "phantomx-ax", "phantomx-mk4", "paper"])
+@pytest.mark.parametrize("name", [*preset_names(), "paper"])
 def test_check_says_that_the_presets_are_possible(here, capsys, name):
     assert main(["check", name]) == 0
     assert capsys.readouterr().out.endswith("possible.\n")
@@ -421,6 +430,17 @@ def test_an_interrupt_that_a_library_turns_into_another_error_is_still_one(monke
     before = signal.getsignal(signal.SIGINT)
     assert answered(capsys, "walk") == (130, "phasmid: stopped.\n")
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_check_tells_the_tilt_of_a_hip_where_it_has_one(here, capsys):
+    robot = load_robot("phantomx-paper")
+    tilted = replace(robot.legs[0], mount_pitch=math.radians(20))
+    text = robot_to_toml(replace(robot, legs=(tilted, *robot.legs[1:])))
+    (here / "tilted.toml").write_text(text, encoding="utf-8")
+    assert main(["check", "tilted.toml"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if "pitch" in line] == [lines[2]]
+    assert "mm, pitch 20°, neutral" in lines[2]
 
 
 def test_check_says_what_a_walk_does_on_its_terrain(here, capsys):

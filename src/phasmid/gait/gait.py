@@ -58,6 +58,7 @@ class Gait:
             check_number(f"gait.offsets[{i}]", offset, error=InvalidGait)
             if not 0 <= offset < 1:
                 raise InvalidGait(f"gait.offsets[{i}] is {offset:g}; offsets are phases in [0, 1).")
+        check_number("gait.sway", self.sway, error=InvalidGait)
         if not 0 <= self.sway <= LARGEST_SWAY:
             raise InvalidGait(
                 f"gait.sway is {self.sway:g}; it must be at least 0 and at most {LARGEST_SWAY:g}."

@@ -46,7 +46,8 @@ def with_mounts(robot: Robot, layout: MountLayout) -> Robot:
     Args:
         robot: The robot.
         layout: ``as-given`` changes nothing. ``perpendicular`` turns right legs to -90 degrees
-            and left legs to +90 degrees; each foot keeps its distance from its hip.
+            and left legs to +90 degrees; each foot keeps its distance from its hip, and each hip
+            its tilt.
     """
     if layout == "as-given":
         return robot
