@@ -13,7 +13,7 @@ from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.reporting.camera import View
 from phasmid.reporting.machine import body_pose, ribbon, robot_mesh
-from phasmid.reporting.panels import Axes, drive_words, short
+from phasmid.reporting.sheet import Axes, drive_words, short
 from phasmid.reporting.picture import picture
 from phasmid.reporting.shapes import Mesh, cylinder, joined
 from phasmid.reporting.source import Source, attribute, channel, finite_part, read_source

@@ -11,7 +11,8 @@ import numpy as np
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
-from phasmid.reporting.panels import Axes, Panels, legend, model_words, panels, shown_part
+from phasmid.reporting.panels import model_words, panels, shown_part
+from phasmid.reporting.sheet import Axes, Sheet, legend
 from phasmid.reporting.sensors import has_sensors, sensor_figure
 from phasmid.reporting.source import attribute, channel, finite_part, read_source
 from phasmid.reporting.style import (
@@ -191,7 +192,7 @@ def servo_figure(recording: Recording, legs: tuple[int, ...], name: str) -> Figu
 
 
 def _draw_joints(
-    panel: Panels,
+    panel: Sheet,
     recording: Recording,
     legs: tuple[int, ...],
     seen: np.ndarray | None,

@@ -10,7 +10,7 @@ import numpy as np
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording import Recording
-from phasmid.reporting.panels import drive_words, short
+from phasmid.reporting.sheet import drive_words, short
 from phasmid.reporting.source import channel, read_source
 from phasmid.reporting.style import FAINT, JOINT_COLOURS, Figure, darker, styled, thin
 

@@ -37,8 +37,23 @@ LEG_COLOURS = (
 """Colours of the legs, in order, in all pictures: near to Paul Tol's muted ones, all dark enough
 for text and light enough for a dashed line on top."""
 
+RUN_COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377")
+"""Colours of runs that are compared, in order: Paul Tol's bright ones."""
+
+RUN_DASHES = ("-", (0, (6, 1.6)), (0, (2.2, 1.4)), (0, (6, 1.4, 1.6, 1.4)), (0, (1, 1)), "-")
+"""Dashes of those runs, by which print without colour tells them apart."""
+
 INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
+
+LIMIT_COLOUR = "#b3261e"
+"""Colour of what must not be crossed."""
+
+STANCE_COLOUR = "#eef1f5"
+"""Shade of the time in which a leg is planned to stand."""
+
+LACKING_COLOUR = "#fbe3df"
+"""Shade of the time in which what is drawn does not exist, or is left out."""
 
 MOST_POINTS = 2000
 """Most points drawn of one line: twice as many as a figure has pixels across."""
