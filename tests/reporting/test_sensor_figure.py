@@ -5,7 +5,7 @@ import pytest
 
 from phasmid import load_scenario, sense
 from phasmid.errors import InvalidInput
-from phasmid.reporting.figures import figures
+from phasmid.reporting import figures
 from phasmid.reporting.sensors import sensor_figure
 
 

@@ -1,25 +1,31 @@
 """From a recording to numbers, figures and a run's folder."""
 
-from phasmid.reporting.drawing import draw_robot, walk_picture
-from phasmid.reporting.figures import (
+from phasmid.reporting.catalogue import (
+    CATALOGUE,
+    FigureKind,
+    can_be_plotted,
     figures,
-    normal_force_figure,
+    plot,
     save_figures,
-    torque_figure,
-    trajectory_figure,
 )
+from phasmid.reporting.drawing import draw_robot, walk_picture
+from phasmid.reporting.figures import normal_force_figure, torque_figure, trajectory_figure
 from phasmid.reporting.run_folder import check_folder, report
 from phasmid.reporting.source import Source, read_source
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.reporting.text import print_summary
 
 __all__ = [
+    "CATALOGUE",
+    "FigureKind",
     "Source",
     "Summary",
+    "can_be_plotted",
     "check_folder",
     "draw_robot",
     "figures",
     "normal_force_figure",
+    "plot",
     "print_summary",
     "read_source",
     "report",

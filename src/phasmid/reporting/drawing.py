@@ -13,9 +13,9 @@ from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.reporting.camera import View
 from phasmid.reporting.machine import body_pose, ribbon, robot_mesh
-from phasmid.reporting.sheet import Axes, drive_words, short
 from phasmid.reporting.picture import picture
 from phasmid.reporting.shapes import Mesh, cylinder, joined
+from phasmid.reporting.sheet import Axes, drive_words, short
 from phasmid.reporting.source import Source, attribute, channel, finite_part, read_source
 from phasmid.reporting.steps import intervals
 from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled

@@ -105,15 +105,26 @@ def load_difference(recording: Recording) -> list[float] | None:
 def least_support(recording: Recording, source: Source) -> float | None:
     """Smallest distance of the centre of mass from the edge of the planned support polygon [m]."""
     feet, stance = channel(recording, "foot_position"), channel(recording, "stance")
+    p_world_com = centre_of_mass(recording, source)
+    if feet is None or stance is None or p_world_com is None:
+        return None
+    margin = support_margin(feet[..., :2], stance, p_world_com[..., :2])
+    return float(margin.min())
+
+
+def centre_of_mass(recording: Recording, source: Source) -> np.ndarray | None:
+    """Centre of mass of the whole robot in the world [m], shape (N, 3).
+
+    Of the joint angles as seen, or else as planned; None where the pose is not recorded.
+    """
     position = channel(recording, "body_position")
     orientation = channel(recording, "body_orientation")
     angles = channel(recording, "joint_position")
     if angles is None:
         angles = channel(recording, "joint_position_target")
-    if feet is None or stance is None or position is None or orientation is None or angles is None:
+    if position is None or orientation is None or angles is None:
         return None
     p_body_com = kinematics.centre_of_mass(source.robot, angles)
     R_world_body = kinematics.quaternion_rotation(orientation)
-    p_world_com = position + np.einsum("nij,nj->ni", R_world_body, p_body_com)
-    margin = support_margin(feet[..., :2], stance, p_world_com[..., :2])
-    return float(margin.min())
+    p_world_com: np.ndarray = position + np.einsum("nij,nj->ni", R_world_body, p_body_com)
+    return p_world_com

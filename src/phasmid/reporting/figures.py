@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import string
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,7 @@ from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.panels import model_words, panels, shown_part
 from phasmid.reporting.sheet import Axes, Sheet, legend
-from phasmid.reporting.sensors import has_sensors, sensor_figure
-from phasmid.reporting.source import attribute, channel, finite_part, read_source
+from phasmid.reporting.source import attribute, channel, read_source
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -22,10 +20,14 @@ from phasmid.reporting.style import (
     Figure,
     darker,
     leg_colour,
-    save_figure,
     styled,
     thin,
 )
+
+ANGLES = ("joint_position", "joint_position_target")
+TORQUES = ("joint_torque", "joint_torque_model")
+FORCES = ("foot_normal_force", "foot_normal_force_model")
+"""Channels of which each kind of figure needs one."""
 
 LEGS_PER_FIGURE = 3
 MODEL_DASH = (0, (3.2, 1.8))
@@ -41,42 +43,6 @@ JOINT_ENTRIES: list[tuple[str, str, Any]] = [
 ]
 
 
-def figures(recording: Recording) -> dict[str, Figure]:
-    """Every figure that the recording has the channels for, by its file's stem.
-
-    Returns:
-        For a hexapod ``fig12`` to ``fig16``, as in the paper. With another number of legs there
-        are as many of a kind as groups of three legs need: ``fig14b`` follows ``fig14``. Of the
-        robot's own servos ``servo-duty``, ``servo-current`` and ``servo-temperature``. And
-        ``sensors``, where sensors were recorded.
-    """
-    source = read_source(recording)
-    recording = finite_part(recording)
-    groups = leg_groups(len(source.robot.legs))
-    first = groups if len(groups) > 2 else groups[:1]
-    found: dict[str, Figure] = {}
-    angles = ("joint_position", "joint_position_target")
-    torques = ("joint_torque", "joint_torque_model")
-    forces = ("foot_normal_force", "foot_normal_force_model")
-    for name, draw, needed, members in (
-        ("fig12", trajectory_figure, angles, first),
-        ("fig13", torque_figure, torques, groups[:1]),
-        ("fig14", torque_figure, torques, groups[1:]),
-        ("fig15", normal_force_figure, forces, groups[:1]),
-        ("fig16", normal_force_figure, forces, groups[1:]),
-    ):
-        if any(name_of in recording.data_vars for name_of in needed):
-            for number, legs in enumerate(members):
-                found[name + suffix_of(number)] = draw(recording, legs)
-    every = tuple(range(1, len(source.robot.legs) + 1))
-    for name in SERVO_FIGURES:
-        if name in recording.data_vars:
-            found[name.replace("_", "-")] = servo_figure(recording, every, name)
-    if has_sensors(recording):
-        found["sensors"] = sensor_figure(recording)
-    return found
-
-
 def suffix_of(number: int) -> str:
     """What tells the files of one kind apart: nothing, then b, c and so on, then a number."""
     letters = string.ascii_lowercase
@@ -87,16 +53,6 @@ def leg_groups(count: int) -> list[tuple[int, ...]]:
     """Leg numbers from 1 in groups of at most three, as even as can be."""
     parts = np.array_split(np.arange(1, count + 1), -(-count // LEGS_PER_FIGURE))
     return [tuple(int(leg) for leg in part) for part in parts]
-
-
-def save_figures(recording: Recording, folder: Path) -> list[Path]:
-    """Write every figure of `figures` as ``.svg`` and ``.png`` into an existing folder."""
-    written = []
-    for name, figure in figures(recording).items():
-        for suffix in (".svg", ".png"):
-            written.append(folder / f"{name}{suffix}")
-            save_figure(figure, written[-1])
-    return written
 
 
 def trajectory_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:

@@ -142,8 +142,8 @@ def _fill(recording: Recording, folder: Path, *, figures: bool) -> None:
     summary = json.dumps(summarise(recording), indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "summary.json").write_text(summary + "\n", encoding="utf-8", newline="\n")
     if figures:
+        from phasmid.reporting.catalogue import save_figures
         from phasmid.reporting.drawing import can_be_drawn, walk_picture
-        from phasmid.reporting.figures import save_figures
         from phasmid.reporting.style import save_figure
 
         (folder / "figures").mkdir()

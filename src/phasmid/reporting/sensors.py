@@ -14,6 +14,15 @@ from phasmid.reporting.sheet import drive_words, short
 from phasmid.reporting.source import channel, read_source
 from phasmid.reporting.style import FAINT, JOINT_COLOURS, Figure, darker, styled, thin
 
+SENSOR_CHANNELS = (
+    "joint_position_measured",
+    "joint_load_measured",
+    "foot_normal_force_measured",
+    "imu_angular_velocity",
+    "imu_acceleration",
+)
+"""What is drawn of what sensors told; one of these makes a figure."""
+
 TRUE_COLOUR = "#b9bec7"
 LEG, FEMUR, UP = 0, 1, 2
 """Of the many channels those are drawn that say most: leg 1, its femur, and the upright axis."""
@@ -26,11 +35,6 @@ class _Pair:
     label: str
     told: np.ndarray
     true: np.ndarray | None
-
-
-def has_sensors(recording: Recording) -> bool:
-    """Whether a recording holds what sensors told."""
-    return any(pair is not None for pair in _pairs(recording))
 
 
 def sensor_figure(recording: Recording) -> Figure:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from phasmid.errors import plain
 from phasmid.recording import Recording
 from phasmid.reporting.source import Source, attribute
-from phasmid.reporting.style import FAINT, Figure, wrapped
+from phasmid.reporting.style import FAINT, Figure, shrunk, wrapped
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -110,6 +110,13 @@ def sheet(
     return Sheet(figure, list(grid.ravel()), columns, 1 - (0.43 + more) / height, left)
 
 
+def name_row(axis: Axes, words: str) -> None:
+    """Write what a row of panels is of over the title of its first one."""
+    above: dict[str, Any] = {"xytext": (0, 15), "textcoords": "offset points"}
+    text = axis.annotate(words, (0, 1), xycoords="axes fraction", fontsize=8.5, **above)
+    shrunk(text, (0.98 - axis.get_position().x0) * float(axis.figure.bbox.width), least=6.0)
+
+
 def caption(recording: Recording, source: Source) -> list[str]:
     """Who was walking, how."""
     names = [short(source.robot.name), f"{short(source.gait.name)} gait"]
@@ -129,13 +136,20 @@ def short(name: str) -> str:
     return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME].rstrip()}…"
 
 
-def legend(place: Sheet, entries: Sequence[tuple[str, str, Any]], *, columns: int = 0) -> None:
+def legend(
+    place: Sheet,
+    entries: Sequence[tuple[str, str, Any]],
+    *,
+    columns: int = 0,
+    width: float = 1.6,
+) -> None:
     """Say under the title what each kind of line is: its label, colour and dash.
 
     Args:
         place: The sheet.
         entries: From left to right, then from above.
         columns: Entries in a line; all of them by default.
+        width: Of the lines [pt].
     """
     from matplotlib.lines import Line2D
 
@@ -144,7 +158,7 @@ def legend(place: Sheet, entries: Sequence[tuple[str, str, Any]], *, columns: in
     lines = -(-len(entries) // columns)
     order = [entries[k] for c in range(columns) for k in range(c, len(entries), columns)]
     handles = [
-        Line2D([], [], color=colour, linestyle=dash, label=label, linewidth=1.6)
+        Line2D([], [], color=colour, linestyle=dash, label=label, linewidth=width)
         for label, colour, dash in order
     ]
     place.figure.legend(

@@ -46,6 +46,9 @@ RUN_DASHES = ("-", (0, (6, 1.6)), (0, (2.2, 1.4)), (0, (6, 1.4, 1.6, 1.4)), (0, 
 INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
 
+POWER_COLOURS = ("#6b7079", "#004488", "#bb5566", "#d9a21b")
+"""Net power, what is given, the sum of sizes, and what servos draw."""
+
 LIMIT_COLOUR = "#b3261e"
 """Colour of what must not be crossed."""
 
@@ -68,6 +71,12 @@ def darker(colour: str) -> str:
     """A colour's dark variant, for a second line on top of the first."""
     parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
     return "#" + "".join(f"{round(0.6 * part):02x}" for part in parts)
+
+
+def paler(colour: str) -> str:
+    """A colour's pale variant, for an area behind a line of the first."""
+    parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(255 - 0.35 * (255 - part)):02x}" for part in parts)
 
 
 @contextmanager

@@ -1,0 +1,222 @@
+"""Torque and speed of the joints against what their servos can give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from phasmid.errors import InvalidInput
+from phasmid.recording import Recording
+from phasmid.recording.channels import JOINTS
+from phasmid.reporting.demand import how_to_get
+from phasmid.reporting.joints import STEADY_SHARE
+from phasmid.reporting.panels import check_legs, leg_name
+from phasmid.reporting.runs import Run, who
+from phasmid.reporting.sheet import Axes, legend, name_row, sheet
+from phasmid.reporting.source import Source, channel
+from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, leg_colour, styled
+from phasmid.robot import Servo
+from phasmid.robot.motor import Motor
+
+PAIRS = (("joint_torque", "joint_velocity"), ("joint_torque_model", "joint_velocity_target"))
+NEEDS = (("joint_torque", "joint_torque_model"), ("joint_velocity", "joint_velocity_target"))
+
+MOST_MARKS = 20_000
+"""Most samples of a joint that are drawn; those beyond the envelope always are."""
+
+ADVICE_DASH = (0, (2.2, 1.6))
+
+Limits: TypeAlias = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""From speed [rad/s] to the lowest and the highest torque at it [N·m]."""
+
+
+def envelope_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
+    """Torque over speed of coxae, femora and tibiae, in their servos' envelope.
+
+    Args:
+        runs: A row of panels each.
+        legs: Their numbers, from 1.
+
+    Raises:
+        InvalidInput: There is no such leg or no such channel.
+    """
+    for run in runs:
+        check_legs(legs, run.source)
+    found = [torque_and_speed(run.recording) for run in runs]
+    alone = len(runs) == 1
+    notes = [*who(runs), *([_told(runs[0], *found[0][:2])] if alone else [])]
+    with styled():
+        lines = -(-len(legs) // 3) + 1
+        rows = [2.75 if alone else 2.45] * len(runs)
+        drawing = sheet(
+            "Torque and speed of the servos",
+            notes,
+            rows,
+            columns=3,
+            legend_rows=lines if alone else lines + 1,
+            space=0.10,
+            gap=0.42,
+        )
+        for number, (run, (tau, qd, name)) in enumerate(zip(runs, found, strict=True)):
+            axes = drawing.axes[3 * number : 3 * number + 3]
+            for joint, axis in enumerate(axes):
+                _draw_joint(axis, run, tau, qd, legs, joint)
+                axis.set_title(JOINTS[joint])
+            if not alone:
+                name_row(axes[0], f"{run.label} · {_told(run, tau, qd)}")
+            model = " by the model" if name.endswith("_model") else ""
+            axes[0].set_ylabel(f"torque{model} [N·m]")
+        for axis in drawing.axes[-3:]:
+            axis.set_xlabel("speed [rad/s]")
+        entries: list[tuple[str, str, Any]] = [
+            (f"{leg} {leg_name(runs[0].source, leg)}", leg_colour(leg - 1), "-") for leg in legs
+        ]
+        entries += [("", "none", "-")] * (-len(legs) % 3)
+        entries += [
+            ("steady limit of the servo", LIMIT_COLOUR, "-"),
+            ("1/5 of stall, the makers' advice", FAINT, ADVICE_DASH),
+            ("", "none", "-"),
+        ]
+        legend(drawing, entries, columns=3)
+    return drawing.figure
+
+
+def torque_and_speed(recording: Recording) -> tuple[np.ndarray, np.ndarray, str]:
+    """Torques [N·m] and speeds [rad/s], shape (N, L, 3), as seen or else of the model and planned.
+
+    The name of the torques' channel is the third.
+
+    Raises:
+        InvalidInput: The recording has no such pair.
+    """
+    for torques, speeds in PAIRS:
+        tau, qd = channel(recording, torques), channel(recording, speeds)
+        if tau is not None and qd is not None:
+            return tau, qd, torques
+    lacking = "joint_torque" if channel(recording, "joint_torque") is None else "joint_velocity"
+    raise InvalidInput(
+        f"the recording has no {lacking}; torque over speed needs it.", hint=how_to_get(lacking)
+    )
+
+
+def servo_limits(source: Source) -> tuple[Limits, str]:
+    """What the servos of an experiment can give at each steady speed, and under which terms.
+
+    Servos that move the joints by their own law have the scenario's voltage and torque limit.
+    Under another drive they are taken at the voltage of their data sheet; the ideal servo, and one
+    whose stall current is not known, follows the straight line that its drive follows.
+    """
+    servo, drive = source.robot.servo, source.scenario.simulation.drive
+    if servo.stall_current is None or drive == "ideal-servo":
+        return lambda speed: ideal_limits(servo, speed), "line from stall to no-load speed"
+    if drive == "servo":
+        table = source.scenario.servo
+        servo, voltage = table.set_up(servo), table.voltage
+        share = servo.torque_limit
+    else:
+        voltage, share = servo.rated_voltage, 1.0
+    motor = servo.motor
+    words = f"limit at {voltage:g} V" + (f", {100 * share:g} % output" if share < 1 else "")
+    return lambda speed: motor_limits(motor, share * voltage, speed), words
+
+
+def motor_limits(motor: Motor, voltage: float, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest torque of a motor and its gears at steady speeds, in all four quadrants.
+
+    Under the voltage u the motor has the torque m = k (u - k w) / R. The gears' friction
+    c1 |m| + c0 and b w oppose the motion: they are lost while the servo drives its load, and help
+    it while the load drives the servo, and so at standstill, where it holds.
+
+    Args:
+        motor: The motor.
+        voltage: Largest at its winding, of both signs [V].
+        speed: At the output [rad/s], any shape.
+
+    Returns:
+        Torques on the joint [N·m], of the speed's shape.
+    """
+    return -_highest(motor, voltage, -speed), _highest(motor, voltage, speed)
+
+
+def _highest(motor: Motor, voltage: float, speed: np.ndarray) -> np.ndarray:
+    given = motor.constant * (voltage - motor.constant * speed) / motor.resistance
+    friction = motor.load_loss * np.abs(given) + motor.coulomb
+    torque: np.ndarray = given + np.where(speed > 0, -friction, friction) - motor.viscous * speed
+    return torque
+
+
+def ideal_limits(servo: Servo, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest torque of the ideal servo [N·m]: on a line from stall to no-load speed
+    where it drives its load, the stall torque where it brakes.
+
+    Args:
+        servo: The servo.
+        speed: At the output [rad/s], any shape.
+    """
+
+    def highest(w: np.ndarray) -> np.ndarray:
+        share = 1 - np.maximum(w, 0.0) / servo.no_load_speed
+        torque: np.ndarray = servo.stall_torque * np.maximum(share, 0.0)
+        return torque
+
+    return -highest(-speed), highest(speed)
+
+
+def beyond(source: Source, tau: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """Which samples lie beyond the servos' steady limits, of the torques' shape."""
+    lowest, highest = servo_limits(source)[0](qd)
+    # A servo at its limit is on it up to round-off.
+    slack = 1e-6 * source.stall_torque
+    outside: np.ndarray = (tau < lowest - slack) | (tau > highest + slack)
+    return outside
+
+
+def _told(run: Run, tau: np.ndarray, qd: np.ndarray) -> str:
+    words = servo_limits(run.source)[1]
+    outside = 100 * float(beyond(run.source, tau, qd).mean())
+    above = 100 * float((np.abs(tau) > STEADY_SHARE * run.source.stall_torque).mean())
+    return f"{words} · {outside:.2g} % of samples beyond it, {above:.2g} % above 1/5 of stall"
+
+
+def _draw_joint(
+    axis: Axes,
+    run: Run,
+    tau: np.ndarray,
+    qd: np.ndarray,
+    legs: tuple[int, ...],
+    joint: int,
+) -> None:
+    outside = beyond(run.source, tau, qd)
+    every = -(-len(tau) // MOST_MARKS)
+    for leg in legs:
+        of = (slice(None), leg - 1, joint)
+        kept = outside[of].copy()
+        kept[::every] = True
+        axis.plot(
+            qd[of][kept],
+            tau[of][kept],
+            linestyle="",
+            marker=".",
+            markersize=2.2,
+            markeredgewidth=0,
+            color=leg_colour(leg - 1),
+            # Some hundred thousand marks are a picture, in files of lines too.
+            rasterized=True,
+        )
+    reach = 1.05 * max(run.source.no_load_speed, float(np.abs(qd).max(initial=0.0)))
+    tiny = np.nextafter(0.0, 1.0)
+    speed = np.concatenate([np.linspace(-reach, 0.0, 60), [tiny], np.linspace(0.0, reach, 60)[1:]])
+    limits = servo_limits(run.source)[0]
+    axis.plot(speed, limits(speed)[1], color=LIMIT_COLOUR, linewidth=1.2)
+    speed = -speed[::-1]
+    axis.plot(speed, limits(speed)[0], color=LIMIT_COLOUR, linewidth=1.2)
+    advice = STEADY_SHARE * run.source.stall_torque
+    for level in (-advice, advice):
+        axis.axhline(level, color=FAINT, linewidth=1.0, linestyle=ADVICE_DASH)
+    axis.set_xlim(-reach, reach)
+    # The limits of braking are far above what drives, and would leave the marks no room.
+    largest = max(1.25 * float(limits(np.array([tiny]))[1][0]), 1.1 * float(np.abs(tau).max()))
+    low, high = axis.get_ylim() if axis.get_autoscaley_on() is False else (0.0, 0.0)
+    axis.set_ylim(min(low, -largest), max(high, largest))
