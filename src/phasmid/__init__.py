@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from phasmid.gait import Gait
     from phasmid.motion import JointTrajectory, Walk, load_trajectory, plan
     from phasmid.recording import load_recording, save_mcap, save_recording
-    from phasmid.reporting import report, summarise
+    from phasmid.reporting import export, plot, report, summarise
     from phasmid.robot import Body, Leg, Link, Robot, Servo
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
@@ -54,12 +54,14 @@ _ROOM_OF = {
     "Unreachable": "errors",
     "Walk": "motion",
     "analyse": "forces",
+    "export": "reporting",
     "import_robot": "formats",
     "load_recording": "recording",
     "load_robot": "formats",
     "load_scenario": "scenario",
     "load_trajectory": "motion",
     "plan": "motion",
+    "plot": "reporting",
     "replay": "simulation",
     "report": "reporting",
     "save_mcap": "recording",
@@ -103,12 +105,14 @@ __all__ = [
     "Unreachable",
     "Walk",
     "analyse",
+    "export",
     "import_robot",
     "load_recording",
     "load_robot",
     "load_scenario",
     "load_trajectory",
     "plan",
+    "plot",
     "replay",
     "report",
     "save_mcap",

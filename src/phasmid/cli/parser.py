@@ -7,12 +7,14 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import check, convert, paper, replay, report, verify, walk
+from phasmid.cli import check, convert, export, paper, plot, replay, report, verify, walk
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
     "report": "make the folder of a recording, or of the log of a run that was cut off",
+    "plot": "draw figures of a run, or of several that are compared",
+    "export": "write a recording as CSV, Parquet, NetCDF or MCAP, for other programs",
     "replay": "run a recorded walk again and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "verify": "the physics against closed forms and conservation laws, on this machine",
@@ -53,7 +55,12 @@ def build_parser(command: str | None) -> Parser:
     # The scenario's fields are looked up only where they are needed: it takes a while.
     if command == "walk":
         walk.add_options(walking)
-    for name, module in (("report", report), ("replay", replay)):
+    for name, module in (
+        ("report", report),
+        ("plot", plot),
+        ("export", export),
+        ("replay", replay),
+    ):
         reading = commands.add_parser(
             name, help=COMMANDS[name], description=f"{COMMANDS[name]}.", allow_abbrev=False
         )

@@ -7,9 +7,9 @@ import math
 import os
 import secrets
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -62,11 +62,25 @@ def write_whole(path: Path, data: bytes | memoryview) -> None:
     Raises:
         OutputError: It cannot be written; nothing is left behind.
     """
+    with whole_file(path) as file:
+        file.write(data)
+
+
+@contextlib.contextmanager
+def whole_file(path: Path) -> Iterator[BinaryIO]:
+    """A file to write to, which appears under its name once all is written, or not at all.
+
+    Args:
+        path: The file.
+
+    Raises:
+        OutputError: It cannot be written; nothing is left behind.
+    """
     partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
     try:
         try:
             with partial.open("xb") as file:
-                file.write(data)
+                yield file
                 file.flush()
                 os.fsync(file.fileno())
             partial.replace(path)

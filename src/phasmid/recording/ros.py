@@ -50,6 +50,15 @@ _MESSAGES = {
 }
 """Standard message types by the fields that they are made of."""
 
+TOLD: tuple[set[str], ...] = (
+    {"joint_position"},
+    {"joint_position_target"},
+    {"body_position", "body_orientation"},
+    {"imu_orientation", "imu_angular_velocity", "imu_acceleration"},
+    {"foot_force"},
+)
+"""Channels that make a message; others only fill it."""
+
 WORLD, BODY = "world", "base_link"
 """Names of the frames, as ROS has them."""
 
@@ -78,8 +87,8 @@ def save_mcap(
         rate: Most messages of a topic a second [1/s].
 
     Raises:
-        InvalidInput: The extra ``ros`` is not installed, the rate is not positive, or the names are
-            not one text for each leg.
+        InvalidInput: The extra ``ros`` is not installed, the rate is not positive, the names are
+            not one text for each leg, or the recording has nothing that a message tells.
         OutputError: The file cannot be written.
     """
     check_mcap()
@@ -88,7 +97,12 @@ def save_mcap(
     check_number("rate", rate)
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
-    names = _leg_names(recording, leg_names)
+    if not any(group <= {str(name) for name in recording.data_vars} for group in TOLD):
+        raise InvalidInput(
+            "none of these channels has a message of its own.",
+            hint="joint_position, foot_force, or body_position with body_orientation",
+        )
+    names = names_of_legs(recording, leg_names)
     from mcap_ros2.writer import Writer
 
     time = np.asarray(recording["time"].values)
@@ -96,7 +110,7 @@ def save_mcap(
     file = io.BytesIO()
     writer: Any = Writer(file)
     schemas: dict[str, Any] = {}
-    for row in _rows(time, rate).tolist():
+    for row in rows_at(time, rate).tolist():
         ns = round(1e9 * float(time[row]))
         for topic, kind, content in _messages(arrays, row, names, ns):
             if kind not in schemas:
@@ -121,21 +135,30 @@ def check_mcap() -> None:
         ) from None
 
 
-def _leg_names(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:
-    """A name for each leg of a recording."""
+def names_of_legs(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:
+    """A name for each leg of a recording; ``leg1``, ``leg2`` and so on by default.
+
+    Raises:
+        InvalidInput: The names are not one text for each leg.
+    """
     count = recording.sizes.get("leg", 0)
     if names is None:
         return [f"leg{number}" for number in range(1, count + 1)]
     check_type("leg_names", names, (tuple, list), "a list of texts")
     for place, name in enumerate(names):
         check_type(f"leg_names[{place}]", name, (str,), "text")
-    if len(names) != count:
+    if count and len(names) != count:
         raise InvalidInput(f"leg_names has {len(names)} names; one per leg, {count} in all.")
     return names
 
 
-def _rows(time: np.ndarray, rate: float) -> np.ndarray:
-    """Samples to write: the first of each interval of 1/rate."""
+def rows_at(time: np.ndarray, rate: float) -> np.ndarray:
+    """Samples to write: the first of each interval of 1/rate.
+
+    Args:
+        time: Of all samples [s].
+        rate: Most samples a second [1/s].
+    """
     # A nanosecond: a sample that is due counts, whatever the last digit of its time says.
     number = np.floor((time - time[0]) * rate + 1e-9 * rate)
     rows: np.ndarray = np.flatnonzero(np.diff(number, prepend=-1.0) > 0)
@@ -183,7 +206,7 @@ def _messages(
             )
     if "body_position" in arrays and "body_orientation" in arrays:
         yield from _body_messages(arrays, row, world)
-    if "imu_orientation" in arrays:
+    if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= set(arrays):
         # A covariance that begins with 0 is one that is not known.
         content = {"header": body, "orientation": _quaternion(arrays["imu_orientation"][row])}
         content |= {

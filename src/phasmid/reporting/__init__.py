@@ -8,6 +8,7 @@ from phasmid.reporting.catalogue import (
     plot,
     save_figures,
 )
+from phasmid.reporting.data_file import check_export, export
 from phasmid.reporting.drawing import draw_robot, walk_picture
 from phasmid.reporting.figures import normal_force_figure, torque_figure, trajectory_figure
 from phasmid.reporting.run_folder import check_folder, report
@@ -21,8 +22,10 @@ __all__ = [
     "Source",
     "Summary",
     "can_be_plotted",
+    "check_export",
     "check_folder",
     "draw_robot",
+    "export",
     "figures",
     "normal_force_figure",
     "plot",

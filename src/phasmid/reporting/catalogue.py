@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from phasmid.errors import InvalidInput, nearest
+from phasmid.errors import InvalidInput, located, nearest
 from phasmid.recording import Recording, load_recording
 from phasmid.reporting import envelope, foot_path, friction, gait_diagram, power, residuals, support
 from phasmid.reporting.comparison import compare_feet, compare_joints
@@ -305,13 +305,24 @@ def draw_groups(
     Raises:
         InvalidInput: A run lacks what the figure shows, or it cannot show several.
     """
-    if len(runs) > 1 and not kind.several:
-        raise InvalidInput(f"the figure {kind.name} shows one run; {len(runs)} were given.")
-    for run in runs:
-        check_needs(run.recording, kind.needs, kind.name)
+    check_figure(runs, kind)
     count = min(len(run.source.robot.legs) for run in runs)
     groups = [tuple(legs)] if legs else kind.groups(count)
     return [kind.draw(runs, group) for group in groups]
+
+
+def check_figure(runs: Sequence[Run], kind: FigureKind) -> None:
+    """Refuse runs that a figure cannot show.
+
+    Raises:
+        InvalidInput: A run lacks what the figure shows, or it cannot show several.
+    """
+    if len(runs) > 1 and not kind.several:
+        raise InvalidInput(f"the figure {kind.name} shows one run; {len(runs)} were given.")
+    for run in runs:
+        where = run.label if len(runs) > 1 else ""
+        with located(where):
+            check_needs(run.recording, kind.needs, kind.name)
 
 
 def figures(recording: Recording) -> dict[str, Figure]:

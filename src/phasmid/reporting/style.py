@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -155,17 +156,41 @@ def _width(text: Text, words: str) -> float:
     return width
 
 
+NO_DATES: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""Kinds of file, and what is left out of each so that the same figure gives the same file."""
+
+
 def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
     """Write a figure as the kind of file that its name says; the same figure gives the same file.
 
     Args:
         figure: What to write.
-        path: File ending in ``.svg`` or ``.png``.
+        path: File ending in ``.svg``, ``.png`` or ``.pdf``.
         dpi: Pixels per inch of a ``.png``; the style's by default.
     """
-    metadata = {"Date": None} if path.suffix == ".svg" else {"Software": None}
+    with path.open("wb") as file:
+        file.write(encoded_figure(figure, path.suffix.removeprefix("."), dpi=dpi))
+
+
+def encoded_figure(figure: Figure, kind: str, *, dpi: float | None = None) -> bytes:
+    """A figure as the bytes of a file; the same figure gives the same bytes.
+
+    Args:
+        figure: What to write.
+        kind: Of file: ``svg``, ``png`` or ``pdf``.
+        dpi: Pixels per inch of a ``png``, and of what is a picture in the others; the style's by
+            default.
+    """
+    file = io.BytesIO()
     with styled():
-        figure.savefig(path, metadata=metadata, dpi="figure" if dpi is None else dpi)
+        figure.savefig(
+            file, format=kind, metadata=NO_DATES[kind], dpi="figure" if dpi is None else dpi
+        )
+    return file.getvalue()
 
 
 def thin(

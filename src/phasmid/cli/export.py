@@ -1,0 +1,81 @@
+"""``phasmid export``: a recording in a file that other programs read."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+from phasmid.cli.plot import run_name
+from phasmid.cli.report import told_damage
+from phasmid.errors import InvalidInput, plain
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the recording and the output."""
+    parser.add_argument("file", metavar="RECORDING", help="a result folder, or a recording")
+    parser.add_argument(
+        "--format",
+        metavar="FORMAT",
+        help="csv, parquet (extra parquet), netcdf, or mcap for Foxglove and ROS 2 (extra ros); "
+        "default: as --out ends, or csv",
+    )
+    parser.add_argument(
+        "--out", metavar="FILE", help="default: beside the result folder, with its name"
+    )
+    parser.add_argument(
+        "--channels", metavar="A,B,...", help="channels that are written; default: all"
+    )
+    parser.add_argument(
+        "--rate", metavar="HZ", help="most samples a second; default: all, of mcap 100"
+    )
+    parser.add_argument("--force", action="store_true", help="replace the file")
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Export what the options ask for; returns the exit status."""
+    from phasmid.recording import load_recording
+    from phasmid.reporting.data_file import ENDINGS, check_export, export
+
+    given = Path(options.file)
+    kind = options.format or (None if options.out else "csv")
+    target = Path(options.out or _beside(given, ENDINGS.get(kind or "", "")))
+    rate = _rate(options.rate)
+    with told_damage() as damage:
+        recording = load_recording(given)
+    source = given / "recording.nc" if given.is_dir() else given
+    if target.exists() and target.samefile(source):
+        raise InvalidInput(
+            f"{target} is the recording itself; nothing was written.", hint="another --out"
+        )
+    check_export(target, kind, force=options.force)
+    channels = [name.strip() for name in options.channels.split(",")] if options.channels else None
+    export(recording, target, format=kind, channels=channels, rate=rate, force=options.force)
+    if not options.quiet:
+        print(plain(str(target)))
+    return 2 if any(found.wrong for found in damage) else 0
+
+
+def _beside(given: Path, ending: str) -> Path:
+    """A file beside a recording, or beside its result folder, which holds nothing foreign."""
+    whole = given.resolve()
+    folder = whole if whole.is_dir() else whole.parent if whole.name == "recording.nc" else None
+    if folder is None:
+        return given.with_name(f"{given.stem}{ending}")
+    above = given.parent if given.is_dir() else given.parent.parent
+    if given.name in ("", ".", "..") or above.resolve() != folder.parent:
+        above = folder.parent
+    return above / f"{run_name(given)}{ending}"
+
+
+def _rate(text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = math.nan
+    if not (rate > 0 and math.isfinite(rate)):
+        raise InvalidInput(f'--rate is "{text}"; it must be a finite number greater than 0.')
+    return rate

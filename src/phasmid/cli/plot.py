@@ -1,0 +1,177 @@
+"""``phasmid plot``: figures of a run, or of several that are compared."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from phasmid.cli.report import told_damage
+from phasmid.cli.walk import leg_numbers
+from phasmid.errors import InvalidInput, OutputError, nearest, plain
+
+if TYPE_CHECKING:
+    from phasmid.reporting.style import Figure
+
+KINDS = ("svg", "png", "pdf")
+
+RESOLUTION = 150.0
+"""Of pictures [pixels per inch]."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the runs, the figures and the output."""
+    parser.usage = "phasmid plot RECORDING... FIGURE... [--out DIR] [--format svg,png,pdf]"
+    parser.add_argument(
+        "things",
+        nargs="*",
+        metavar="RECORDING FIGURE",
+        help="result folders or recordings, then names of figures, or all; several recordings are "
+        "compared in one figure",
+    )
+    parser.add_argument("--list", action="store_true", help="list the figures and stop")
+    parser.add_argument(
+        "--out", metavar="DIR", help="folder of the figures; default: plots/NAME of the recording"
+    )
+    parser.add_argument(
+        "--format",
+        default="svg",
+        metavar="KINDS",
+        help="svg, png, pdf, or several with commas between; default: svg",
+    )
+    parser.add_argument("--legs", metavar="1,2,...", help="legs that are shown; default: all")
+    parser.add_argument(
+        "--labels", metavar="A,B,...", help="names of the runs; default: those of their folders"
+    )
+    parser.add_argument("--force", action="store_true", help="replace figures of these names")
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw what the options ask for; returns the exit status."""
+    from phasmid.recording import load_recording
+    from phasmid.reporting.catalogue import (
+        CATALOGUE,
+        can_be_plotted,
+        check_figure,
+        draw_groups,
+        find_figure,
+    )
+    from phasmid.reporting.runs import gather
+
+    if options.list:
+        width = max(map(len, CATALOGUE))
+        for kind in CATALOGUE.values():
+            print(f"{kind.name:{width}}  {kind.sentence}")
+        return 0
+    paths, names = sort_out(options.things, CATALOGUE)
+    kinds = _kinds(options.format)
+    labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
+    folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
+    with told_damage():
+        recordings = [load_recording(path) for path in paths]
+    runs = gather(recordings, labels)
+    legs = leg_numbers(options.legs, runs[0].source.robot)
+    if "all" in names:
+        fitting = [{kind.name for kind in can_be_plotted(one.recording)} for one in runs]
+        chosen = [
+            kind
+            for kind in CATALOGUE.values()
+            if all(kind.name in found for found in fitting) and (kind.several or len(runs) == 1)
+        ]
+    else:
+        chosen = [find_figure(name) for name in names]
+    count = min(len(one.source.robot.legs) for one in runs)
+    targets = {
+        kind.name: _files(folder, kind.name, 1 if legs else len(kind.groups(count)), kinds)
+        for kind in chosen
+    }
+    _check_files([path for rows in targets.values() for row in rows for path in row], options.force)
+    # What is refused is refused before anything is drawn.
+    for kind in chosen:
+        check_figure(runs, kind)
+    for kind in chosen:
+        figures = draw_groups(runs, kind, legs)
+        for figure, files in zip(figures, targets[kind.name], strict=True):
+            _write(figure, files)
+            if not options.quiet:
+                print("\n".join(plain(str(path)) for path in files))
+    return 0
+
+
+def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path], list[str]]:
+    """Which of some arguments are recordings, and which are names of figures.
+
+    Args:
+        things: Recordings first, or in any order.
+        known: Names of figures.
+
+    Raises:
+        InvalidInput: There is no recording or no figure, or something is neither.
+    """
+    paths: list[Path] = []
+    names: list[str] = []
+    for thing in things:
+        if thing in known or thing == "all":
+            names.append(thing)
+        elif Path(thing).exists():
+            paths.append(Path(thing))
+        else:
+            guess = nearest(thing, known)
+            looks = "/" in thing or "\\" in thing or Path(thing).suffix in (".nc", ".rec")
+            if looks or (not paths and not guess):
+                raise InvalidInput(f"recording {thing} does not exist.", hint="phasmid walk")
+            raise InvalidInput(f'no figure "{thing}".', hint=guess or "phasmid plot --list")
+    if not paths:
+        raise InvalidInput("no recording is named.", hint="phasmid plot results/paper gait-diagram")
+    if not names:
+        raise InvalidInput(
+            "no figure is named.", hint=f"phasmid plot {paths[0]} all, or phasmid plot --list"
+        )
+    return paths, list(dict.fromkeys(names))
+
+
+def run_name(path: Path) -> str:
+    """What a run is called by its file or folder."""
+    path = path.resolve()
+    if path.is_dir():
+        return path.name
+    return path.parent.name if path.name == "recording.nc" else path.stem
+
+
+def _kinds(text: str) -> list[str]:
+    kinds = [part.strip().lower() for part in text.split(",")]
+    for kind in kinds:
+        if kind not in KINDS:
+            guess = nearest(kind, KINDS)
+            raise InvalidInput(f'no format "{kind}".', hint=guess or f"one of {', '.join(KINDS)}")
+    return list(dict.fromkeys(kinds))
+
+
+def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[list[Path]]:
+    from phasmid.reporting.figures import suffix_of
+
+    return [[folder / f"{name}{suffix_of(k)}.{kind}" for kind in kinds] for k in range(count)]
+
+
+def _check_files(files: Sequence[Path], force: bool) -> None:
+    for path in files:
+        if path.exists() and not force:
+            raise InvalidInput(
+                f"{path} exists; nothing was written.", hint="--force, or another --out"
+            )
+
+
+def _write(figure: Figure, files: Sequence[Path]) -> None:
+    from phasmid.recording.file import cannot_write, write_whole
+    from phasmid.reporting.style import encoded_figure
+
+    for path in files:
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except FileExistsError:
+            raise OutputError(f"cannot write {path}: {path.parent} is not a folder.") from None
+        except OSError as error:
+            raise cannot_write(path, error) from None
+        write_whole(path, encoded_figure(figure, path.suffix[1:], dpi=RESOLUTION))
