@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain verify meshes test lint bench stress lock clean
+.PHONY: help setup walk paper physics terrain gallery verify meshes test lint bench stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -43,6 +43,8 @@ terrain: $(READY) ## walk the ten terrains anew: docs/terrain.md and its picture
 
 meshes: $(READY) ## draw the presets' meshes anew (needs the extra cad)
 	@"$(BIN)/python" -m phasmid.cad.presets
+gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
+	@"$(BIN)/python" docs/gallery_page.py
 
 test: lint ## run every check, the tests last
 	@echo "== tests"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
@@ -19,8 +20,9 @@ from phasmid.recording.recording import Recording
 BLOCK = 4096
 """Rows that are text at the same time."""
 
-FORMULA = tuple("=+-@\t\r\n＝＋－＠")
-"""Letters with which a cell of text begins that a spreadsheet would run, full-width ones too."""
+FORMULA = re.compile(r'(^\s*|[;,|"]\s*)([=+\-@＝＋－＠])')
+"""Where a spreadsheet would run a text: its beginning, and what follows a letter at which some
+spreadsheets begin a cell, whatever the quotes say; full-width letters too."""
 
 PLAIN_UNITS = str.maketrans({"·": " ", "²": "^2", "°": "deg"})
 """Units in letters that every program reads, as in ``kg m^2``."""
@@ -39,7 +41,7 @@ def columns(recording: Recording, leg_names: Sequence[str] | None = None) -> dic
     """
     time = np.asarray(recording["time"].values)
     found: dict[str, np.ndarray] = {"time [s]": time}
-    legs = [plain(name) for name in _leg_names(recording, leg_names)]
+    legs = _leg_names(recording, leg_names)
     for name in recording.data_vars:
         channel = CHANNELS[str(name)]
         values = np.asarray(recording[name].values)
@@ -51,13 +53,15 @@ def columns(recording: Recording, leg_names: Sequence[str] | None = None) -> dic
     return found
 
 
-def _leg_names(recording: Recording, given: Sequence[str] | None) -> Sequence[str]:
+def _leg_names(recording: Recording, given: Sequence[str] | None) -> list[str]:
     count = recording.sizes.get("leg", 0)
     if given is None:
         return [f"leg{number}" for number in range(1, count + 1)]
     if count and len(given) != count:
         raise InvalidInput(f"the recording has {count} legs, and {len(given)} names were given.")
-    return given
+    names = [plain(name) for name in given]
+    # Names that differ in unprintable letters alone would make columns of one heading.
+    return names if len(set(names)) == count else [f"{n}#{k}" for k, n in enumerate(names, 1)]
 
 
 def save_csv(
@@ -96,9 +100,7 @@ def text_cell(text: str) -> str:
     Args:
         text: Names in files may be anything.
     """
-    text = plain(text)
-    # Spaces before it do not keep a spreadsheet from running what follows.
-    return f"'{text}" if text.startswith(FORMULA) or text.lstrip().startswith(FORMULA) else text
+    return FORMULA.sub(r"\1'\2", plain(text))
 
 
 def _digits(values: np.ndarray) -> list[str]:

@@ -202,6 +202,7 @@ def _draw_joint(
             markersize=2.2,
             markeredgewidth=0,
             color=leg_colour(leg - 1),
+            alpha=0.5,
             # Some hundred thousand marks are a picture, in files of lines too.
             rasterized=True,
         )

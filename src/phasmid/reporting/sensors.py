@@ -64,7 +64,7 @@ def sensor_figure(recording: Recording) -> Figure:
         FigureCanvasAgg(figure)
         grid = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
         figure.subplots_adjust(
-            left=0.13, right=0.98, top=1 - 0.72 / height, bottom=0.47 / height, hspace=0.2
+            left=0.13, right=0.965, top=1 - 0.72 / height, bottom=0.47 / height, hspace=0.2
         )
         words = [short(source.robot.name), f"{short(source.gait.name)} gait"]
         words.append(drive_words(recording, source))
@@ -95,7 +95,7 @@ def _pairs(recording: Recording) -> list[_Pair | None]:
         spin = np.einsum("tji,tj->ti", quaternion_rotation(orientation), spin)
     return [
         _pair(recording, "femur [°]", "joint_position", "joint_position_measured", at, degrees),
-        _pair(recording, "femur load", "servo_duty", "joint_load_measured", at),
+        _pair(recording, "femur load [1]", "servo_duty", "joint_load_measured", at),
         _pair(recording, "foot [N]", "foot_normal_force", "foot_normal_force_measured", at[:2]),
         _pair(recording, "gyro y [°/s]", spin, "imu_angular_velocity", (slice(None), 1), degrees),
         _pair(recording, "acc. z [m/s²]", None, "imu_acceleration", up),

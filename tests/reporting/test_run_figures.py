@@ -1,0 +1,446 @@
+"""Figures beyond the paper's say the right numbers, in units, for one run and for several."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from phasmid import kinematics
+from phasmid.errors import InvalidInput
+from phasmid.recording import CHANNELS
+from phasmid.reporting import CATALOGUE, plot, read_source, summarise
+from phasmid.reporting.envelope import beyond, ideal_limits, motor_limits, servo_limits
+from phasmid.reporting.foot_path import feet_in_body
+from phasmid.reporting.friction import LEAST_LOAD, friction_demand
+from phasmid.reporting.power import power_of
+from phasmid.reporting.support import margin_over_time
+from phasmid.robot import load_robot
+from phasmid.scenario import load_scenario
+from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step
+
+NAMES = ("right front", "right middle", "right rear", "left rear", "left middle", "left front")
+DRAWN = [name for name in CATALOGUE if name not in ("walk", "fig13", "fig14", "fig15", "fig16")]
+"""Figures that are none of a drawing of their own, or of another with fewer legs."""
+
+WHOLE = ("support-margin", "power")
+SERVO = {"servo_duty": 0.5, "servo_current": 0.4, "servo_temperature": 30.0}
+
+
+def given(recording, **channels):
+    """The recording with other numbers in some channels; a number alone stands for all of them."""
+    sizes = dict(recording.sizes) | {"joint": 3, "axis": 3}
+    changed = {}
+    for name, values in channels.items():
+        dims = CHANNELS[name].dims
+        shape = tuple(sizes[dim] for dim in dims)
+        changed[name] = (dims, np.broadcast_to(values, shape).copy())
+    return recording.assign(changed)
+
+
+@pytest.fixture(scope="module")
+def full_walk(walk):
+    """Two cycles with every channel that a figure draws."""
+    recording = walk(duration=4.0, interval=0.05)
+    measured = {
+        "joint_position_measured": recording["joint_position"].values,
+        "foot_normal_force_measured": recording["foot_normal_force"].values,
+    }
+    return given(recording, **SERVO, **measured)
+
+
+def words(figure):
+    from matplotlib.text import Text
+
+    return " | ".join(text.get_text() for text in figure.findobj(Text))
+
+
+def bars(axis):
+    """Beginnings and ends of the bars of each collection."""
+    return [
+        [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in found.get_paths()]
+        for found in axis.collections
+    ]
+
+
+@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("count", [1, 2])
+def test_every_axis_has_a_unit_and_no_text_leaves_its_figure(full_walk, name, count):
+    from matplotlib.text import Text
+
+    if count > 1 and not CATALOGUE[name].several:
+        pytest.skip("shows one run")
+    runs = [full_walk, given(full_walk, joint_torque=0.1)][:count]
+    figure = plot(runs, name, labels=["first", "second"][:count])
+    figure.canvas.draw()
+    shown = [axis for axis in figure.axes if axis.get_visible()]
+    # Panels of a row or of a column may share a label: its first, or its last, has it.
+    for axis in shown:
+        place = axis.get_subplotspec()
+        if place.is_first_col() and name != "gait-diagram":
+            assert "[" in axis.get_ylabel()
+        if place.is_last_row():
+            assert "[" in axis.get_xlabel()
+    # Matplotlib keeps labels of ticks that it does not show.
+    ticks = {id(label) for a in shown for label in (*a.get_xticklabels(), *a.get_yticklabels())}
+    for text in figure.findobj(Text):
+        box = text.get_window_extent()
+        if text.get_text() and text.axes in (None, *shown) and id(text) not in ticks:
+            assert box.x0 >= figure.bbox.x0 - 1
+            assert box.x1 <= figure.bbox.x1 + 1
+            assert box.y0 >= figure.bbox.y0 - 1
+            assert box.y1 <= figure.bbox.y1 + 1
+    # No legend lies on a panel.
+    for legend in figure.legends:
+        tops = [axis.get_window_extent().y1 for axis in shown]
+        assert legend.get_window_extent().y0 >= max(tops)
+
+
+def test_the_gait_diagram_shows_stance_and_contact_where_they_are(walk):
+    recording = walk(duration=4.0, interval=0.01)
+    contact = recording["contact"].values.copy()
+    # Leg 2 stands during the first and the third second; it is seen to lift half a second early.
+    contact[50:100, 1] = False
+    figure = plot(given(recording, contact=contact), "gait-diagram")
+    axis = figure.axes[0]
+    planned, seen = bars(axis)[:6], bars(axis)[6:]
+    # The last sample begins another stance of leg 2.
+    np.testing.assert_allclose(planned[1][:2], [(0.0, 1.0), (2.0, 3.0)], atol=0.011)
+    np.testing.assert_allclose(seen[1][:2], [(0.0, 0.5), (2.0, 3.0)], atol=0.011)
+    np.testing.assert_allclose(planned[0], [(1.0, 2.0), (3.0, 4.0)], atol=0.011)
+    labels = [label.get_text() for label in axis.get_yticklabels()]
+    assert labels == [f"{k} {name}" for k, name in enumerate(NAMES, 1)]
+    # Half a second of six times four differs.
+    assert f"contact {100 * (1 - 0.5 / 24):.1f} % as planned" in words(figure)
+
+
+def test_the_support_margin_is_the_distance_to_the_hull_of_the_standing_feet(short_walk):
+    source = read_source(short_walk)
+    axis = plot(short_walk, "support-margin").axes[0]
+    seen = axis.lines[0].get_ydata()
+    angles, body = short_walk["joint_position"].values, short_walk["body_position"].values
+    # The walk goes straight ahead with the body level.
+    com = body + kinematics.centre_of_mass(source.robot, angles)
+    for row in range(0, len(seen), 37):
+        standing = short_walk["contact"].values[row]
+        feet = short_walk["foot_position"].values[row, standing, :2]
+        hull = ConvexHull(feet)
+        depth = -(hull.equations[:, :2] @ com[row, :2] + hull.equations[:, 2])
+        assert seen[row] == pytest.approx(1000 * depth.min(), abs=1e-6)
+    assert "of the centre of mass" in words(axis.figure)
+    least = 1000 * summarise(short_walk)["support"]["least_margin"]
+    assert min(axis.lines[1].get_ydata()) == pytest.approx(least, abs=1e-9)
+    assert f"least {least:.1f} mm" in words(axis.figure)
+
+
+def test_without_all_poses_the_margin_is_that_of_the_body_and_says_so(walk):
+    recording = walk(duration=2.0, interval=0.01, drop=("body_orientation",))
+    assert "of the body's origin" in words(plot(recording, "support-margin"))
+    margin, what = margin_over_time(recording, read_source(recording), "contact")
+    assert what == "body's origin"
+    assert np.isfinite(margin).all()
+
+
+def test_where_fewer_than_three_feet_stand_there_is_no_margin(short_walk):
+    contact = short_walk["contact"].values.copy()
+    contact[100:150] = False
+    contact[100:150, :2] = True
+    figure = plot(given(short_walk, contact=contact), "support-margin")
+    line = figure.axes[0].lines[0].get_ydata()
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(line)), np.arange(100, 150))
+    assert "shaded: fewer than three feet" in words(figure)
+    assert "shaded" not in words(plot(short_walk, "support-margin"))
+
+
+@pytest.mark.parametrize("speed", [-4.0, -1.0, 1.0, 4.0])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_envelope_is_what_the_servos_simulation_gives_at_steady_speed(speed, side):
+    """A joint is turned at constant speed while its servo pushes with all it has. In a steady state
+    the rotor turns with it and the gears' torque is constant: k i - w's friction, from `servo_step`
+    and not from the figure."""
+    servo, dt, voltage = load_robot("phantomx-paper").servo, 1e-4, 9.0
+    numbers = servo_numbers(servo, dt, voltage, 25.0)
+    state, applied = np.zeros((len(FIELDS), 1)), np.zeros(1)
+    state[FIELDS.index("speed")] = speed
+    limits, angle = np.array([[-1e3], [1e3]]), np.zeros(1)
+    for _ in range(10_000):
+        angle += dt * speed
+        target = angle + side
+        servo_step(target, angle, np.array([speed]), limits, numbers, state, applied)
+    assert state[FIELDS.index("duty"), 0] == side
+    limit = motor_limits(servo.motor, voltage, np.array([speed]))[0 if side < 0 else 1]
+    # Twist and speed have settled: what moves them falls by e in milliseconds.
+    assert applied[0] == pytest.approx(limit[0], rel=1e-4)
+
+
+def test_the_envelope_meets_the_data_sheet_and_mirrors_itself():
+    servo = load_robot("phantomx-paper").servo
+    motor, voltage = servo.motor, servo.rated_voltage
+    tiny = np.nextafter(0.0, 1.0)
+    speed = np.array([tiny, servo.no_load_speed, 0.0, -2.0, 2.0])
+    low, high = motor_limits(motor, voltage, speed)
+    assert high[0] == pytest.approx(servo.stall_torque, rel=1e-12)
+    assert high[1] == pytest.approx(0.0, abs=1e-12)
+    # At standstill and when pushed back its friction helps.
+    assert high[2] > high[0]
+    assert high[3] > high[2]
+    np.testing.assert_allclose(low[[2, 3, 4]], -high[[2, 4, 3]], rtol=1e-15)
+    low, high = ideal_limits(servo, speed)
+    np.testing.assert_allclose(high[[0, 1, 3]], [servo.stall_torque, 0.0, servo.stall_torque])
+
+
+def test_the_envelope_takes_the_voltage_of_servos_that_drive_the_walk(walk):
+    def words_of(**fields):
+        scenario = load_scenario("paper").replace(**fields)
+        return servo_limits(read_source(walk(duration=1.0, interval=0.05, scenario=scenario)))[1]
+
+    assert words_of() == "limit at 12 V"
+    assert words_of(drive="servo", voltage=9) == "limit at 9 V"
+    assert words_of(drive="servo", torque_limit=0.5) == "limit at 12 V, 50 % output"
+    assert words_of(drive="ideal-servo") == "line from stall to no-load speed"
+
+
+def test_torque_over_speed_is_drawn_sample_by_sample(short_walk):
+    figure = plot(short_walk, "servo-envelope")
+    tau, qd = short_walk["joint_torque"].values, short_walk["joint_velocity"].values
+    for joint, axis in enumerate(figure.axes):
+        for leg in range(6):
+            np.testing.assert_array_equal(axis.lines[leg].get_xdata(), qd[:, leg, joint])
+            np.testing.assert_array_equal(axis.lines[leg].get_ydata(), tau[:, leg, joint])
+        advice = [line.get_ydata()[0] for line in axis.lines if len(line.get_ydata()) == 2]
+        stall = read_source(short_walk).robot.servo.stall_torque
+        np.testing.assert_allclose(sorted(advice), [-stall / 5, stall / 5])
+    torque = summarise(short_walk)["torque"]["simulation"]
+    assert f"{100 * torque['share_above_advice']:.2g} % above 1/5 of stall" in words(figure)
+
+
+def test_samples_beyond_the_envelope_are_counted_and_never_left_out(walk, monkeypatch):
+    recording = walk(duration=4.0, interval=0.01)
+    tau = np.zeros((401, 6, 3))
+    tau[124, 4, 1] = 9.0
+    recording = given(recording, joint_torque=tau)
+    assert np.argwhere(beyond(read_source(recording), tau, np.zeros_like(tau))).tolist() == [
+        [124, 4, 1]
+    ]
+    monkeypatch.setattr("phasmid.reporting.envelope.MOST_MARKS", 10)
+    figure = plot(recording, "servo-envelope")
+    marks = figure.axes[1].lines[4].get_ydata()
+    assert len(marks) == 11
+    assert 9.0 in marks
+    assert f"{100 / tau.size:.2g} % of samples beyond it" in words(figure)
+
+
+def test_friction_demand_is_tangential_over_normal_force_in_loaded_stances(short_walk):
+    stance, normal = short_walk["stance"].values, short_walk["foot_normal_force"].values
+    force = short_walk["foot_force"].values.copy()
+    force[..., 0], force[..., 1] = 0.3 * normal, 0.4 * normal
+    light = LEAST_LOAD * read_source(short_walk).weight * 0.99
+    normal = normal.copy()
+    normal[20:30] = light
+    force[20:30] = [1.0, 0.0, light]
+    recording = given(short_walk, foot_force=force, foot_normal_force=normal)
+    figure = plot(recording, "friction-demand")
+    expected = np.where(stance, 0.5, np.nan)
+    expected[20:30] = np.nan
+    for leg, axis in enumerate(figure.axes):
+        np.testing.assert_allclose(axis.lines[0].get_ydata(), expected[:, leg], rtol=1e-12)
+        assert set(axis.lines[1].get_ydata()) == {0.7}
+        assert axis.get_title(loc="left") == f"Leg {leg + 1}, {NAMES[leg]}"
+    assert "stances under at least 0.52 N" in words(figure)
+
+
+def test_on_a_slope_the_demand_is_that_along_the_slope(walk):
+    """A foot that bears its load upright on a slope demands the slope's tangent."""
+    scenario = load_scenario("paper").replace(terrain="slope", slope_deg=10)
+    recording = walk(duration=2.0, interval=0.05, scenario=scenario, drop=("foot_normal_force",))
+    demand, limit, _ = friction_demand(recording, read_source(recording))
+    standing = recording["stance"].values
+    np.testing.assert_allclose(demand[standing], math.tan(math.radians(10)), rtol=1e-9)
+    assert np.isnan(demand[~standing]).all()
+    assert (limit == 0.7).all()
+
+
+def test_the_cone_is_that_of_the_patch_under_the_foot(walk):
+    scenario = load_scenario("paper").replace(patches=[[-5, 5, 0, 5, 0.2]])
+    recording = walk(duration=2.0, interval=0.05, scenario=scenario)
+    _, limit, _ = friction_demand(recording, read_source(recording))
+    # The feet of the left side, y > 0, stand on ice.
+    assert (limit[:, :3] == 0.7).all()
+    assert (limit[:, 3:] == 0.2).all()
+
+
+def test_foot_paths_in_the_body_do_not_depend_on_where_the_body_goes(short_walk):
+    expected = short_walk["foot_position"].values - short_walk["body_position"].values[:, None]
+    yaw, away = 0.8, np.array([1.0, -2.0, 0.3])
+    c, s = math.cos(yaw), math.sin(yaw)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    moved = given(
+        short_walk,
+        foot_position=short_walk["foot_position"].values @ R.T + away,
+        body_position=short_walk["body_position"].values @ R.T + away,
+    )
+    moved["body_orientation"][:] = [math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]
+    np.testing.assert_allclose(feet_in_body(moved), expected, atol=1e-14)
+    above, world, side, _ = plot(moved, "foot-path").axes
+    for leg in range(6):
+        line = np.array(above.lines[leg].get_data()).T
+        np.testing.assert_allclose(line, 1000 * expected[:, leg, :2], atol=1e-10)
+        line = np.array(side.lines[leg].get_data()).T
+        np.testing.assert_allclose(line, 1000 * expected[:, leg, ::2], atol=1e-10)
+        line = np.array(world.lines[leg].get_data()).T
+        np.testing.assert_allclose(line, 1000 * moved["foot_position"].values[:, leg, :2])
+    assert "1 right front" in words(above.figure)
+
+
+def test_power_is_torque_times_speed_and_energy_its_integral(walk):
+    """Nine joints with 2 N·m at 3 rad/s and nine with -1 N·m at it: 54 W and -27 W."""
+    tau = np.full((401, 6, 3), 2.0)
+    tau[:, 3:] = -1.0
+    recording = given(
+        walk(duration=4.0, interval=0.01), joint_torque=tau, joint_velocity=3.0, **SERVO
+    )
+    figure = plot(recording, "power")
+    above, below = figure.axes
+    # Of 0.5 of 12 V at 0.4 A each of 18 servos takes 2.4 W.
+    for number, power in enumerate((27.0, 54.0, 81.0, 43.2)):
+        np.testing.assert_allclose(above.lines[number].get_ydata(), power, rtol=1e-12)
+        time, energy = below.lines[number].get_data()
+        np.testing.assert_allclose(energy, power * time, atol=1e-9)
+    assert (above.get_ylabel(), below.get_ylabel()) == ("power [W]", "energy [J]")
+    kinds = {kind.name: kind for kind in power_of(recording, read_source(recording))}
+    told = summarise(recording)
+    assert kinds["given"].energy[-1] == pytest.approx(told["energy"]["work"], rel=1e-12)
+    cost = kinds["given"].cost_of_transport
+    assert cost == pytest.approx(told["energy"]["cost_of_transport"], rel=1e-12)
+    assert cost == pytest.approx(54 * 4 / (26 * told["travel"]["distance"]), rel=1e-9)
+    assert f"cost of transport {cost:.2f} (given)" in words(figure)
+
+
+def test_a_supply_that_would_be_fed_counts_nothing(short_walk):
+    recording = given(short_walk, **SERVO | {"servo_duty": -0.5})
+    kinds = {kind.name: kind for kind in power_of(recording, read_source(recording))}
+    assert (kinds["electrical"].power == 0).all()
+
+
+def test_residuals_are_the_models_less_the_simulated_numbers(short_walk):
+    # The made-up torques differ by 0.01 N·m, the forces by 2 %.
+    force, *torques = plot(short_walk, "residuals").axes
+    normal = short_walk["foot_normal_force"].values
+    for leg in range(6):
+        whole, calm = force.lines[2 * leg].get_ydata(), force.lines[2 * leg + 1].get_ydata()
+        np.testing.assert_allclose(whole, 0.02 * normal[:, leg], atol=1e-12)
+        # Legs switch every second; 80 ms on either side are left out.
+        phase = np.arange(401) % 100
+        away = np.minimum(phase, 100 - phase) >= 8
+        np.testing.assert_array_equal(np.isfinite(calm), away)
+        for axis in torques:
+            np.testing.assert_allclose(axis.lines[2 * leg].get_ydata(), -0.01, atol=1e-12)
+    assert [axis.get_ylabel() for axis in torques] == ["torque [N·m]"] * 3
+    assert "minimum-norm" in words(force.figure)
+
+
+def test_runs_are_compared_line_by_line_and_told_apart_by_what_differs(walk):
+    runs = [walk(duration=4.0, interval=0.01)]
+    other = load_scenario("paper").replace(step_length_mm=60, voltage=9)
+    runs.append(walk(duration=6.0, interval=0.01, scenario=other))
+    figure = plot(runs, "joint-torque", legs=(2, 5), labels=["a", "b"])
+    assert len(figure.axes) == 6
+    for row, leg in enumerate((1, 4)):
+        for joint in range(3):
+            axis = figure.axes[3 * row + joint]
+            for run, line in zip(runs, axis.lines, strict=True):
+                # Only the time that both have is shown.
+                torque = run["joint_torque"].values[:401, leg, joint]
+                np.testing.assert_array_equal(line.get_ydata(), torque)
+    text = words(figure)
+    assert "a: step length 40 mm, voltage 12 V, duration 4 s" in text
+    assert "b: step length 60 mm, voltage 9 V, duration 6 s" in text
+    assert "2 right middle · femur" in text
+    looks = {(line.get_color(), line.get_linestyle()) for line in figure.axes[0].lines}
+    assert len({colour for colour, _ in looks}) == 2
+    assert len({dash for _, dash in looks}) == 2
+
+
+def test_runs_of_one_scenario_are_told_apart_by_their_names_alone(short_walk):
+    figure = plot([short_walk, short_walk], "power", labels=["before", "after"])
+    text = words(figure)
+    assert "before · cost of transport" in text
+    assert "after · cost of transport" in text
+    assert "power given [W]" in text
+
+
+def test_robots_that_differ_are_named(walk):
+    robot = replace(load_robot("phantomx-paper"), name="my-robot")
+    runs = [walk(duration=2.0, interval=0.05), walk(duration=2.0, interval=0.05, robot=robot)]
+    text = words(plot(runs, "normal-force"))
+    assert "phantomx-paper" in text
+    assert "my-robot" in text
+
+
+def test_of_long_runs_the_same_last_cycles_are_compared(walk):
+    runs = [walk(duration=24.0, interval=0.05), walk(duration=30.0, interval=0.05)]
+    figure = plot(runs, "normal-force", legs=[1])
+    # The shorter ends at 24 s; a cycle is 2 s.
+    assert figure.axes[0].get_xlim() == pytest.approx((14.0, 24.0))
+    for run, line in zip(runs, figure.axes[0].lines, strict=True):
+        np.testing.assert_allclose(line.get_xdata(), run["time"].values[280:481])
+
+
+@pytest.mark.parametrize(
+    ("name", "drop", "error", "hint"),
+    [
+        ("gait-diagram", ("stance", "contact"), "stance or contact", "from its plan"),
+        ("support-margin", ("body_position",), "body_position", "phasmid.simulate"),
+        ("servo-envelope", ("joint_torque", "joint_torque_model"), "joint_torque", "simulate"),
+        ("friction-demand", ("foot_force", "foot_force_model"), "foot_force", "simulate"),
+        ("foot-path", ("foot_position",), "foot_position", "simulate"),
+        ("residuals", ("joint_torque_model",), "joint_torque_model", "phasmid.analyse"),
+        ("servo-current", (), "servo_current", "--drive servo"),
+        ("sensors", (), "joint_position_measured", "--measured everything"),
+    ],
+)
+def test_a_figure_says_which_channel_is_lacking_and_how_to_get_it(walk, name, drop, error, hint):
+    recording = walk(duration=1.0, interval=0.05, drop=drop)
+    with pytest.raises(InvalidInput, match=f"has no {error}") as refused:
+        plot(recording, name)
+    assert f"the figure {name} needs it." in str(refused.value)
+    assert hint in refused.value.hint
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_leg_that_is_not_there_is_refused(full_walk, name):
+    if name in ("sensors", "support-margin", "power"):
+        pytest.skip("shows all legs, or none")
+    with pytest.raises(InvalidInput, match="there is no leg 7; legs are 1 to 6"):
+        plot(full_walk, name, legs=[7])
+
+
+def test_names_runs_and_labels_are_checked(short_walk):
+    with pytest.raises(InvalidInput, match='no figure "joint-torqe"') as refused:
+        plot(short_walk, "joint-torqe")
+    assert refused.value.hint == "joint-torque"
+    with pytest.raises(InvalidInput, match="7 runs were given; a figure shows 1 to 6"):
+        plot([short_walk] * 7, "power")
+    with pytest.raises(InvalidInput, match="1 labels were given for 2 runs"):
+        plot([short_walk] * 2, "power", labels=["a"])
+    with pytest.raises(InvalidInput, match="the figure walk shows one run; 2 were given"):
+        plot([short_walk] * 2, "walk")
+
+
+def test_an_analysis_has_figures_of_what_the_model_computes(walk):
+    drop = ("joint_torque", "joint_velocity", "joint_position", "contact", "foot_force")
+    recording = walk(duration=2.0, interval=0.05, drop=drop)
+    assert "by the model" in words(plot(recording, "servo-envelope"))
+    assert "by the model" in words(plot(recording, "power"))
+    assert "of the model" in words(plot(recording, "friction-demand"))
+    assert "contact as seen" not in words(plot(recording, "gait-diagram"))
+
+
+def test_robots_with_other_numbers_of_legs_have_all_figures(walk, eight_legs):
+    robot, scenario = eight_legs
+    recording = walk(duration=2.0, interval=0.05, robot=robot, scenario=scenario)
+    for name in CATALOGUE:
+        if CATALOGUE[name].several and not name.startswith("servo-"):
+            assert "leg 8" in words(plot(recording, name, legs=[8])) or name in WHOLE
+    assert len(plot(recording, "servo-envelope").axes) == 3
