@@ -116,7 +116,7 @@ def test_legs_whose_names_print_alike_keep_a_column_each(recording):
 
 
 def test_what_cannot_be_written_leaves_nothing(recording, tmp_path):
-    with pytest.raises(OutputError, match="cannot write .*no such file"):
+    with pytest.raises(OutputError, match=r"cannot write .*no such file"):
         save_csv(recording, tmp_path / "absent" / "a.csv")
     assert list(tmp_path.iterdir()) == []
 

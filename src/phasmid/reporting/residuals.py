@@ -53,6 +53,7 @@ def residuals_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             share_y=False,
             legend_rows=-(-len(legs) // 3) if alone else len(parts),
             gap=0.26,
+            left=0.13,
         )
         names = ["normal force", *(f"{joint} torque" for joint in JOINTS)]
         for row, (axis, name) in enumerate(zip(drawing.axes, names, strict=True)):
