@@ -43,6 +43,7 @@ terrain: $(READY) ## walk the ten terrains anew: docs/terrain.md and its picture
 
 meshes: $(READY) ## draw the presets' meshes anew (needs the extra cad)
 	@"$(BIN)/python" -m phasmid.cad.presets
+
 gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 	@"$(BIN)/python" docs/gallery_page.py
 

@@ -12,7 +12,7 @@ from phasmid.motion import plan
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
-from phasmid.reporting.panels import figure_legend
+from phasmid.reporting.sheet import figure_legend
 from phasmid.reporting.style import FAINT, INK, JOINT_COLOURS, Figure, leg_colour, styled
 
 WIDTH = 7.2
