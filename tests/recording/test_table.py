@@ -67,7 +67,7 @@ def test_columns_are_named_with_leg_joint_and_unit(recording, tmp_path):
     assert len(heading) == 1 + 6 + 2 + 2 + 3 + 6
     for name in heading:
         assert re.fullmatch(r"[ -~]+ \[[^\]]+\]", name)
-    with pytest.raises(InvalidInput, match="has 2 legs, and 1 names were given"):
+    with pytest.raises(InvalidInput, match="leg_names has 1 names; one per leg, 2 in all"):
         columns(recording, ["a"])
 
 

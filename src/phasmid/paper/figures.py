@@ -12,6 +12,7 @@ from phasmid.motion import plan
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
+from phasmid.reporting.sheet import figure_legend
 from phasmid.reporting.style import FAINT, INK, JOINT_COLOURS, Figure, leg_colour, styled
 
 WIDTH = 7.2
@@ -168,18 +169,5 @@ def _grid(
 
 
 def _legend(figure: Figure, entries: list[tuple[str, str, Any, float]], columns: int = 4) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [
-        Line2D([], [], color=colour, linestyle=dash, label=label, linewidth=width)
-        for label, colour, dash, width in entries
-    ]
     top = 1 - 0.50 / float(figure.get_figheight())
-    figure.legend(
-        handles=handles,
-        loc="upper left",
-        bbox_to_anchor=(0.100, top),
-        ncols=columns,
-        columnspacing=1.4,
-        borderaxespad=0.2,
-    )
+    figure_legend(figure, entries, top=top, columns=columns)

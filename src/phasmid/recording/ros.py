@@ -102,7 +102,7 @@ def save_mcap(
             "none of these channels has a message of its own.",
             hint="joint_position, foot_force, or body_position with body_orientation",
         )
-    names = _leg_names(recording, leg_names)
+    names = names_of_legs(recording, leg_names)
     from mcap_ros2.writer import Writer
 
     time = np.asarray(recording["time"].values)
@@ -135,15 +135,19 @@ def check_mcap() -> None:
         ) from None
 
 
-def _leg_names(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:
-    """A name for each leg of a recording."""
+def names_of_legs(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:
+    """A name for each leg of a recording; ``leg1``, ``leg2`` and so on by default.
+
+    Raises:
+        InvalidInput: The names are not one text for each leg.
+    """
     count = recording.sizes.get("leg", 0)
     if names is None:
         return [f"leg{number}" for number in range(1, count + 1)]
     check_type("leg_names", names, (tuple, list), "a list of texts")
     for place, name in enumerate(names):
         check_type(f"leg_names[{place}]", name, (str,), "text")
-    if len(names) != count:
+    if count and len(names) != count:
         raise InvalidInput(f"leg_names has {len(names)} names; one per leg, {count} in all.")
     return names
 

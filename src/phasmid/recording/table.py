@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, plain
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.recording.file import whole_file
-from phasmid.recording.recording import Recording
+from phasmid.recording.recording import Recording, check_recording
+from phasmid.recording.ros import names_of_legs
 
 BLOCK = 4096
 """Rows that are text at the same time."""
@@ -41,7 +43,7 @@ def columns(recording: Recording, leg_names: Sequence[str] | None = None) -> dic
     """
     time = np.asarray(recording["time"].values)
     found: dict[str, np.ndarray] = {"time [s]": time}
-    legs = _leg_names(recording, leg_names)
+    legs = _plain_names(recording, leg_names)
     for name in recording.data_vars:
         channel = CHANNELS[str(name)]
         values = np.asarray(recording[name].values)
@@ -53,15 +55,11 @@ def columns(recording: Recording, leg_names: Sequence[str] | None = None) -> dic
     return found
 
 
-def _leg_names(recording: Recording, given: Sequence[str] | None) -> list[str]:
-    count = recording.sizes.get("leg", 0)
-    if given is None:
-        return [f"leg{number}" for number in range(1, count + 1)]
-    if count and len(given) != count:
-        raise InvalidInput(f"the recording has {count} legs, and {len(given)} names were given.")
-    names = [plain(name) for name in given]
+def _plain_names(recording: Recording, given: Sequence[str] | None) -> list[str]:
+    names = [plain(name) for name in names_of_legs(recording, given)]
     # Names that differ in unprintable letters alone would make columns of one heading.
-    return names if len(set(names)) == count else [f"{n}#{k}" for k, n in enumerate(names, 1)]
+    alike = len(set(names)) < len(names)
+    return [f"{n}#{k}" for k, n in enumerate(names, 1)] if alike else names
 
 
 def save_csv(
@@ -81,8 +79,10 @@ def save_csv(
     Raises:
         OutputError: The file cannot be written; nothing is left behind.
     """
+    check_recording(recording)
+    path = path_of("path", path)
     table = columns(recording, leg_names)
-    with whole_file(Path(path)) as file:
+    with whole_file(path) as file:
         head = io.StringIO()
         writer = csv.writer(head, quoting=csv.QUOTE_ALL, lineterminator="\n")
         writer.writerow([text_cell(name) for name in table])
@@ -123,6 +123,8 @@ def save_parquet(
         InvalidInput: The extra ``parquet`` is not installed.
         OutputError: The file cannot be written; nothing is left behind.
     """
+    check_recording(recording)
+    path = path_of("path", path)
     check_parquet()
     import pyarrow
     from pyarrow import parquet
@@ -130,7 +132,7 @@ def save_parquet(
     arrays = {name: pyarrow.array(values) for name, values in columns(recording, leg_names).items()}
     attributes: dict[Any, Any] = {name: str(value) for name, value in recording.attrs.items()}
     table = pyarrow.table(arrays, metadata=attributes)
-    with whole_file(Path(path)) as file:
+    with whole_file(path) as file:
         parquet.write_table(table, file)
 
 

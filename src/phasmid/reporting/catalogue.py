@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from phasmid.arguments import check_type
 from phasmid.errors import InvalidInput, located, nearest
-from phasmid.recording import Recording, load_recording
+from phasmid.recording import Recording, check_recording, load_recording
 from phasmid.reporting import envelope, foot_path, friction, gait_diagram, power, residuals, support
 from phasmid.reporting.comparison import compare_feet, compare_joints
 from phasmid.reporting.demand import Needs, check_needs, lacking
@@ -253,6 +254,7 @@ def find_figure(name: str) -> FigureKind:
     Raises:
         InvalidInput: There is none.
     """
+    check_type("name", name, (str,), "the name of a figure", "phasmid plot --list")
     if name not in CATALOGUE:
         guess = nearest(name, CATALOGUE)
         raise InvalidInput(f'no figure "{name}".', hint=guess or f"one of {', '.join(CATALOGUE)}")
@@ -288,7 +290,17 @@ def plot(
     """
     kind = find_figure(name)
     given = list(recordings) if isinstance(recordings, list | tuple) else [recordings]
+    if legs is not None:
+        check_type("legs", legs, (list, tuple), "a list of legs' numbers, or None")
+        for place, leg in enumerate(legs):
+            check_type(f"legs[{place}]", leg, (int,), "the number of a leg")
+    if labels is not None:
+        check_type("labels", labels, (list, tuple), "a list of texts, or None")
+        for place, label in enumerate(labels):
+            check_type(f"labels[{place}]", label, (str,), "text")
     loaded = [load_recording(one) if isinstance(one, str | Path) else one for one in given]
+    for recording in loaded:
+        check_recording(recording)
     return draw_groups(gather(loaded, labels), kind, legs)[0]
 
 

@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from phasmid.arguments import check_number, check_type, path_of
 from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.recording import (
     CHANNELS,
     Recording,
     check_mcap,
     check_parquet,
+    check_recording,
     save_csv,
     save_mcap,
     save_parquet,
@@ -55,8 +57,11 @@ def export(
         InvalidInput: The file exists; there is no such format or channel; an extra is absent.
         OutputError: The file cannot be written; nothing is left behind.
     """
-    path = Path(path)
+    check_recording(recording)
+    path = path_of("path", path)
     kind = check_export(path, format, force=force)
+    if rate is not None:
+        check_number("rate", rate)
     if rate is not None and not 0 < rate < np.inf:
         raise InvalidInput(f"rate is {rate}; it must be a finite number greater than 0.")
     names = read_source(recording).robot.leg_names if "robot" in recording.attrs else None
@@ -90,7 +95,7 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
         InvalidInput: It exists and may not be replaced; there is no such format, or the name's
             ending belongs to another; the extra that writes it is absent.
     """
-    path = Path(path)
+    path = path_of("path", path)
     by_ending = {ending: name for name, ending in ENDINGS.items()}
     told = by_ending.get(path.suffix.lower())
     known = ", ".join(ENDINGS)
@@ -100,6 +105,8 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
             "it must, or the format be given.",
             hint=f"--format, one of {known}",
         )
+    if format is not None:
+        check_type("format", format, (str,), "text, or None")
     if format is not None and format not in ENDINGS:
         guess = nearest(format, ENDINGS)
         raise InvalidInput(f'no format "{format}".', hint=guess or f"one of {known}")
@@ -126,6 +133,11 @@ def _chosen(recording: Recording, channels: Sequence[str] | None) -> Recording:
     """The recording with these channels alone, in the order in which recordings keep them."""
     if channels is None:
         return recording
+    check_type("channels", channels, (list, tuple), "a list of names, or None")
+    for place, name in enumerate(channels):
+        check_type(f"channels[{place}]", name, (str,), "text")
+    if not channels:
+        raise InvalidInput("channels is empty; it must name at least one.")
     here = [str(name) for name in recording.data_vars]
     for name in channels:
         if name in here:

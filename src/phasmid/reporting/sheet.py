@@ -151,22 +151,43 @@ def legend(
         columns: Entries in a line; all of them by default.
         width: Of the lines [pt].
     """
-    from matplotlib.lines import Line2D
-
     columns = columns or len(entries)
     # Matplotlib fills a legend column by column.
-    lines = -(-len(entries) // columns)
     order = [entries[k] for c in range(columns) for k in range(c, len(entries), columns)]
+    lines = [(*entry, width) for entry in order]
+    x = place.left - 0.008
+    figure_legend(place.figure, lines, top=place.legend_top, columns=columns, left=x)
+
+
+def figure_legend(
+    figure: Figure,
+    entries: Sequence[tuple[str, str, Any, float]],
+    *,
+    top: float,
+    columns: int,
+    left: float = 0.100,
+) -> None:
+    """Say in a figure what each kind of line is.
+
+    Args:
+        figure: The figure.
+        entries: Label, colour, dash and width of each kind.
+        top: Upper edge, as a share of the figure's height.
+        columns: Number of entries side by side.
+        left: Left edge, as a share of the figure's width.
+    """
+    from matplotlib.lines import Line2D
+
     handles = [
         Line2D([], [], color=colour, linestyle=dash, label=label, linewidth=width)
-        for label, colour, dash in order
+        for label, colour, dash, width in entries
     ]
-    place.figure.legend(
+    figure.legend(
         handles=handles,
         loc="upper left",
-        bbox_to_anchor=(place.left - 0.008, place.legend_top),
+        bbox_to_anchor=(left, top),
         ncols=columns,
         columnspacing=1.4,
         borderaxespad=0.2,
-        labelspacing=0.3 if lines > 1 else 0.5,
+        labelspacing=0.3 if len(handles) > columns else 0.5,
     )
