@@ -5,6 +5,7 @@ from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import read_urdf
+from phasmid.formats.urdf_out import urdf_files
 
 __all__ = [
     "Finding",
@@ -16,4 +17,5 @@ __all__ = [
     "TreeLink",
     "read_urdf",
     "tree_of",
+    "urdf_files",
 ]
