@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain gallery verify meshes test lint bench stress lock clean
+.PHONY: help setup walk paper physics terrain gallery verify meshes test lint bench fuzz stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -67,6 +67,9 @@ bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, suc
 
 stress: $(READY) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
 	@"$(BIN)/python" benchmarks/stress.py $(ARGS)
+
+fuzz: $(READY) ## read 2000 damaged files per format (ARGS such as "urdf --files 100 --seed 7")
+	@cd tests && OPENBLAS_NUM_THREADS=1 "$(abspath $(BIN))/python" -m formats.fuzz.run --keep ../results/fuzz $(ARGS)
 
 UV_LOCK = uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --only-binary :all: \
 	--generate-hashes --no-header --no-annotate --no-emit-index-url --no-emit-find-links

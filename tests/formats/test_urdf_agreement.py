@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from formats.tetrahedron import CORNERS, FACES
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
 from phasmid.formats import tree_of
@@ -123,11 +124,13 @@ def test_yourdfpy_finds_the_feet_where_they_are(written: Written) -> None:
 
 
 def test_mujoco_and_yourdfpy_find_the_meshes(tmp_path: Path) -> None:
-    corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])
-    part = Part(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), name="shell")
+    part = Part(0.5 * CORNERS, FACES, name="shell")
     look = Appearance.of({"body": (part,), "coxa": (part,)})
     robot = replace(load_robot("phantomx-paper"), appearance=look)
     path = write(robot, tmp_path)
+    text = path.read_text(encoding="utf-8")
+    told = text.replace("<compiler ", '<compiler discardvisual="false" ')
+    path.write_text(told, encoding="utf-8")
     spec = mujoco.MjSpec.from_file(str(path))
     assert [mesh.file for mesh in spec.meshes] == ["meshes/base_link_shell.stl"]
     spec.compile()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from phasmid.formats import Severity, read_urdf
+from formats.tetrahedron import CORNERS, FACES, binary_stl
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.formats import ImportOptions, Severity, Tree, read_urdf
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 HUMA = DATA / "phantomx_description" / "urdf" / "phantomx.urdf"
@@ -45,3 +48,318 @@ def test_the_interbotix_phantomx_is_read_with_its_meshes_in_metres() -> None:
     assert 0.2 < float(np.ptp(trunk.vertices, axis=0).max()) < 0.3
     (ignored,) = tree.findings
     assert ignored.what == "1 <texture>, 18 <transmission> were ignored."
+
+
+LEG = """<robot name="r">
+  <link name="base"/>
+  <link name="tibia_3">
+    <inertial>
+      <origin xyz="0.1 0 0" rpy="0 0 1.5707963267948966"/>
+      <mass value="0.5"/>
+      <inertia ixx="1e-3" ixy="1e-4" ixz="2e-4" iyy="2e-3" iyz="3e-4" izz="2.5e-3"/>
+    </inertial>
+    <visual>
+      <origin xyz="0 0 1"/>
+      <geometry><box size="0.1 0.2 0.3"/></geometry>
+      <material name="red"><color rgba="1 0 0 1"/></material>
+    </visual>
+  </link>
+  <joint name="coxa_1" type="revolute">
+    <parent link="base"/>
+    <child link="tibia_3"/>
+    <axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1.5" effort="2" velocity="6"/>
+    <dynamics damping="0.1" friction="0.2"/>
+  </joint>
+</robot>
+"""
+
+
+def read(text: str, folder: Path, options: ImportOptions | None = None) -> Tree:
+    path = folder / "robot.urdf"
+    path.write_text(text, encoding="utf-8")
+    return read_urdf(path, options)
+
+
+def refused(folder: Path, old: str, new: str, options: ImportOptions | None = None) -> PhasmidError:
+    assert LEG.count(old) >= 1
+    with pytest.raises(PhasmidError) as error:
+        read(LEG.replace(old, new), folder, options)
+    return error.value
+
+
+def test_a_link_and_a_joint_are_read_in_full(tmp_path: Path) -> None:
+    tree = read(LEG, tmp_path)
+    assert (tree.name, tree.file, tree.findings, tree.extension) == ("r", "robot.urdf", (), "")
+    link, (joint,) = tree.links["tibia_3"], tree.joints
+    assert (link.where, joint.where) == ("robot.urdf, line 3", "robot.urdf, line 15")
+    assert link.inertial is not None
+    assert link.inertial.mass == 0.5
+    np.testing.assert_array_equal(link.inertial.com, [0.1, 0, 0])
+    # A quarter turn about z takes x to y and y to -x: I_xx' = I_yy, I_xy' = -I_xy, and so on.
+    turned = [[2e-3, -1e-4, -3e-4], [-1e-4, 1e-3, 2e-4], [-3e-4, 2e-4, 2.5e-3]]
+    np.testing.assert_allclose(link.inertial.inertia, turned, atol=1e-18)
+    (part,) = link.parts
+    assert part.color == (1, 0, 0, 1)
+    np.testing.assert_allclose(part.vertices.max(axis=0), [0.05, 0.1, 1.15], rtol=1e-15)
+    assert (joint.lower, joint.upper, joint.effort, joint.velocity) == (-1, 1.5, 2, 6)
+    assert (joint.damping, joint.friction) == (0.1, 0.2)
+
+
+def test_an_axis_is_x_where_none_is_given_and_has_length_one(tmp_path: Path) -> None:
+    (joint,) = read(LEG.replace('<axis xyz="0 0 1"/>', ""), tmp_path).joints
+    np.testing.assert_array_equal(joint.axis, [1, 0, 0])
+    tree = read(LEG.replace('"0 0 1"/>', '"0 0 -3"/>'), tmp_path)
+    np.testing.assert_array_equal(tree.joints[0].axis, [0, 0, -1])
+    (found,) = tree.findings
+    assert found.what == "joint coxa_1: its axis has length 3; it was made 1."
+
+
+def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
+    text = LEG.replace('name="red"><color rgba="1 0 0 1"/></material>', 'name="blue"/>')
+    blue = '<material name="blue"><color rgba="0 0 1 0.5"/></material></robot>'
+    for tree in (
+        read(text.replace("</robot>", blue), tmp_path),
+        read(
+            text.replace(
+                '<link name="base"/>',
+                '<link name="base"><visual><geometry><sphere radius="0.1"/></geometry>'
+                '<material name="blue"><color rgba="0 0 1 0.5"/></material></visual></link>',
+            ),
+            tmp_path,
+        ),
+    ):
+        assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
+    assert read(text, tmp_path).links["tibia_3"].parts[0].color == (0.5, 0.5, 0.5, 1)
+
+
+def test_i3_nothing_outside_the_model_folder_is_read(tmp_path: Path) -> None:
+    box = '<box size="0.1 0.2 0.3"/>'
+    for name in (
+        "../../etc/passwd",
+        "/etc/passwd",
+        "file:///etc/passwd",
+        "http://example.org/a.stl",
+        "C:\\a.stl",
+        "\\\\server\\a.stl",
+        "meshes/../../a.stl",
+        "~/a.stl",
+        "a" * 5000,
+    ):
+        error = refused(tmp_path, box, f'<mesh filename="{name}"/>')
+        shown = name if len(name) < 200 else f"{'a' * 200}…"
+        assert error.what == f'mesh "{shown}" lies outside the model folder.'
+        assert error.where == "robot.urdf, line 11"
+    inside = ImportOptions(packages={"x": str(tmp_path)})
+    error = refused(tmp_path, box, '<mesh filename="package://x/../../etc/passwd"/>', inside)
+    assert error.what == 'mesh "../../etc/passwd" lies outside the model folder.'
+    error = refused(tmp_path, box, '<mesh filename="package:///etc/passwd"/>')
+    assert error.what == 'mesh "package:///etc/passwd" lies outside the model folder.'
+
+
+@pytest.mark.skipif(os.name == "nt", reason="making a link needs rights there")
+def test_i3_links_are_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "away").symlink_to("/etc")
+    error = refused(tmp_path, '<box size="0.1 0.2 0.3"/>', '<mesh filename="away/passwd"/>')
+    assert error.what == 'mesh "away/passwd" leads over a link, which is not followed.'
+
+
+def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> None:
+    box, mesh = '<box size="0.1 0.2 0.3"/>', '<mesh filename="package://x/meshes/a.stl"/>'
+    error = refused(tmp_path, box, mesh)
+    assert str(error) == (
+        'package "x" is unknown.\n  in   robot.urdf, line 11\n  try  --package x=PATH'
+    )
+    folder = tmp_path / "some" / "where"
+    (folder / "meshes").mkdir(parents=True)
+    (folder / "meshes" / "a.stl").write_bytes(binary_stl(CORNERS[FACES]))
+    tree = read(LEG.replace(box, mesh), tmp_path, ImportOptions(packages={"x": str(folder)}))
+    assert len(tree.links["tibia_3"].parts[0].faces) == 4
+
+
+@pytest.mark.parametrize("by_name", [True, False])
+def test_a_package_around_the_file_is_found_by_itself(by_name: bool, tmp_path: Path) -> None:
+    folder = tmp_path / ("x" if by_name else "checkout")
+    (folder / "urdf").mkdir(parents=True)
+    (folder / "meshes").mkdir()
+    (folder / "meshes" / "a.stl").write_bytes(binary_stl(CORNERS[FACES]))
+    if not by_name:
+        (folder / "package.xml").write_text("<package><name> x </name></package>")
+    for name in ("package://x/meshes/a.stl", "../meshes/a.stl"):
+        text = LEG.replace('<box size="0.1 0.2 0.3"/>', f'<mesh filename="{name}"/>')
+        assert len(read(text, folder / "urdf").links["tibia_3"].parts[0].faces) == 4
+
+
+def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
+    two = '<mesh filename="a.dae"/></geometry></visual><visual><geometry><mesh filename="b.stl"/>'
+    (tmp_path / "a.dae").write_text("<COLLADA/>")
+    tree = read(LEG.replace('<box size="0.1 0.2 0.3"/>', two), tmp_path)
+    dae, lost = tree.findings
+    assert dae.what == "mesh a.dae was left out: COLLADA files are not read."
+    assert dae.hint == "convert it to STL, OBJ, PLY or GLB"
+    assert lost.what == 'mesh "b.stl" is not there; it was left out.'
+    assert lost.subject == "link tibia_3"
+
+
+def test_i6_two_roots_are_named(tmp_path: Path) -> None:
+    error = refused(tmp_path, "</robot>", '<link name="spare"/></robot>')
+    assert error.what == "robot.urdf has 2 root links (base, spare); exactly 1 is needed."
+
+
+def test_i7_a_link_has_one_parent(tmp_path: Path) -> None:
+    again = LEG[LEG.index("  <joint") :].replace("coxa_1", "j9")
+    error = refused(tmp_path, "</robot>\n", again)
+    assert error.what == "link tibia_3 has two parents (joints coxa_1, j9)."
+    assert error.where == "robot.urdf, line 22"
+
+
+@pytest.mark.parametrize(
+    ("limits", "shown", "hint"),
+    [
+        ('lower="-90" upper="90"', "±90", "1.5708"),
+        ('lower="-30" upper="120"', "-30 to 120", "-0.5236 and 2.0944"),
+    ],
+)
+def test_i8_limits_in_degrees_are_refused(
+    limits: str, shown: str, hint: str, tmp_path: Path
+) -> None:
+    error = refused(tmp_path, 'lower="-1" upper="1.5"', limits)
+    assert error.what == f"joint coxa_1: limits {shown} rad; URDF angles are radians."
+    assert (error.where, error.hint) == ("robot.urdf, line 19", hint)
+
+
+def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> None:
+    old = 'lower="-1" upper="1.5"'
+    (joint,) = read(LEG.replace(old, 'lower="-6.2832" upper="6.2832"'), tmp_path).joints
+    assert joint.upper == 6.2832
+    tree = read(LEG.replace(old, 'lower="-1e16" upper="1e16"'), tmp_path)
+    assert tree.joints[0].upper == np.inf
+    assert tree.findings[0].what == (
+        "joint coxa_1: limits -1e+16 to 1e+16 rad were taken for none."
+    )
+    tree = read(LEG.replace(f"<limit {old}", "<mimic"), tmp_path)
+    assert tree.joints[0].lower == -np.inf
+    assert tree.findings[0].what == (
+        "joint coxa_1 is revolute and has no <limit>; it may move without end."
+    )
+
+
+def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
+    (tmp_path / "tibia.stl").write_bytes(binary_stl(280 * CORNERS[FACES]))
+    box, mesh = '<box size="0.1 0.2 0.3"/>', '<mesh filename="tibia.stl"/>'
+    error = refused(tmp_path, box, mesh)
+    assert str(error) == (
+        "mesh tibia.stl spans 140 m.\n  in   robot.urdf, line 11\n  try  --mesh-unit mm"
+    )
+    tree = read(LEG.replace(box, mesh), tmp_path, ImportOptions(mesh_unit="mm"))
+    longest = float(np.ptp(tree.links["tibia_3"].parts[0].vertices, axis=0).max())
+    # The part lies 1 m up, where a number has steps of 2.2e-16.
+    assert longest == pytest.approx(0.14, abs=4e-16)
+
+
+def test_i10_a_lying_mesh_is_named(tmp_path: Path) -> None:
+    (tmp_path / "tibia.stl").write_bytes(binary_stl(CORNERS[FACES], 4_000_000_000))
+    error = refused(tmp_path, '<box size="0.1 0.2 0.3"/>', '<mesh filename="tibia.stl"/>')
+    assert error.what == "mesh tibia.stl: header claims 4 000 000 000 faces, file holds 4."
+
+
+def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) -> None:
+    more = '<mimic joint="a"/><mimic joint="b"/></joint><transmission><type/></transmission>'
+    text = LEG.replace("</joint>", more)
+    (found,) = read(text, tmp_path).findings
+    assert found.severity is Severity.NOTE
+    assert found.what == "2 <mimic>, 1 <transmission> were ignored."
+    error = refused(tmp_path, "</joint>", more, ImportOptions(strict=True))
+    assert error.what == "2 <mimic>, 1 <transmission> were ignored."
+    assert error.exit_status == 2
+    (found,) = read(LEG.replace("</robot>", "<a><b/></a></robot>"), tmp_path).findings
+    assert found.what == "1 <a> was ignored."
+
+
+def test_xacro_is_not_expanded(tmp_path: Path) -> None:
+    error = refused(tmp_path, "</robot>", '<xacro:leg name="a"/></robot>')
+    assert error.what == "robot.urdf line 22: <xacro:leg> is not expanded."
+    assert error.hint == "run xacro first: xacro robot.urdf.xacro > robot.urdf"
+    error = refused(tmp_path, 'value="0.5"', 'value="${m}"')
+    assert error.what == '<mass>: value is "${m}"; it must be a number.'
+    assert error.hint == "expand the file with xacro first"
+
+
+def test_the_extension_is_the_text_of_our_own_element(tmp_path: Path) -> None:
+    own = "<phasmid>\n[servo]\nname = 'a &lt; b'\n</phasmid></robot>"
+    assert read(LEG.replace("</robot>", own), tmp_path).extension == "[servo]\nname = 'a < b'\n"
+    error = refused(tmp_path, "</robot>", "<phasmid/><phasmid/></robot>")
+    assert error.what == "<phasmid> is there twice."
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what", "line"),
+    [
+        ('value="0.5"', 'value="nan"', '<mass>: value is "nan"; it must be a finite number.', 6),
+        ('value="0.5"', "", "<mass> has no value.", 6),
+        ('ixx="1e-3"', 'ixx="1e400"', '<inertia>: ixx is "1e400"; it must be a finite number.', 7),
+        ('ixx="1e-3" ', "", "<inertia> has no ixx.", 7),
+        ('"0.1 0 0"', '"0.1 0"', '<origin>: xyz is "0.1 0"; it must be 3 numbers.', 5),
+        ('"0.1 0.2 0.3"', '"0.1 0 0.3"', "<box>: size must be greater than 0 and at most 5 m.", 11),
+        ('"1 0 0 1"', '"2 0 0 1"', "<color>: rgba must be four numbers from 0 to 1.", 12),
+        (
+            '<box size="0.1 0.2 0.3"/>',
+            '<mesh filename="a.stl" scale="1 0 1"/>',
+            "<mesh>: a scale of 0 leaves nothing.",
+            11,
+        ),
+        (
+            'type="revolute"',
+            'type="revolut"',
+            'joint coxa_1: type "revolut" is none of revolute, continuous, fixed, prismatic, '
+            "floating, planar.",
+            15,
+        ),
+        ('<parent link="base"/>', "", '<joint name="coxa_1"> has no <parent>.', 15),
+        (
+            'child link="tibia_3"',
+            'child link="foot"',
+            'joint coxa_1 names a link "foot", which is not there.',
+            15,
+        ),
+        (
+            '<axis xyz="0 0 1"/>',
+            '<axis xyz="0 0 0"/>',
+            "joint coxa_1: its axis has no direction.",
+            18,
+        ),
+        (
+            'lower="-1"',
+            'lower="2"',
+            "joint coxa_1: its lower limit 2 lies above the upper 1.5.",
+            19,
+        ),
+        ('effort="2"', 'effort="-2"', "joint coxa_1: effort is -2; it must be 0 or more.", 19),
+        ('damping="0.1"', 'damping="-1"', "joint coxa_1: damping is -1; it must be 0 or more.", 20),
+        ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
+        ('link name="base"', "link", "<link> has no name.", 2),
+    ],
+)
+def test_what_cannot_be_used_is_told_with_its_line(
+    old: str, new: str, what: str, line: int, tmp_path: Path
+) -> None:
+    error = refused(tmp_path, old, new)
+    assert error.what == what
+    assert error.where == f"robot.urdf, line {line}"
+
+
+def test_another_format_is_told_apart(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput) as error:
+        read('<mujoco model="a"/>', tmp_path)
+    assert error.value.what == (
+        "robot.urdf line 1: the file holds a <mujoco>; a URDF file holds a <robot>."
+    )
+
+
+def test_an_inertial_without_an_inertia_is_suspect(tmp_path: Path) -> None:
+    start, end = LEG.index("<inertia "), LEG.index("</inertial>")
+    tree = read(LEG[:start] + LEG[end:], tmp_path)
+    (found,) = tree.findings
+    assert found.severity is Severity.SUSPECT
+    assert found.what == "link tibia_3 has an <inertial> without <inertia>; 0 was taken."
+    assert found.hint == "--masses geometry"

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from formats.tetrahedron import CORNERS, FACES
 from general_robot import general_robot
 from phasmid.errors import InvalidInput
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, read_urdf, tree_of
@@ -20,9 +21,6 @@ from phasmid.robot import Appearance, Part, Robot, load_robot, preset_names
 # Nine products of sines and cosines that are exact to a unit in the last place, and angles of up
 # to pi, themselves rounded by 4.4e-16: some units of 2.2e-16.
 ROTATION = 3e-15
-
-CORNERS = np.array([[0.0, 0.0, 0.0], [0.125, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.5]])
-FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
 def robot_called(name: str) -> Robot:

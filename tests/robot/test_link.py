@@ -1,6 +1,6 @@
 """Links that can and cannot exist."""
 
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -40,6 +40,15 @@ def test_a_link_cannot_be_changed():
 def test_an_inertia_with_a_negative_moment_is_refused():
     with pytest.raises(InvalidRobot, match="are not all positive"):
         Link("femur", 0.1, 0.1, np.array([0.05, 0, 0]), np.diag([1e-5, -1e-5, 1e-5]))
+
+
+def test_a_centre_of_mass_beyond_any_measure_is_refused_without_a_warning():
+    com = np.array([1e300, 0.0, 1e300])
+    with pytest.raises(InvalidRobot, match=r"centre of mass lies 1\.4e\+300 m"):
+        Link("femur", 0.1, 0.1, com, np.eye(3) * 1e-5)
+    body = load_robot("phantomx-paper").body
+    with pytest.raises(InvalidRobot, match=r"centre of mass lies 1\.4e\+300 m"):
+        replace(body, com=com)
 
 
 def test_a_mass_in_grams_taken_for_kilograms_is_refused():

@@ -9,6 +9,7 @@ from phasmid.formats.outgoing import tree_of
 from phasmid.formats.robots import ROBOT_SUFFIXES, import_robot, load_robot, possible, save_robot
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import read_urdf
+from phasmid.formats.urdf_out import urdf_files
 
 __all__ = [
     "ROBOT_SUFFIXES",
@@ -31,4 +32,5 @@ __all__ = [
     "robot_from_tree",
     "save_robot",
     "tree_of",
+    "urdf_files",
 ]

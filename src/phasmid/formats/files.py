@@ -103,7 +103,7 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     Raises:
         InvalidInput: The name leads outside the model's folder, or its package is unknown.
     """
-    found = re.match(r"(?:package|model)://([^/\\]*)[/\\]+", name)
+    found = re.match(r"(?:package|model)://([^/\\]+)[/\\]+", name)
     if not found:
         folder = model_folder(file)
         return inside(folder, name, noun, start=file.absolute().parent)
@@ -111,8 +111,9 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     rest = name[found.end() :]
     if package in packages:
         return inside(Path(packages[package]).absolute(), rest, noun)
-    for parent in _above(file.absolute().parent):
-        if parent.name == package or _package_name(parent) == package:
+    for height, parent in enumerate(_above(file.absolute().parent)):
+        # Farther up a folder of that name is more likely a person's than a package's.
+        if (height <= 2 and parent.name == package) or _package_name(parent) == package:
             return inside(parent, rest, noun)
     shown = plain(package[:100])
     raise InvalidInput(f'package "{shown}" is unknown.', hint=f"--package {shown}=PATH")

@@ -58,6 +58,8 @@ class Mesh:
             scale: Factors along x, y and z; one below 0 mirrors.
         """
         factors = np.asarray(scale, dtype=float)
+        if (factors == 1).all():
+            return self
         faces = self.faces[:, ::-1] if np.prod(np.sign(factors)) < 0 else self.faces
         return Mesh(self.vertices * factors, faces, self.color)
 
@@ -218,6 +220,8 @@ def _by_trimesh(raw: bytes, name: str) -> Mesh:
             loaded: Any = trimesh.load_mesh(io.BytesIO(raw), file_type=kind, process=False)
             vertices = np.asarray(loaded.vertices, dtype=float)
             faces = np.asarray(loaded.faces, dtype=np.int64)
+            if not faces.shape[1:] == vertices.shape[1:] == (3,):
+                raise ValueError("it holds no triangles in space")
             corners = vertices[faces].reshape(-1, 3)
     except Exception as error:
         # The reader of meshes complains in many ways of its own.

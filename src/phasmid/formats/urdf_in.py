@@ -27,7 +27,7 @@ KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 GREY = (0.5, 0.5, 0.5, 1.0)
 
 _KNOWN = {
-    "robot": {"link", "joint", "material", "phasmid"},
+    "robot": {"link", "joint", "material", "mujoco", "phasmid"},
     "link": {"inertial", "visual", "collision"},
     "inertial": {"origin", "mass", "inertia"},
     "visual": {"origin", "geometry", "material"},
@@ -35,7 +35,8 @@ _KNOWN = {
     "material": {"color"},
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "phasmid"},
 }
-"""What is read of each element; the rest is counted. Collisions look as visuals do."""
+"""What is read of each element; the rest is counted. Collisions look as visuals do, and what is
+told to MuJoCo alone is nothing that others miss."""
 
 OWN_SHAPE = "phasmid_"
 """So begin the names of shapes that our export adds; they are no part of the robot."""
@@ -325,16 +326,17 @@ class _Reader:
                 lower, upper = (
                     limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper")
                 )
+                if lower > upper:
+                    raise InvalidInput(
+                        f"joint {name}: its lower limit {lower:.6g} lies above the upper "
+                        f"{upper:.6g}.",
+                        where=limit.where,
+                    )
         if kind == "revolute" and limit is not None:
             lower, upper = self._angles(limit, name, lower, upper)
         return lower, upper, effort, velocity
 
     def _angles(self, limit: Element, name: str, lower: float, upper: float) -> tuple[float, float]:
-        if lower > upper:
-            raise InvalidInput(
-                f"joint {name}: its lower limit {lower:.6g} lies above the upper {upper:.6g}.",
-                where=limit.where,
-            )
         largest = max(-lower, upper)
         if largest >= _LARGEST_LIMIT:
             what = f"joint {name}: limits {lower:.4g} to {upper:.4g} rad were taken for none."

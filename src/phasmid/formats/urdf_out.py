@@ -54,6 +54,8 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
         f"<robot{_attributes(name=tree.name)}>",
+        # MuJoCo would look for all meshes beside the file.
+        '  <mujoco><compiler strippath="false"/></mujoco>',
         *looks.materials(),
         *body,
         "</robot>",

@@ -12,7 +12,7 @@ from xml.parsers import expat
 from phasmid.errors import InvalidInput, plain
 from phasmid.formats.files import read_bytes
 
-LARGEST_FILE = 20_000_000
+LARGEST_FILE = 10_000_000
 """Files above this many bytes are no descriptions of robots."""
 
 DEEPEST = 200
@@ -284,6 +284,8 @@ class _Reader:
             named = [element for element in self.open if "name" in element.attributes]
             inside = (named or self.open)[-1]
             return self._refuse(f"the file ends inside {inside.shown}.", error.lineno)
+        if error.code == _TWICE:
+            return self._refuse("an element has the same attribute twice.", error.lineno)
         if self.root is None:
             return self._refuse("this is no XML.", error.lineno)
         if error.code == _MISMATCH and self.open:
@@ -291,7 +293,5 @@ class _Reader:
             return self._refuse(
                 f"{element.shown} of line {element.line} is not closed before this.", error.lineno
             )
-        if error.code == _TWICE:
-            return self._refuse("an element has the same attribute twice.", error.lineno)
-        reason = expat.ErrorString(error.code)
+        reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
         return self._refuse(f"not well formed ({reason}).", error.lineno)

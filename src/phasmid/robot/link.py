@@ -153,10 +153,11 @@ class Link:
         object.__setattr__(self, "inertia", frozen_array(self.inertia, (3, 3), f"{what}: inertia"))
         # Servos sit beside a short link, so the bound has a floor of their own size.
         size = max(self.length, 0.04)
-        offset = float(np.linalg.norm(self.com - [self.length / 2, 0.0, 0.0]))
+        # Unlike a norm of NumPy, these never overflow.
+        offset = math.dist(self.com, (self.length / 2, 0.0, 0.0))
         if offset > 1.5 * size:
             raise InvalidRobot(
-                f"{what}: centre of mass lies {float(np.linalg.norm(self.com)):.2g} m "
+                f"{what}: centre of mass lies {math.hypot(*self.com):.2g} m "
                 f"from a {self.length:.2g} m link.",
                 hint="check the unit: com_mm or com_m",
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -54,9 +55,10 @@ class Body:
         for measure, name in zip(self.size, ("length", "width", "height"), strict=True):
             check_length(float(measure), f"body: {name}", "size")
         size = float(self.size.max())
-        if np.linalg.norm(self.com) > size:
+        # Unlike a norm of NumPy, this never overflows.
+        if math.hypot(*self.com) > size:
             raise InvalidRobot(
-                f"body: centre of mass lies {np.linalg.norm(self.com):.2g} m from the origin of "
+                f"body: centre of mass lies {math.hypot(*self.com):.2g} m from the origin of "
                 f"a {size:.2g} m body.",
                 hint="check the unit: com_mm or com_m",
             )

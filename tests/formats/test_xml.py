@@ -1,0 +1,147 @@
+"""XML is read with limits: what is damaged, endless or cunning gets one sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from phasmid.errors import InvalidInput
+from phasmid.formats import xml
+from phasmid.formats.xml import Element, load_xml, read_xml
+
+
+def refused(text: str | bytes) -> str:
+    raw = text.encode() if isinstance(text, str) else text
+    with pytest.raises(InvalidInput) as error:
+        read_xml(raw, "robot.urdf")
+    return error.value.what
+
+
+def test_elements_keep_order_attributes_text_and_lines() -> None:
+    root = read_xml(b'<a x="1">\n <b y="2"/>\n <c> t &lt;1&gt; </c>\n <b/>\n</a>', "robot.urdf")
+    assert [(e.tag, e.line) for e in root.walk()] == [("a", 1), ("b", 2), ("c", 3), ("b", 4)]
+    assert root.all("b")[0].attributes == {"y": "2"}
+    assert root.need("c").text == "t <1>"
+    assert root.find("d") is None
+    assert root.all("b")[1].where == "robot.urdf, line 4"
+
+
+def test_i1_entities_are_not_accepted() -> None:
+    bomb = (
+        '<?xml version="1.0"?>\n<!DOCTYPE r [\n<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>\n<r>&b;</r>'
+    )
+    said = "robot.urdf line 2: entity definitions are not accepted."
+    assert refused(bomb) == said
+    outside = '<?xml version="1.0"?>\n<!DOCTYPE r SYSTEM "file:///etc/passwd">\n<r/>'
+    assert refused(outside) == said
+    assert refused("<r>&a;</r>") == "robot.urdf line 1: not well formed (undefined entity)."
+
+
+def test_i2_the_file_ends_inside_an_element() -> None:
+    lines = ["<robot>", '<link name="tibia_3">', *["<!-- -->"] * 115, "<inertial><mass"]
+    said = 'robot.urdf line 118: the file ends inside <link name="tibia_3">.'
+    assert refused("\n".join(lines)) == said
+    assert refused("<robot>\n<a>") == "robot.urdf line 2: the file ends inside <a>."
+    # In the middle of a tag, an attribute or a comment.
+    for cut in ("<robot>\n<a", '<robot>\n<a b="', "<robot>\n<!-- a"):
+        assert refused(cut) == "robot.urdf line 2: the file ends inside <robot>."
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "robot.urdf is empty."),
+        (" \n", "robot.urdf is empty."),
+        ("solid cube", "robot.urdf line 1: this is no XML."),
+        ("\x00\x01\x02", "robot.urdf line 1: this is no XML."),
+        ("<a>\n<b>\n</a>", "robot.urdf line 3: <b> of line 2 is not closed before this."),
+        ('<a\nx="1" x="2"/>', "robot.urdf line 2: an element has the same attribute twice."),
+        ("<a/>\n<b/>", "robot.urdf line 2: not well formed (junk after document element)."),
+        ("<a x=1/>", "robot.urdf line 1: this is no XML."),
+        (
+            "<r>\n<a x=1/></r>",
+            "robot.urdf line 2: not well formed (invalid token).",
+        ),
+    ],
+)
+def test_what_is_not_well_formed_is_named_with_its_line(text: str, said: str) -> None:
+    assert refused(text) == said
+
+
+def test_any_known_encoding_is_read_and_an_unknown_one_named() -> None:
+    for encoding in ("utf-8", "utf-8-sig", "utf-16", "iso-8859-1", "cp1252"):
+        declared = encoding.removesuffix("-sig")
+        text = f'<?xml version="1.0" encoding="{declared}"?><a n="Hüfte"/>'
+        assert read_xml(text.encode(encoding), "r").attributes == {"n": "Hüfte"}
+    odd = b'<?xml version="1.0" encoding="klingon"?><a/>'
+    assert refused(odd) == "robot.urdf: its encoding cannot be read (unknown encoding: klingon)."
+    assert refused(b'<a n="H\xfcfte"/>').startswith("robot.urdf line 1: ")
+
+
+def test_depth_count_and_size_have_their_limits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    deep = "<a>" * xml.DEEPEST + "</a>" * xml.DEEPEST
+    assert len(list(read_xml(deep.encode(), "r").walk())) == xml.DEEPEST
+    said = f"elements lie more than {xml.DEEPEST} deep; such files are refused."
+    assert refused("<a>" * 100_000) == f"robot.urdf line 1: {said}"
+    many = "<a>" + "<b/>" * xml.MOST_ELEMENTS + "</a>"
+    assert refused(many) == "robot.urdf line 1: more than 100000 elements; such files are refused."
+    path = tmp_path / "robot.urdf"
+    path.write_bytes(b" " * 101)
+    with pytest.raises(InvalidInput, match="holds more than 100 bytes; such files are refused"):
+        load_xml(path, limit=100)
+
+
+def test_only_files_are_read(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="is not a file"):
+        load_xml(tmp_path)
+    with pytest.raises(InvalidInput, match="does not exist"):
+        load_xml(tmp_path / "robot.urdf")
+    with pytest.raises(InvalidInput, match="cannot read"):
+        load_xml(tmp_path / ("a" * 300))
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ("1 2", "it must be 3 numbers"),
+        ("1 2 3 4", "it must be 3 numbers"),
+        ("1 2 x", "it must be 3 numbers"),
+        ("1 2 1_0", "it must be 3 numbers"),
+        ("1 2 ٣", "it must be 3 numbers"),
+        ("", "it must be 3 numbers"),
+        ("1 2 nan", "it must be finite numbers"),
+        ("1 2 -inf", "it must be finite numbers"),
+        ("1 2 1e400", "it must be finite numbers"),
+        ("1 2 1e300", "numbers above 1e+06 are refused"),
+        ("${x} 0 0", "it must be 3 numbers"),
+    ],
+)
+def test_numbers_are_finite_in_range_and_as_many_as_they_must_be(written: str, said: str) -> None:
+    element = Element("origin", {"xyz": written}, "robot.urdf", 12)
+    with pytest.raises(InvalidInput) as error:
+        element.numbers("xyz", 3)
+    assert error.value.what == f'<origin>: xyz is "{written}"; {said}.'
+    assert error.value.where == "robot.urdf, line 12"
+    assert bool(error.value.hint) == ("$" in written)
+
+
+def test_an_absent_number_has_its_default_or_a_sentence() -> None:
+    element = Element("link", {"name": "tibia"}, "robot.urdf", 12)
+    assert element.number("mass", 2.0) == 2.0
+    with pytest.raises(InvalidInput, match='<link name="tibia"> has no mass'):
+        element.number("mass")
+    with pytest.raises(InvalidInput, match='<link name="tibia"> has no <inertial>'):
+        element.need("inertial")
+
+
+@pytest.mark.parametrize("name", ["", "a\nb", "a\x1b[31m", "a" * 201])
+def test_names_are_printable_and_not_endless(name: str) -> None:
+    element = Element("link", {"name": name}, "robot.urdf", 12)
+    with pytest.raises(InvalidInput) as error:
+        element.need_name()
+    assert str(error.value).isprintable() or "\n  in   robot.urdf, line 12" in str(error.value)
+    assert "\x1b" not in str(error.value)
+    assert len(error.value.what) < 300
