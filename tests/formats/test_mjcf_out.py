@@ -31,7 +31,7 @@ def dressed(robot: Robot) -> Robot:
     """The robot with boxes: one on the trunk, the same on all coxae, each tibia's its own."""
     parts = {"body": (a_box(0.1, "trunk"),), "coxa": (a_box(0.02, "servo"), a_box(0.03))}
     for i, leg in enumerate(robot.legs):
-        parts[f"{leg.name}.tibia"] = (a_box(0.01 * (i + 1), "servo", (0.0, 0.0, 1.0, 0.5)),)
+        parts[f"{leg.name}.tibia"] = (a_box(0.011 * (i + 1), "servo", (0.0, 0.0, 1.0, 0.5)),)
     return replace(robot, appearance=Appearance(lambda: parts))
 
 

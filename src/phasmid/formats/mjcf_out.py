@@ -11,18 +11,14 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
+from phasmid.formats.mjcf_text import EXTENSION, MOST_STL_FACES, escaped
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.urdf_out import stl
 from phasmid.robot import Part, Servo
 from phasmid.units import STANDARD_GRAVITY
 
-EXTENSION = "phasmid"
-"""Name of the text element that carries what MJCF cannot say."""
-
 MESHES = "meshes"
 """Folder of the mesh files beside the file."""
-
-MOST_STL_FACES = 200_000
-"""MuJoCo refuses STL files of more faces; larger meshes are cut into several."""
 
 FOOT_SHARE = 0.05
 """Radius of a foot's collision sphere, as a share of the way from its hinge."""
@@ -65,11 +61,6 @@ def mjcf_files(
     return files | {f"{MESHES}/{file}.stl": raw for raw, file in document.meshes.items()}
 
 
-def escaped(extension: str) -> str:
-    """A text on one line; MuJoCo itself would keep line ends only until it saves the file."""
-    return extension.replace("\\", "\\\\").replace("\n", "\\n").replace("\r", "\\r")
-
-
 class _Document:
     """One file in the making.
 
@@ -94,8 +85,8 @@ class _Document:
         root = ET.Element("mujoco", model=self._tree.name or name)
         ET.SubElement(root, "compiler", angle="radian", autolimits="true", meshdir=MESHES)
         # Hard friction, so that standing feet hardly creep.
-        contact = {"cone": "elliptic", "impratio": "100"}
-        ET.SubElement(root, "option", timestep="0.001", integrator="implicitfast", **contact)
+        option = {"timestep": "0.001", "integrator": "implicitfast"}
+        ET.SubElement(root, "option", option | {"cone": "elliptic", "impratio": "100"})
         self._add_custom(root)
         default = ET.SubElement(root, "default")
         asset = ET.SubElement(root, "asset")
@@ -132,10 +123,12 @@ class _Document:
             raise InvalidRobot(f"link {link.name} moves but has no mass.", where=link.where)
         if by is not None and moves:
             ET.SubElement(body, "joint", _hinge(by))
-        for part in link.parts:
-            for piece in _pieces(part):
-                mesh = self._mesh(piece, link.name)
-                ET.SubElement(body, "geom", {"class": "visual"}, mesh=mesh, rgba=_text(part.color))
+        pieces = [piece for part in link.parts for piece in _pieces(part)]
+        for number, part in enumerate(pieces):
+            look = {"mesh": self._mesh(part, link.name), "rgba": _text(part.color)}
+            # The engine wants names of their own for all geoms.
+            name = f"{link.name}/{number}/{part.name}"
+            ET.SubElement(body, "geom", {"class": "visual", "name": name, **look})
         for joint in self._tree.joints_from(link.name):
             if joint.child in self._feet:
                 self._add_foot(body, joint)
@@ -159,7 +152,7 @@ class _Document:
         )
 
     def _mesh(self, part: Part, link: str) -> str:
-        raw = _stl(part)
+        raw = stl(part)
         if raw not in self.meshes:
             stem = re.sub(r"[^A-Za-z0-9_-]+", "_", part.name or link) or "mesh"
             # Some file systems know no capitals.
@@ -325,19 +318,6 @@ def _hinge(joint: TreeJoint) -> dict[str, str]:
 def _pieces(part: Part) -> Iterator[Part]:
     for start in range(0, len(part.faces), MOST_STL_FACES):
         yield Part(part.vertices, part.faces[start : start + MOST_STL_FACES], part.color, part.name)
-
-
-def _stl(part: Part) -> bytes:
-    """A mesh as a binary STL file, in single precision."""
-    corners = part.vertices[part.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    facets = np.zeros(
-        len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")]
-    )
-    facets["normal"] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-    facets["corners"] = corners
-    return bytes(80) + len(facets).to_bytes(4, "little") + facets.tobytes()
 
 
 def _furnish(asset: ET.Element, world: ET.Element) -> None:
