@@ -2,7 +2,9 @@
 
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.legs import Imported, ImportFacts, LegFacts, robot_from_tree
+from phasmid.formats.imported import Imported, ImportFacts, LegFacts
+from phasmid.formats.judge import judge, judge_robot
+from phasmid.formats.legs import robot_from_tree
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
@@ -20,7 +22,9 @@ __all__ = [
     "TreeJoint",
     "TreeLink",
     "extension_of",
-    "robot_from_tree",
+    "judge",
+    "judge_robot",
     "read_urdf",
+    "robot_from_tree",
     "tree_of",
 ]
