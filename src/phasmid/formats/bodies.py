@@ -118,7 +118,7 @@ def judge_body(subject: str, inertial: Inertial, box: Bounds, where: str) -> lis
         return found
     _judge_mass(find, mass, box)
     _judge_centre(find, inertial.com, box)
-    _judge_inertia(find, mass, inertia, box)
+    _judge_inertia(find, inertial, box)
     return found
 
 
@@ -135,8 +135,9 @@ def _judge_mass(find: Find, mass: float, box: Bounds) -> None:
     slip = _slip(density, (LIGHTEST, DENSEST))
     find(
         Severity.SUSPECT,
-        f"{1000 * mass:.4g} g in {1e6 * box.volume:.3g} cm³ of mesh is {density:.3g} kg/m³; what "
-        f"robots are made of has {LIGHTEST:g} to {DENSEST:g}"
+        f"{_number(1000 * mass)} g in {_number(1e6 * box.volume)} cm³ of mesh is "
+        f"{_number(density)} kg/m³; what robots are made of has "
+        f"{_number(LIGHTEST)} to {_number(DENSEST)}"
         + (f"; the mass times {slip:g} would fit." if slip else "."),
         _MASSES,
     )
@@ -159,7 +160,8 @@ def _judge_centre(find: Find, com: Float[np.ndarray, "3"], box: Bounds) -> None:
     )
 
 
-def _judge_inertia(find: Find, mass: float, inertia: np.ndarray, box: Bounds) -> None:
+def _judge_inertia(find: Find, inertial: Inertial, box: Bounds) -> None:
+    mass, com, inertia = inertial.mass, inertial.com, inertial.inertia
     moments = np.linalg.eigvalsh(inertia)
     shown = ", ".join(f"{moment:.4g}" for moment in moments)
     if moments[0] <= 0:
@@ -176,36 +178,44 @@ def _judge_inertia(find: Find, mass: float, inertia: np.ndarray, box: Bounds) ->
     if moments[2] <= 0:
         return
     radius, size = math.sqrt(moments[2] / mass), box.size
-    impossible = not NARROWEST_RADIUS * size <= radius <= WIDEST_RADIUS * size
-    # Beyond its farthest corner no part of a body can be.
-    diagonal = max(float(np.linalg.norm(box.high - box.low)), size)
-    if not impossible and radius <= diagonal:
-        return
-    slip = _slip(moments[2] / mass / size**2, (LIKELY_RADII[0] ** 2, LIKELY_RADII[1] ** 2))
-    least, most = NARROWEST_RADIUS * size, WIDEST_RADIUS * size if impossible else diagonal
-    find(
-        Severity.IMPOSSIBLE if impossible else Severity.SUSPECT,
-        f"inertia {moments[2]:.3g} kg m² with {1000 * mass:.4g} g gives a gyration radius of "
-        f"{_mm(radius)} to a {_mm(size)} body; it must lie between {_mm(least)} and {_mm(most)}"
-        + (
-            f"; the inertia times {slip:g} would give {_mm(radius * math.sqrt(slip))}."
-            if slip
-            else "."
-        ),
-        _SPREAD,
+    shown = (
+        f"inertia {moments[2]:.3g} kg m² with {_number(1000 * mass)} g gives a gyration radius of "
+        f"{_mm(radius)} to a {_mm(size)} body; "
     )
+    least, most = NARROWEST_RADIUS * size, WIDEST_RADIUS * size
+    if not least <= radius <= most:
+        what = f"{shown}it must lie between {_mm(least)} and {_mm(most)}"
+        slip = _slip((radius / size) ** 2, (LIKELY_RADII[0] ** 2, LIKELY_RADII[1] ** 2))
+        if slip:
+            fits = _mm(radius * math.sqrt(slip))
+            what += f"; the inertia times {slip:g} would give {fits}"
+        find(Severity.IMPOSSIBLE, what + ".", _SPREAD)
+        return
+    farthest = float(np.linalg.norm(np.maximum(com - box.low, box.high - com)))
+    if box.solid and radius > farthest + OUTSIDE * size:
+        what = (
+            f"{shown}no point of it lies that far from its centre of mass, but at most "
+            f"{_mm(farthest)}."
+        )
+        find(Severity.SUSPECT, what, _SPREAD)
 
 
 def _mm(length: float) -> str:
-    """A length as people read it, three digits and no powers of ten."""
-    return f"{float(f'{1000 * length:.3g}'):,.10g} mm".replace(",", " ")
+    """A length as people read it, to three digits."""
+    return f"{_number(float(f'{1000 * length:.3g}'))} mm"
+
+
+def _number(value: float) -> str:
+    """A number of four digits or, above a thousand, of three, without powers of ten."""
+    rounded = float(f"{value:.3g}" if abs(value) >= 1000 else f"{value:.4g}")
+    return f"{rounded:,.12g}".replace(",", " ")
 
 
 def _product(inertia: np.ndarray) -> str:
     """The product of inertia that is larger than any body's, in words; empty where none is."""
     for i, j, names, k in AXES:
         # The integral of |xy| is at most half that of x² + y².
-        if abs(inertia[i, j]) > inertia[k, k] / 2 * (1 + 1e-9):
+        if abs(inertia[i, j]) > max(inertia[k, k] / 2, 0.0) * (1 + 1e-9):
             return (
                 f"; product {names} is {inertia[i, j]:.3g}, and no body's is more than half of "
                 f"{'xyz'[k] * 2}, {inertia[k, k] / 2:.3g}"

@@ -59,7 +59,7 @@ def named_chains(
                 hint="export the file anew",
             )
         )
-    hips = np.array([chain.poses[0][:3, 3] for chain in chains])
+    hips = np.array([chain.hip for chain in chains])
     return [(name, chains[i], None) for name, i in names_in_order(hips)]
 
 

@@ -71,7 +71,7 @@ def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> 
                 for number, chain in chains.items()
             }
         )
-        hips = [chain.poses[0][:3, 3] for chain in chains.values()]
+        hips = [chain.hip for chain in chains.values()]
         weights += _uneven(legs, np.array(hips))
     if masses:
         return grouped([*weights, *found])
