@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from general_robot import general_robot
-from phasmid.formats import extension_of, robot_from_tree, tree_of
+from phasmid.formats import Severity, extension_of, robot_from_tree, tree_of
 from phasmid.robot import Appearance, Robot, load_robot, preset_names
 
 ROUND_OFF = 1e-12
@@ -41,4 +41,4 @@ def test_a_robot_comes_back_from_its_tree_in_every_field(robot: Robot) -> None:
     assert imported.error is None
     assert imported.robot is not None
     assert not differences(robot, imported.robot)
-    assert not imported.findings
+    assert not [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]

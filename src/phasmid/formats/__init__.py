@@ -3,7 +3,9 @@
 from phasmid.formats.description import describe
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.legs import Imported, ImportFacts, LegFacts, robot_from_tree
+from phasmid.formats.imported import Imported, ImportFacts, LegFacts
+from phasmid.formats.judge import judge, judge_robot
+from phasmid.formats.legs import robot_from_tree
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
 from phasmid.formats.robots import ROBOT_SUFFIXES, import_robot, load_robot, possible, save_robot
@@ -26,6 +28,8 @@ __all__ = [
     "describe",
     "extension_of",
     "import_robot",
+    "judge",
+    "judge_robot",
     "load_robot",
     "possible",
     "read_urdf",

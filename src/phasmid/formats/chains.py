@@ -44,6 +44,18 @@ class Chain:
             ]
         )
 
+    @property
+    def hip(self) -> Float[np.ndarray, "3"]:
+        """The point of the coxa axis that is nearest to the femur axis [m], shape (3,)."""
+        coxa, femur, _ = self.axes
+        across = np.cross(coxa, femur)
+        p = self.poses[0, :3, 3]
+        square = float(across @ across)
+        if not square:
+            return p
+        along = float(np.cross(self.poses[1, :3, 3] - p, femur) @ across) / square
+        return np.asarray(p + along * coxa)
+
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
@@ -144,6 +156,9 @@ def _leg_among(paths: list[list[TreeJoint]]) -> tuple[TreeJoint, ...] | None:
         # A gripper of several fingers at the end of the third link, or no leg.
         stem = [j for steps in zip(*paths, strict=False) for j in steps[:1] if len(set(steps)) == 1]
         whole = [stem] if len(paths) > 1 and len(stem) == 3 else []
+    if len(paths) == 1 and all(joint.kind not in HINGES for joint in paths[0][3:]):
+        # A foot on a spring, or a gripper of one slide.
+        whole = [paths[0][:3]] if len(paths[0]) >= 3 else []
     if not whole or any(joint.kind not in HINGES for joint in whole[0]):
         return None
     return tuple(whole[0])

@@ -8,7 +8,7 @@ import numpy as np
 
 from phasmid.errors import PhasmidError
 from phasmid.formats.findings import Severity
-from phasmid.formats.legs import Imported
+from phasmid.formats.imported import Imported
 from phasmid.kinematics import joint_angles, longest_stride
 from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.units import STANDARD_GRAVITY

@@ -103,7 +103,7 @@ def _tip(chain: Chain, number: int) -> tuple[Float[np.ndarray, "3"], str, tuple[
     note = Finding(
         Severity.SUSPECT,
         f"leg {number}",
-        f"no foot in the file; taken from the mesh of {tibia.name} at ({x:.1f}, {y:.1f}, "
+        f"no foot in the file; taken from the tip of its last link's mesh at ({x:.1f}, {y:.1f}, "
         f"{z:.1f}) mm, {1000 * away.max():.1f} mm from the tibia's axis.",
         where=tibia.links[0].where,
         hint="--foot 0,0,-0.13 gives it in that link's frame, in metres",

@@ -1,10 +1,281 @@
-"""Is a description possible."""
+"""A judge of what is physically possible, who reads the file's numbers before anyone uses them."""
 
 from __future__ import annotations
 
-from phasmid.formats.findings import Finding
-from phasmid.robot import Robot
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from phasmid.errors import PhasmidError
+from phasmid.formats.bodies import bounds, judge_body
+from phasmid.formats.chains import Chain, Skeleton, skeleton
+from phasmid.formats.extension import read_extension
+from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.found import named_chains
+from phasmid.formats.grouping import grouped
+from phasmid.formats.load import Standing, judge_load
+from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
+from phasmid.gait.support import support_margin
+from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
+from phasmid.robot import JOINTS, Robot
+
+ALIKE = 1e-6
+"""Masses and inertias that differ by less than this part are one number, copied."""
+
+UNEVEN = 0.1
+"""Part by which the masses of a right link and its left counterpart may differ: cables and screws
+make a few hundredths."""
+
+LIGHTEST, HEAVIEST = 0.05, 200.0
+"""Weights of walking robots with servos [kg]; a single small servo has 0.01, `Link` refuses 200."""
+
+LEANING = 0.1
+"""Part of the half track by which the centre of mass may lie off the middle."""
+
+
+def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> tuple[Finding, ...]:
+    """Find what is impossible or suspect in a tree's masses, inertias and limits.
+
+    Args:
+        tree: As it was read.
+        bones: Its trunk and legs, where they are known already.
+        masses: Whether its masses and inertias are used at all; if not, what is wrong with them
+            is only counted.
+
+    Returns:
+        Findings, those that differ in nothing but their subject as one.
+    """
+    found: list[Finding] = []
+    weights: list[Finding] = []
+    if bones is None:
+        try:
+            bones = skeleton(tree)
+        except PhasmidError as error:
+            found.append(Finding(Severity.IMPOSSIBLE, "robot", error.what, error.where, error.hint))
+    for link in tree.links.values():
+        if link.inertial is not None:
+            joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
+            box = bounds(link.parts, joints)
+            weights += judge_body(f"link {link.name}", link.inertial, box, link.where)
+    weights += _total(tree)
+    found += _joints(tree)
+    if bones is not None:
+        weights += _without_mass(bones)
+        chains = _by_number(tree, bones)
+        legs = {number: [link.inertial for link in c.links] for number, c in chains.items()}
+        weights += _copies(
+            {
+                number: [_heaviest(link.links) for link in chain.links]
+                for number, chain in chains.items()
+            }
+        )
+        hips = [chain.hip for chain in chains.values()]
+        weights += _uneven(legs, np.array(hips))
+    if masses:
+        return grouped([*weights, *found])
+    if weights:
+        what = f"{len(weights)} faults in the file's masses and inertias, which are not used."
+        found.append(Finding(Severity.NOTE, "masses", what))
+    return grouped(found)
 
 
 def judge_robot(robot: Robot) -> tuple[Finding, ...]:
-    return ()
+    """Find what is suspect about a robot, all of whose numbers are possible one by one.
+
+    Args:
+        robot: From a file of any kind.
+    """
+    legs = {
+        leg.name: [Inertial(link.mass, link.com, link.inertia) for link in leg.links]
+        for leg in robot.legs
+    }
+    found = _copies(legs) + _uneven(legs, robot.arrays.p_body_hip)
+    return grouped([*found, *judge_standing(robot), *_look(robot)])
+
+
+def judge_standing(robot: Robot) -> tuple[Finding, ...]:
+    """Whether a robot stands on its neutral feet without toppling or stalling its servos.
+
+    Args:
+        robot: The robot.
+    """
+    try:
+        q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
+    except PhasmidError as error:
+        return (Finding(Severity.IMPOSSIBLE, "neutral feet", error.what, error.where, error.hint),)
+    arrays = robot.arrays
+    standing = Standing(arrays.lengths, arrays.R_body_hip, arrays.neutral_foot)
+    found = list(judge_load(robot.leg_names, standing, robot.mass, robot.servo))
+    for leg, angles in zip(robot.legs, q, strict=True):
+        for joint, angle, (low, high) in zip(JOINTS, angles, leg.joint_limits, strict=True):
+            if not low <= angle <= high:
+                found.append(
+                    Finding(
+                        Severity.IMPOSSIBLE,
+                        f"joint {leg.name}.{joint}",
+                        f"stands at {math.degrees(angle):.4g}°, outside its limits "
+                        f"[{math.degrees(low):.4g}°, {math.degrees(high):.4g}°].",
+                        hint="move the neutral foot, or widen the limits",
+                    )
+                )
+    com, feet = centre_of_mass(robot, q), neutral_feet(robot)
+    margin = float(support_margin(feet[:, :2], np.ones(len(feet), dtype=bool), np.asarray(com[:2])))
+    if margin < 0:
+        found.append(
+            Finding(
+                Severity.IMPOSSIBLE,
+                "robot",
+                f"its centre of mass lies {-1000 * margin:.3g} mm outside its feet; it topples.",
+                hint="check the trunk's centre of mass",
+            )
+        )
+    track = float(np.ptp(feet[:, 1]))
+    aside = float(com[1] - feet[:, 1].mean())
+    if margin >= 0 and abs(aside) > LEANING * track / 2:
+        found.append(
+            Finding(
+                Severity.SUSPECT,
+                "robot",
+                f"its centre of mass lies {1000 * abs(aside):.3g} mm to the "
+                f"{'left' if aside > 0 else 'right'} of the middle of its feet.",
+                hint="check the trunk's centre of mass",
+            )
+        )
+    return tuple(found)
+
+
+def _by_number(tree: Tree, bones: Skeleton) -> dict[str, Chain]:
+    """Chains by their number in the robot, counted from 1."""
+    try:
+        said = read_extension(tree.extension, tree.file) if tree.extension else None
+    except PhasmidError:
+        # Whoever makes the robot refuses it.
+        said = None
+    named = named_chains(bones.chains, said, [])
+    return {str(number): chain for number, (_, chain, _) in enumerate(named, 1)}
+
+
+def _look(robot: Robot) -> list[Finding]:
+    if robot.appearance is None:
+        return []
+    try:
+        names = set(robot.appearance.parts)
+    except PhasmidError as error:
+        return [Finding(Severity.SUSPECT, "appearance", error.what, error.where, error.hint)]
+    known = {"body", *JOINTS, *(f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS)}
+    return [
+        Finding(Severity.NOTE, "appearance", f'"{name}" is the look of no link of this robot.')
+        for name in sorted(names - known)
+    ]
+
+
+def _total(tree: Tree) -> list[Finding]:
+    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
+    if LIGHTEST <= total <= HEAVIEST or total <= 0:
+        return []
+    factor = 1e-3 if total > HEAVIEST else 1e3
+    fits = LIGHTEST <= total * factor <= HEAVIEST
+    return [
+        Finding(
+            Severity.SUSPECT,
+            "robot",
+            f"weighs {total:.4g} kg in all; walking robots weigh {LIGHTEST:g} to {HEAVIEST:g} kg"
+            + (f"; times {factor:g} it would." if fits else "."),
+            hint="--total-mass-g as on a scale",
+        )
+    ]
+
+
+def _joints(tree: Tree) -> list[Finding]:
+    found: list[Finding] = []
+    for joint in tree.joints:
+        if joint.kind not in HINGES:
+            continue
+        subject = f"joint {joint.name}"
+        if joint.kind == "revolute" and joint.lower >= joint.upper:
+            what = (
+                f"its limits {math.degrees(joint.lower):.4g}° to {math.degrees(joint.upper):.4g}° "
+                "leave it no way; the upper must be above the lower."
+            )
+            hint = "make it a fixed joint, or give it limits"
+            found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, hint))
+        ends = [abs(end) for end in (joint.lower, joint.upper) if math.isfinite(end)]
+        if ends and max(ends) > 2.02 * math.pi:
+            what = (
+                f"its limits reach {max(ends):.4g} rad, {max(ends) / (2 * math.pi):.1f} turns; "
+                f"{max(ends):.4g}° would be {math.radians(max(ends)):.4g} rad."
+            )
+            found.append(Finding(Severity.SUSPECT, subject, what, joint.where, "use radians"))
+        for noun, value in (("effort", joint.effort), ("speed", joint.velocity)):
+            if value is not None and not (value > 0 and math.isfinite(value)):
+                what = f"its {noun} is {value:g}; it must be finite and greater than 0."
+                hint = "--servo AX-12A takes all from a data sheet"
+                found.append(Finding(Severity.SUSPECT, subject, what, joint.where, hint))
+    return found
+
+
+def _without_mass(bones: Skeleton) -> list[Finding]:
+    return [
+        Finding(
+            Severity.IMPOSSIBLE,
+            f"link {link.name}",
+            f"link {link.name} moves but has no mass.",
+            link.links[0].where,
+            "--masses phantomx-mk4, or geometry with --total-mass-g",
+        )
+        for chain in bones.chains
+        for link in chain.links
+        if link.inertial is None or link.inertial.mass == 0
+    ]
+
+
+def _heaviest(links: Sequence[TreeLink]) -> Inertial | None:
+    return max(
+        (link.inertial for link in links if link.inertial), key=lambda i: i.mass, default=None
+    )
+
+
+def _copies(legs: Mapping[str, Sequence[Inertial | None]]) -> list[Finding]:
+    """Legs whose three links share one mass and one inertia: a number that was copied."""
+    found = []
+    for name, links in legs.items():
+        first = links[0]
+        if first is None or not first.mass:
+            continue
+        moments = [np.linalg.eigvalsh(link.inertia) for link in links if link is not None]
+        if len(moments) == 3 and all(
+            other is not None
+            and math.isclose(other.mass, first.mass, rel_tol=ALIKE)
+            and np.allclose(moment, moments[0], rtol=ALIKE, atol=0)
+            for other, moment in zip(links, moments, strict=True)
+        ):
+            what = (
+                f"coxa, femur and tibia all have {1000 * first.mass:.4g} g and the same inertia; "
+                "unlike parts must have masses of their own."
+            )
+            hint = "weigh them, or --masses phantomx-mk4"
+            found.append(Finding(Severity.SUSPECT, f"leg {name}", what, hint=hint))
+    return found
+
+
+def _uneven(legs: Mapping[str, Sequence[Inertial | None]], hips: np.ndarray) -> list[Finding]:
+    """Links whose counterpart on the other side has another mass."""
+    found = []
+    width = float(np.ptp(hips[:, 1]))
+    middle = hips.mean(axis=0)
+    for (a, p), (b, q) in combinations(zip(legs, hips - middle, strict=True), 2):
+        # Counterparts mirror each other, each away from the middle.
+        if np.linalg.norm(p * [1, -1, 1] - q) > UNEVEN * width or abs(p[1]) < UNEVEN * width:
+            continue
+        for joint, one, other in zip(JOINTS, legs[a], legs[b], strict=True):
+            if one is None or other is None or not (one.mass > 0 and other.mass > 0):
+                continue
+            if abs(one.mass - other.mass) > UNEVEN * max(one.mass, other.mass):
+                what = (
+                    f"its {joint} has {1000 * one.mass:.4g} g, and that of leg {b}, across the "
+                    f"body, {1000 * other.mass:.4g} g; a pair should weigh the same."
+                )
+                found.append(Finding(Severity.SUSPECT, f"leg {a}", what, hint="weigh both"))
+    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,7 +108,7 @@ def mount_of(
     return Mount(position, np.array([yaw, pitch, roll])), 0.0
 
 
-def hip_rotation(angles: tuple[float, float, float]) -> Float[np.ndarray, "3 3"]:
+def hip_rotation(angles: Iterable[float]) -> Float[np.ndarray, "3 3"]:
     """R_body_hip of a hip's yaw, pitch and roll [rad], shape (3, 3)."""
     yaw, pitch, roll = map(np.asarray, angles)
     return rotation_rpy(roll, pitch, yaw)
@@ -126,7 +127,7 @@ def body_frame(
     middle = hips.mean(axis=0)
     if np.linalg.norm(middle) > PRINTED:
         X[:3, 3] = middle
-        shown = ", ".join(f"{1000 * c + 0.0:.2f}" for c in middle)
+        shown = ", ".join(f"{round(1000 * float(c), 2) + 0.0:.2f}" for c in middle)
         findings.append(
             Finding(
                 Severity.NOTE,

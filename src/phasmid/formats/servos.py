@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from phasmid.errors import located
@@ -37,8 +38,8 @@ def servo_of(
     if said is not None:
         return said, "the file's phasmid extension"
     joints = [joint for chain in chains for joint in chain.joints]
-    efforts = [joint.effort for joint in joints if joint.effort]
-    speeds = [joint.velocity for joint in joints if joint.velocity]
+    efforts = [j.effort for j in joints if j.effort and math.isfinite(j.effort)]
+    speeds = [j.velocity for j in joints if j.velocity and math.isfinite(j.velocity)]
     if not efforts or not speeds:
         return None, ""
     torque, speed = min(efforts), min(speeds)

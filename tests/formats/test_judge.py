@@ -1,0 +1,244 @@
+"""The judge names what no body, joint or servo can be, with the number that shows it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from formats.trees import block, with_joint, with_joints, with_link
+from phasmid.formats import Finding, Inertial, Severity, Tree, TreeLink, judge, judge_robot, tree_of
+from phasmid.formats.bodies import bounds, judge_body
+from phasmid.robot import load_robot, preset_names
+
+MK4 = load_robot("phantomx-mk4")
+TREE = tree_of(MK4)
+TIBIA = "left_front_tibia_link"
+SHAPE = block((0, -0.01, -0.01), (0.1, 0.01, 0.01))
+"""A bar of 100 x 20 x 20 mm, 40 cm³."""
+
+
+def of(mass: float, com: tuple[float, ...], moments: object) -> Inertial:
+    inertia = np.array(moments, dtype=float)
+    return Inertial(
+        mass, np.array(com, dtype=float), np.diag(inertia) if inertia.ndim == 1 else inertia
+    )
+
+
+BAR = of(0.1, (0.05, 0, 0), (6.7e-6, 8.7e-5, 8.7e-5))
+"""What the bar has at 2500 kg/m³: m/12 (b² + c²)."""
+
+
+def told(inertial: Inertial) -> list[tuple[str, str]]:
+    found = judge_body("link bar", inertial, bounds((SHAPE,), ()), "")
+    return [(finding.severity.value, finding.what) for finding in found]
+
+
+def faults(tree: Tree) -> list[Finding]:
+    return [finding for finding in judge(tree) if finding.severity is not Severity.NOTE]
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_the_judge_has_nothing_against_the_presets(preset: str) -> None:
+    robot = load_robot(preset)
+    assert not judge(tree_of(robot))
+    assert {finding.severity for finding in judge_robot(robot)} <= {Severity.NOTE}
+
+
+def test_the_judge_has_nothing_against_a_bar() -> None:
+    assert not told(BAR)
+
+
+@pytest.mark.parametrize(
+    ("inertial", "severity", "what"),
+    [
+        (
+            of(0.1, (0.05, 0, 0), (6.7e-3, 8.7e-2, 8.7e-2)),
+            "impossible",
+            "inertia 0.087 kg m² with 100 g gives a gyration radius of 933 mm to a 100 mm body; it "
+            "must lie between 2 mm and 150 mm; the inertia times 0.001 would give 29.5 mm.",
+        ),
+        (
+            of(0.1, (0.05, 0, 0), (6.7, 87, 87)),
+            "impossible",
+            "inertia 87 kg m² with 100 g gives a gyration radius of 29 500 mm to a 100 mm body; it "
+            "must lie between 2 mm and 150 mm; the inertia times 1e-06 would give 29.5 mm.",
+        ),
+        (
+            of(0.1, (0.05, 0, 0), (1e-6, 8.7e-5, 9.7e-5)),
+            "impossible",
+            "principal moments 1e-06, 8.7e-05, 9.7e-05 kg m² belong to no body; the largest may "
+            "not exceed the sum of the others.",
+        ),
+        (
+            of(0.1, (0.05, 0, 0), (-1e-6, 8.7e-5, 8.7e-5)),
+            "impossible",
+            "principal moments -1e-06, 8.7e-05, 8.7e-05 kg m² must all be greater than 0.",
+        ),
+        (
+            of(0.1, (0.05, 0, 0), [[8e-5, 5e-5, 0], [5e-5, 8e-5, 0], [0, 0, 8e-5]]),
+            "impossible",
+            "principal moments 3e-05, 8e-05, 0.00013 kg m² belong to no body; the largest may not "
+            "exceed the sum of the others; product xy is 5e-05, and no body's is more than half "
+            "of zz, 4e-05.",
+        ),
+        (
+            of(-0.1, (0, 0, 0), (1, 1, 1)),
+            "impossible",
+            "mass is -0.1 kg; it must be greater than 0.",
+        ),
+        (
+            of(0.0, (0, 0, 0), (1, 1, 1)),
+            "suspect",
+            "has an inertia and no mass; it must have both or neither.",
+        ),
+        (
+            of(0.1, (50, 0, 0), (6.7e-6, 8.7e-5, 8.7e-5)),
+            "impossible",
+            "centre of mass lies 49 900 mm outside its 100 mm box; times 0.001 it would lie "
+            "inside.",
+        ),
+        (
+            of(0.1, (0.13, 0, 0), (6.7e-6, 8.7e-5, 8.7e-5)),
+            "suspect",
+            "centre of mass lies 30 mm outside its 100 mm box; it must lie inside.",
+        ),
+        (
+            of(100, (0.05, 0, 0), (6.7e-3, 8.7e-2, 8.7e-2)),
+            "suspect",
+            "100 000 g in 40 cm³ of mesh is 2 500 000 kg/m³; what robots are made of has 100 to "
+            "9 000; the mass times 0.001 would fit.",
+        ),
+        (
+            of(0.1, (0.05, 0, 0), (6.7e-6, 8.7e-4, 8.7e-4)),
+            "suspect",
+            "inertia 0.00087 kg m² with 100 g gives a gyration radius of 93.3 mm to a 100 mm body; "
+            "no point of it lies that far from its centre of mass, but at most 52 mm.",
+        ),
+    ],
+    ids=[
+        "unit-of-inertia",
+        "unit-of-both",
+        "triangle",
+        "negative-moment",
+        "product",
+        "negative-mass",
+        "inertia-alone",
+        "unit-of-centre",
+        "centre-outside",
+        "density",
+        "wide-inertia",
+    ],
+)
+def test_an_impossible_body_is_named_by_the_number(
+    inertial: Inertial, severity: str, what: str
+) -> None:
+    assert told(inertial) == [(severity, what)]
+
+
+def test_links_that_share_one_mass_and_inertia_are_copies() -> None:
+    tree = TREE
+    for joint in ("coxa", "femur", "tibia"):
+        tree = with_link(tree, f"left_front_{joint}_link", inertial=BAR)
+        tree = with_link(tree, f"right_front_{joint}_link", inertial=BAR)
+    assert [(f.subject, f.what) for f in faults(tree)] == [
+        (
+            "legs 1 and 6",
+            "coxa, femur and tibia all have 100 g and the same inertia; unlike parts must have "
+            "masses of their own.",
+        )
+    ]
+
+
+def test_a_pair_of_legs_weighs_the_same() -> None:
+    m = TREE.links[TIBIA].inertial
+    assert m is not None
+    tree = with_link(TREE, TIBIA, inertial=Inertial(1.2 * m.mass, m.com, 1.2 * m.inertia))
+    assert [(f.subject, f.what) for f in faults(tree)] == [
+        (
+            "leg 1",
+            "its tibia has 171.8 g, and that of leg 6, across the body, 206.2 g; a pair should "
+            "weigh the same.",
+        )
+    ]
+
+
+def test_what_a_whole_robot_weighs_is_plausible() -> None:
+    heavy = {
+        name: replace(
+            link,
+            inertial=link.inertial
+            and Inertial(1e3 * link.inertial.mass, link.inertial.com, 1e3 * link.inertial.inertia),
+        )
+        for name, link in TREE.links.items()
+    }
+    assert [f.what for f in faults(replace(TREE, links=heavy))] == [
+        "weighs 3216 kg in all; walking robots weigh 0.05 to 200 kg; times 0.001 it would."
+    ]
+
+
+def test_limits_and_strengths_of_joints_are_possible() -> None:
+    name = "left_rear_femur"
+    assert [f.what for f in faults(with_joint(TREE, name, lower=0.0, upper=0.0))] == [
+        "its limits 0° to 0° leave it no way; the upper must be above the lower."
+    ]
+    assert [f.what for f in faults(with_joint(TREE, name, lower=-150.0, upper=150.0))] == [
+        "its limits reach 150 rad, 23.9 turns; 150° would be 2.618 rad."
+    ]
+    assert [f.what for f in faults(with_joints(TREE, lambda j: replace(j, effort=0.0)))] == [
+        "its effort is 0; it must be finite and greater than 0."
+    ]
+
+
+def test_servos_are_held_against_the_weight() -> None:
+    """τ = F r at the femur: r = 150 - 52.9 mm with a straight load, plus nothing for its sign."""
+    F, r = MK4.mass * 9.81, 0.150 - 0.052907539
+
+    def of_servo(stall: float, speed: float = 6.0) -> list[tuple[str, str]]:
+        servo = replace(MK4.servo, stall_torque=stall, no_load_speed=speed)
+        found = judge_robot(replace(MK4, servo=servo))
+        return [(f.severity.value, f.what) for f in found]
+
+    assert of_servo(1.01 * 5 * F / 6 * r) == []
+    ((severity, what),) = of_servo(1.01 * F / 3 * r)
+    assert severity == "note"
+    assert what.startswith("31.6 N on all 6 feet ask 0.511 N·m of joint ")
+    assert what.endswith(".femur, 50 % of stall; makers advise at most 20 % for long.")
+    ((severity, what),) = of_servo(0.99 * F / 3 * r)
+    assert severity == "suspect"
+    assert what.startswith("31.6 N on 3 of 6 feet ask 1.02 N·m of joint ")
+    ((severity, what),) = of_servo(0.99 * F / 6 * r)
+    assert severity == "impossible"
+    assert "servo XL430-W250 stalls at 0.505 N·m." in what
+    assert [severity for severity, _ in of_servo(1000.0, 100.0)] == ["suspect", "suspect"]
+    assert of_servo(1000.0)[0][1] == (
+        "effort 1000 N·m would lift 129 such robots at a leg's length; it is hardly a servo's."
+    )
+
+
+def test_a_robot_must_stand_over_its_feet() -> None:
+    for aside, severity in ((0.08, "suspect"), (1.5, "impossible")):
+        body = replace(
+            MK4.body, com=np.array([0, aside, 0]), size=np.full(3, 2.0), inertia=np.eye(3) * 0.1
+        )
+        found = [f for f in judge_robot(replace(MK4, body=body)) if f.subject == "robot"]
+        assert [f.severity.value for f in found] == [severity]
+
+
+def test_joints_stand_within_their_limits() -> None:
+    leg = MK4.legs[0]
+    limits = leg.joint_limits.copy()
+    limits[2] = [-1.0, 0.0]
+    legs = (replace(leg, joint_limits=limits), *MK4.legs[1:])
+    (found,) = [f for f in judge_robot(replace(MK4, legs=legs)) if "joint" in f.subject]
+    assert found.subject == "joint right_front.tibia"
+    assert found.what.endswith("°, outside its limits [-57.3°, 0°].")
+
+
+def test_a_tree_without_legs_is_judged_all_the_same() -> None:
+    tree = Tree("bar", {"bar": TreeLink("bar", of(-1, (0, 0, 0), (1, 1, 1)))}, ())
+    assert [f.what for f in judge(tree)] == [
+        "mass is -1 kg; it must be greater than 0.",
+        "bar has 0 chains of three hinges that leave bar; a walking robot here has 4 legs or more.",
+    ]

@@ -1,0 +1,411 @@
+"""Legs are found by what moves on what, in whatever words and frames a file says it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from formats.test_round_trip import differences
+from formats.trees import (
+    block,
+    joined,
+    pose,
+    random_turn,
+    reframed,
+    renamed,
+    turn,
+    with_joint,
+    with_joints,
+    with_link,
+)
+from general_robot import general_robot
+from phasmid.formats import (
+    Imported,
+    ImportOptions,
+    Inertial,
+    Severity,
+    Tree,
+    TreeJoint,
+    TreeLink,
+    robot_from_tree,
+    tree_of,
+)
+from phasmid.kinematics import joint_angles
+from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot
+
+MK4 = load_robot("phantomx-mk4")
+TREE = tree_of(MK4)
+FEMUR = "right_rear_femur"
+
+
+def robot_of(tree: Tree, **options: object) -> Robot:
+    imported = robot_from_tree(tree, ImportOptions(**options))  # type: ignore[arg-type]
+    assert imported.error is None, imported.error
+    assert imported.robot is not None
+    return imported.robot
+
+
+def said(imported: Imported, severity: Severity) -> list[str]:
+    return [f"{f.subject}: {f.what}" for f in imported.findings if f.severity is severity]
+
+
+def refusal(tree: Tree, **options: object) -> str:
+    imported = robot_from_tree(tree, ImportOptions(**options))  # type: ignore[arg-type]
+    assert imported.robot is None
+    assert imported.error is not None
+    assert said(imported, Severity.IMPOSSIBLE)
+    return imported.error.what
+
+
+def test_i11_a_link_that_moves_has_a_mass() -> None:
+    tree = with_link(TREE, "left_rear_femur_link", inertial=None)
+    imported = robot_from_tree(tree)
+    assert imported.error is not None
+    assert imported.error.what == "link left_rear_femur_link moves but has no mass."
+    assert imported.error.hint == "--masses phantomx-mk4, or geometry with --total-mass-g"
+    assert len(said(imported, Severity.IMPOSSIBLE)) == 1
+
+
+def test_i13_femur_and_tibia_axes_must_be_parallel() -> None:
+    tilted = next(j for j in TREE.joints if j.name == "right_rear_tibia").X_parent_child.copy()
+    tilted[:3, :3] = turn([1, 0, 0], math.radians(12))
+    assert refusal(with_joint(TREE, "right_rear_tibia", X_parent_child=tilted)) == (
+        "leg 3: femur and tibia axes differ by 12°; this model needs them parallel."
+    )
+
+
+def test_i13_coxa_and_femur_axes_must_be_square() -> None:
+    X = next(j for j in TREE.joints if j.name == FEMUR).X_parent_child.copy()
+    X[:3, :3] = turn([1, 0, 0], math.radians(60))
+    assert refusal(with_joint(TREE, FEMUR, X_parent_child=X)) == (
+        "leg 3: coxa and femur axes are 60° apart; this model needs them square."
+    )
+
+
+def test_i13_legs_have_three_hinges() -> None:
+    two = with_joint(TREE, "right_rear_tibia", kind="fixed")
+    assert refusal(two) == (
+        "leg at joint right_rear_coxa: it has 2 hinges (right_rear_coxa, right_rear_femur); "
+        "this model needs 3 hinges in a row, for coxa, femur and tibia."
+    )
+    four = with_joint(TREE, "right_rear_foot_joint", kind="revolute")
+    assert refusal(four).startswith("leg at joint right_rear_coxa: it has 4 hinges (")
+    slides = with_joint(TREE, FEMUR, kind="prismatic")
+    assert refusal(slides).startswith(
+        "leg at joint right_rear_coxa: joint right_rear_femur is prismatic; this model needs"
+    )
+
+
+def test_i13_there_are_four_legs() -> None:
+    tree = tree_of(MK4)
+    kept = {"right_front", "left_front", "left_rear"}
+    gone = [n for n in HEXAPOD_LEGS if n not in kept]
+    links = {n: k for n, k in tree.links.items() if not n.startswith(tuple(gone))}
+    joints = tuple(j for j in tree.joints if not j.name.startswith(tuple(gone)))
+    assert refusal(replace(tree, links=links, joints=joints)) == (
+        "phantomx-mk4 has 3 chains of three hinges that leave base_link; "
+        "a walking robot here has 4 legs or more."
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_names_and_order_of_links_and_joints_mean_nothing(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    assert not differences(robot_of(TREE), robot_of(renamed(TREE, rng)))
+    general = tree_of(general_robot())
+    assert not differences(robot_of(general), robot_of(renamed(general, rng)))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_frames_of_links_mean_nothing(seed: int) -> None:
+    """Any frame whose origin is on the hinge's axis, and an axis either way along it."""
+    rng = np.random.default_rng(seed)
+    for tree in (TREE, tree_of(general_robot())):
+        frames = {
+            j.child: pose(random_turn(rng), [0, 0, rng.uniform(-0.1, 0.1)])
+            for j in tree.joints
+            if j.kind == "revolute"
+        }
+        frames |= {j.child: pose(random_turn(rng)) for j in tree.joints if j.kind == "fixed"}
+        told = reframed(tree, frames)
+        flips = {j.name for j in told.joints if rng.random() < 0.5}
+        told = with_joints(
+            told,
+            lambda j, flips=flips: (  # type: ignore[misc]
+                replace(j, axis=-j.axis, lower=-j.upper, upper=-j.lower) if j.name in flips else j
+            ),
+        )
+        assert not differences(robot_of(tree), robot_of(told))
+        facts = robot_from_tree(told).facts
+        assert facts is not None
+        for leg in facts.legs:
+            signs = [-1 if name in flips else 1 for name in leg.joints]
+            np.testing.assert_array_equal(leg.signs, signs)
+
+
+def test_zeros_of_femur_and_tibia_become_bends_and_limits() -> None:
+    """A file whose joints are at 0 elsewhere is the same leg: θ = φ + offset."""
+    shift = {
+        f"{leg}_{joint}": angle
+        for leg in HEXAPOD_LEGS
+        for joint, angle in (("femur", 0.3), ("tibia", -0.7))
+    }
+    told = with_joints(
+        TREE,
+        lambda j: (
+            replace(
+                j,
+                X_parent_child=j.X_parent_child @ pose(turn([0, 0, 1], shift[j.name])),
+                lower=j.lower - shift[j.name],
+                upper=j.upper - shift[j.name],
+            )
+            if j.name in shift
+            else j
+        ),
+    )
+    a, b = robot_of(TREE), robot_of(told)
+    bends = [f"legs[{i}].{bend}" for i in range(6) for bend in ("femur_bend", "tibia_bend")]
+    assert differences(a, b) == bends
+    assert b.legs[0].femur_bend == pytest.approx(0.3)
+    assert b.legs[0].tibia_bend == pytest.approx(0.3 - 0.7)
+    facts = robot_from_tree(told).facts
+    assert facts is not None
+    np.testing.assert_allclose(facts.legs[0].offsets, [0, 0.3, -0.7], atol=1e-15)
+
+
+def test_links_that_are_fixed_to_each_other_are_one() -> None:
+    """Half of each link's mass in a link of its own changes nothing."""
+    half = {}
+    extra = []
+    for i, (name, link) in enumerate(TREE.links.items()):
+        if link.inertial is None:
+            continue
+        m = link.inertial
+        part = Inertial(m.mass / 2, m.com, m.inertia / 2)
+        half[name] = replace(link, inertial=part)
+        X = pose(turn([1, 2, 3], 0.1 * i), [0.01, 0.02, 0.03])
+        R = X[:3, :3].T
+        moved = Inertial(part.mass, R @ (part.com - X[:3, 3]), R @ part.inertia @ R.T)
+        extra.append((TreeJoint(f"glue{i}", "fixed", name, f"half{i}", X), moved))
+    tree = replace(TREE, links={**TREE.links, **half})
+    tree = joined(
+        tree,
+        *(joint for joint, _ in extra),
+        links=tuple(TreeLink(joint.child, inertial) for joint, inertial in extra),
+    )
+    assert not differences(robot_of(TREE), robot_of(tree))
+
+
+def test_heads_and_grippers_are_held_and_told() -> None:
+    weight = Inertial(0.1, np.zeros(3), np.eye(3) * 1e-4)
+    pan = TreeJoint("pan", "revolute", "base_link", "head", pose(p=(0.1, 0, 0.05)))
+    tilt = TreeJoint("tilt", "revolute", "head", "eyes", pose(p=(0.02, 0, 0)))
+    claw = TreeJoint("claw", "prismatic", "right_front_tibia_link", "jaw", pose(p=(0.1, 0, 0)))
+    links = tuple(TreeLink(name, weight) for name in ("head", "eyes", "jaw"))
+    imported = robot_from_tree(joined(TREE, pan, tilt, claw, links=links))
+    assert imported.robot is not None
+    assert imported.robot.mass == pytest.approx(MK4.mass + 0.3, rel=1e-14)
+    assert imported.robot.legs[0].tibia.mass == pytest.approx(MK4.legs[0].tibia.mass + 0.1)
+    assert "joints claw, pan, tilt: are part of no leg and held at angle 0." in said(
+        imported, Severity.NOTE
+    )
+
+
+def test_a_trunk_may_float_in_a_world() -> None:
+    free = TreeJoint("free", "floating", "world", "base_link", pose(p=(0, 0, 0.2)))
+    tree = joined(TREE, free, links=(TreeLink("world"),))
+    assert not differences(robot_of(TREE), robot_of(tree))
+
+
+def test_a_body_origin_is_moved_amid_the_coxa_axes() -> None:
+    tree = reframed(TREE, {"base_link": pose(p=(0.03, 0.01, -0.02))})
+    imported = robot_from_tree(tree)
+    assert imported.robot is not None
+    assert not differences(robot_of(TREE), imported.robot)
+    assert "body: its origin was moved by (-30.00, -10.00, 20.00) mm, amid the coxa axes." in said(
+        imported, Severity.NOTE
+    )
+
+
+def test_small_misalignments_are_set_right_and_told() -> None:
+    """A tibia axis 0.005° off: at 131 mm its foot is 131 mm · 8.7e-5 = 0.011 mm elsewhere."""
+    X = next(j for j in TREE.joints if j.name == "right_rear_tibia").X_parent_child.copy()
+    X[:3, :3] = turn([1, 0, 0], math.radians(0.005))
+    imported = robot_from_tree(with_joint(TREE, "right_rear_tibia", X_parent_child=X))
+    assert imported.robot is not None
+    assert (
+        "leg 3: tibia axis was turned by 0.005° to fit the leg's plane, which moves the foot by "
+        "0.011 mm at most."
+    ) in said(imported, Severity.NOTE)
+    # The cosine of the misalignment is all that is lost of the lengths.
+    assert imported.robot.leg("right_rear").tibia.length == pytest.approx(
+        MK4.legs[2].tibia.length, rel=1e-8
+    )
+
+
+def test_feet_beside_the_legs_plane_are_moved_into_it_or_refused() -> None:
+    X = pose(p=(MK4.legs[0].tibia.length, 0, 0.003))
+    imported = robot_from_tree(with_joint(TREE, "right_front_foot_joint", X_parent_child=X))
+    assert "leg 1: its foot stands 3 mm off the leg's plane and was moved into it." in said(
+        imported, Severity.NOTE
+    )
+    X[2, 3] = -0.02
+    assert refusal(with_joint(TREE, "right_front_foot_joint", X_parent_child=X)) == (
+        "leg 1: its foot stands 20 mm off the plane of its coxa axis, femur and tibia; this "
+        "model's legs are planar, up to 4.9 mm."
+    )
+
+
+def test_limits_are_ours_and_joints_without_are_whole_turns() -> None:
+    tree = with_joint(TREE, "right_front_coxa", kind="continuous", lower=-np.inf, upper=np.inf)
+    limits = robot_of(tree).legs[0].joint_limits
+    np.testing.assert_array_equal(limits[0], [-math.pi, math.pi])
+    np.testing.assert_allclose(limits[1:], MK4.legs[0].joint_limits[1:], atol=1e-15)
+
+
+def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even() -> None:
+    """Limits of 30° to 90° about a zero that lies 60° aside: the hip turns, not the leg."""
+    aside = math.radians(60)
+    joint = next(j for j in TREE.joints if j.name == "right_middle_coxa")
+    told = with_joint(
+        TREE,
+        joint.name,
+        X_parent_child=joint.X_parent_child @ pose(turn([0, 0, 1], -aside)),
+        lower=math.radians(30),
+        upper=math.radians(90),
+    )
+    leg = robot_of(told).leg("right_middle")
+    assert leg.mount_yaw == pytest.approx(-math.pi / 2, abs=1e-15)
+    np.testing.assert_allclose(leg.joint_limits[0], np.radians([-30, 30]), atol=1e-15)
+
+
+def test_lying_coxa_axes_make_knees_bend_up() -> None:
+    """Four legs straight down on fore-and-aft coxa axes: the hip frame's x points down."""
+    leg = MK4.legs[0]
+    down = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    hips = {"a": (0.1, -0.05), "b": (0.1, 0.05), "c": (-0.1, -0.05), "d": (-0.1, 0.05)}
+    legs = tuple(
+        replace(
+            leg,
+            name=n,
+            mount_position=np.array([x, y, 0.0]),
+            mount_yaw=0.0,
+            neutral_foot=np.array([0.15, 0, 0.0]),
+            joint_limits=np.array([[-1, 1], [-1.5, 1.5], [-2.5, -0.1]]),
+        )
+        for n, (x, y) in hips.items()
+    )
+    tree = tree_of(replace(MK4, legs=legs))
+    tree = with_joints(
+        tree,
+        lambda j: (
+            replace(j, X_parent_child=pose(down, j.X_parent_child[:3, 3]))
+            if j.name.endswith("_coxa")
+            else j
+        ),
+    )
+    robot = robot_of(tree)
+    assert robot.leg_names == ("right_front", "right_rear", "left_rear", "left_front")
+    for made in robot.legs:
+        assert made.mount_pitch == pytest.approx(math.pi / 2)
+        assert made.joint_limits[2].max() < 0
+        # It stands below its hip, within the limits.
+        q = joint_angles(made, made.neutral_foot)
+        assert (made.joint_limits[:, 0] <= q).all()
+        assert (q <= made.joint_limits[:, 1]).all()
+
+
+def test_legs_are_named_by_where_they_stand() -> None:
+    for count, names in (
+        (5, ("right_1", "right_2", "rear", "left_1", "left_2")),
+        (8, tuple(f"{s}_{i}" for s in ("right", "left") for i in (1, 2, 3, 4))),
+    ):
+        legs = []
+        for i in range(count):
+            azimuth = -2 * math.pi * (i + 0.5) / count
+            p = 0.12 * np.array([math.cos(azimuth), math.sin(azimuth), 0])
+            legs.append(replace(MK4.legs[0], name=f"n{i}", mount_position=p, mount_yaw=azimuth))
+        robot = robot_of(tree_of(replace(MK4, legs=tuple(legs))))
+        assert robot.leg_names == names
+
+
+def without_feet() -> Tree:
+    links = {n: k for n, k in TREE.links.items() if not n.endswith("_foot")}
+    return replace(TREE, links=links, joints=tuple(j for j in TREE.joints if j.kind != "fixed"))
+
+
+def test_a_foot_is_named_given_or_taken_from_the_mesh() -> None:
+    tree = without_feet()
+    assert refusal(tree) == (
+        "leg 1: nothing says where its foot is; right_front_tibia_link has neither a fixed link "
+        "at its end nor a mesh."
+    )
+    length = MK4.legs[0].tibia.length
+    assert robot_of(tree, foot=f"{length},0,0").legs[0].tibia.length == pytest.approx(length)
+    for name, link in tree.links.items():
+        if name.endswith("tibia_link"):
+            shape = block((0, -0.01, -0.01), (0.12, 0.01, 0.01))
+            tree = with_link(tree, name, parts=(*link.parts, shape))
+    imported = robot_from_tree(tree)
+    assert imported.robot is not None
+    # The middle of the block's end.
+    assert imported.robot.legs[0].tibia.length == pytest.approx(0.12, rel=1e-12)
+    assert any(
+        text.startswith("legs 1 to 6: no foot in the file; taken from the tip of its last link's")
+        for text in said(imported, Severity.SUSPECT)
+    )
+
+
+def test_foot_options_that_fit_nothing_are_refused() -> None:
+    assert refusal(TREE, foot="hand") == (
+        'leg 1: no links at its end have a name that ends in "hand"; 1 is needed.'
+    )
+    assert refusal(TREE, foot="0,0,x") == (
+        "foot is 0,0,x; it must be a link's name or three numbers in metres, each of at most 2."
+    )
+    assert not differences(robot_of(TREE), robot_of(TREE, foot="_foot"))
+
+
+def test_masses_may_come_from_elsewhere() -> None:
+    tree = replace(
+        TREE, links={name: replace(link, inertial=None) for name, link in TREE.links.items()}
+    )
+    donor = robot_of(tree, masses="phantomx-mk4")
+    # Its own lengths, scaled by 1.
+    assert not differences(robot_of(TREE), donor)
+    for options in ({"masses": "phantomx-mk4"}, {"masses": "geometry"}):
+        assert robot_of(tree, **options, total_mass=2.0).mass == pytest.approx(2.0, rel=1e-14)
+    heavy = robot_of(TREE, total_mass=2 * MK4.mass)
+    np.testing.assert_allclose(heavy.arrays.inertia, 2 * MK4.arrays.inertia, rtol=1e-12, atol=1e-18)
+    box = robot_of(TREE, masses="geometry")
+    np.testing.assert_allclose(box.arrays.mass, MK4.arrays.mass, rtol=1e-14)
+    a, b = box.legs[0].tibia.length, box.legs[0].tibia.length / 4
+    m = box.legs[0].tibia.mass
+    np.testing.assert_allclose(
+        box.legs[0].tibia.inertia, np.diag([2 * b**2, a**2 + b**2, a**2 + b**2]) * m / 12
+    )
+    assert refusal(TREE, total_mass=-1.0) == (
+        "the total mass is -1 kg; it must be finite and greater than 0."
+    )
+
+
+def test_a_robot_without_stance_is_refused() -> None:
+    tree = with_joints(
+        TREE, lambda j: replace(j, lower=0.1, upper=0.2) if j.name.endswith("tibia") else j
+    )
+    assert refusal(tree) == "no stance with knees up is within the joint limits."
+
+
+def test_servos_come_from_a_name_or_from_the_file() -> None:
+    assert robot_of(TREE, servo="AX-12A").servo == load_robot("phantomx-paper").servo
+    own = robot_of(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=4.0))).servo
+    assert (own.stall_torque, own.no_load_speed) == (3.0, 4.0)
+    # In proportion to the AX-12A's 9.2 N·m/rad at 1.5 N·m.
+    assert own.stiffness == pytest.approx(18.4)
+    nothing = with_joints(TREE, lambda j: replace(j, effort=None))
+    assert refusal(nothing) == (
+        "the joints have no effort and speed, so their servos are not known."
+    )

@@ -1,0 +1,128 @@
+"""Two descriptions that people use: the judge tells the sound one from the other, and both walk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phasmid.formats import Imported, ImportOptions, Severity, Tree, read_urdf, robot_from_tree
+from phasmid.motion import plan
+from phasmid.robot import Robot, load_robot
+from phasmid.scenario import load_scenario
+from phasmid.simulation import simulate
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+SOUND = DATA / "interbotix_xshexapod_descriptions" / "urdf" / "pxmark4.urdf"
+UNSOUND = DATA / "phantomx_description" / "urdf" / "phantomx.urdf"
+
+pytestmark = pytest.mark.skipif(
+    not (SOUND.is_file() and UNSOUND.is_file()), reason="the descriptions are not at hand"
+)
+
+
+@pytest.fixture(scope="module")
+def unsound() -> Tree:
+    """The description whose inertias no body can have."""
+    return read_urdf(UNSOUND)
+
+
+@pytest.fixture(scope="module")
+def sound() -> Imported:
+    """What comes of the other one, with the servo that its maker builds in."""
+    return robot_from_tree(read_urdf(SOUND), ImportOptions(servo="XL430-W250"))
+
+
+def of(imported: Imported, severity: Severity) -> list[str]:
+    return [f"{f.subject}: {f.what}" for f in imported.findings if f.severity is severity]
+
+
+def test_the_sound_description_has_no_fault(sound: Imported) -> None:
+    assert sound.robot is not None
+    assert not of(sound, Severity.IMPOSSIBLE)
+    assert not of(sound, Severity.SUSPECT)
+
+
+def test_the_sound_description_is_the_preset_that_was_made_of_it_by_hand(sound: Imported) -> None:
+    """Within the preset's printed digits: nanometres, 1e-6 of a mass, 1e-6 degrees."""
+    made, preset = sound.robot, load_robot("phantomx-mk4")
+    assert made is not None
+    assert made.leg_names == preset.leg_names
+    assert made.servo == preset.servo
+    a, b = made.arrays, preset.arrays
+    np.testing.assert_allclose(a.lengths, b.lengths, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(a.mass, b.mass, rtol=1e-12)
+    np.testing.assert_allclose(a.com, b.com, rtol=0, atol=6e-11)
+    np.testing.assert_allclose(a.inertia, b.inertia, rtol=0, atol=6e-13)
+    np.testing.assert_allclose(a.p_body_hip, b.p_body_hip, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(a.R_body_hip, b.R_body_hip, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(a.neutral_foot, b.neutral_foot, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(a.joint_limits, b.joint_limits, rtol=0, atol=1e-8)
+    for leg, other in zip(made.legs, preset.legs, strict=True):
+        assert leg.femur_bend == pytest.approx(other.femur_bend, abs=1e-9)
+        assert leg.tibia_bend == pytest.approx(other.tibia_bend, abs=1e-9)
+    assert made.body.mass == pytest.approx(preset.body.mass, rel=1e-12)
+    np.testing.assert_allclose(made.body.com, preset.body.com, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(made.body.inertia, preset.body.inertia, rtol=1e-9)
+    # Its mesh, in whole millimetres.
+    np.testing.assert_allclose(made.body.size, preset.body.size, rtol=0, atol=1e-3)
+
+
+def test_the_unsound_description_is_refused_with_each_fault_by_name(unsound: Tree) -> None:
+    imported = robot_from_tree(unsound)
+    assert imported.robot is None
+    assert imported.error is not None
+    impossible, suspect = of(imported, Severity.IMPOSSIBLE), of(imported, Severity.SUSPECT)
+    assert impossible[0] == (
+        "link MP_BODY: inertia 6.54 kg m² with 975.6 g gives a gyration radius of 2 590 mm to a "
+        "274 mm body; it must lie between 5.47 mm and 410 mm; the inertia times 0.001 would give "
+        "81.9 mm."
+    )
+    assert any(
+        text.startswith("links c1_rf, c2_rf, thigh_rf and 21 more: principal moments 0.001138, ")
+        for text in impossible
+    )
+    assert any(
+        text.startswith("links tibia_rf, tibia_rm, tibia_rr and 3 more: inertia 0.0083 kg m² with")
+        for text in impossible
+    )
+    assert any("body.STL" in text for text in suspect)
+    assert (
+        "legs 1 to 6: coxa, femur and tibia all have 24.36 g and the same inertia; unlike parts "
+        "must have masses of their own."
+    ) in suspect
+    assert any(text.startswith("legs 1 to 6: no foot in the file;") for text in suspect)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ImportOptions(masses="phantomx-mk4"),
+        ImportOptions(masses="geometry", total_mass=2.1, servo="AX-12A"),
+    ],
+    ids=["masses-of-a-preset", "masses-spread"],
+)
+def test_with_one_option_the_unsound_description_walks(
+    unsound: Tree, options: ImportOptions
+) -> None:
+    imported = robot_from_tree(unsound, options)
+    assert not of(imported, Severity.IMPOSSIBLE)
+    assert imported.robot is not None
+    # HumaRobotics' own measures: 54 mm, and 64.5 mm out and 14.5 mm down.
+    lengths = imported.robot.arrays.lengths
+    np.testing.assert_allclose(lengths[:, :2], [[0.054, np.hypot(0.0645, 0.0145)]] * 6, atol=1e-6)
+    assert travelled(imported.robot) == pytest.approx(0.08, rel=0.1)
+
+
+def test_the_sound_description_walks(sound: Imported) -> None:
+    assert sound.robot is not None
+    assert travelled(sound.robot) == pytest.approx(0.08, rel=0.1)
+
+
+def travelled(robot: Robot) -> float:
+    """How far it comes in a cycle of two steps of 40 mm; servos and feet cost some per cent."""
+    scenario = load_scenario("paper").replace(robot=robot, drive="ideal-servo", duration=2.0)
+    run = simulate(scenario, plan(scenario))
+    assert run.attrs["ending"] == "COMPLETED"
+    return float(run.body_position[-1, 0])

@@ -1,0 +1,128 @@
+"""Trees that say the same in other words, and trees with one thing wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.robot import Part
+
+
+def pose(R: np.ndarray | None = None, p: tuple[float, float, float] | np.ndarray = (0, 0, 0)):
+    """A homogeneous transform."""
+    X = np.eye(4)
+    if R is not None:
+        X[:3, :3] = R
+    X[:3, 3] = p
+    return X
+
+
+def turn(axis: np.ndarray | list[float], angle: float) -> np.ndarray:
+    """Rotation about a unit axis, by Rodrigues' formula."""
+    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+def random_turn(rng: np.random.Generator) -> np.ndarray:
+    """A rotation, any as likely as any."""
+    Q, R = np.linalg.qr(rng.normal(size=(3, 3)))
+    Q = Q * np.sign(np.diag(R))
+    return Q * np.sign(np.linalg.det(Q))
+
+
+def renamed(tree: Tree, rng: np.random.Generator) -> Tree:
+    """The tree under meaningless names, its links and joints in another order."""
+    count = len(tree.links) + len(tree.joints)
+    numbers = iter(rng.permutation(count))
+    names = {name: f"x{next(numbers)}" for name in tree.links}
+    links = {names[n]: replace(link, name=names[n]) for n, link in tree.links.items()}
+    joints = [
+        replace(j, name=f"x{next(numbers)}", parent=names[j.parent], child=names[j.child])
+        for j in tree.joints
+    ]
+    order = list(links)
+    rng.shuffle(order)
+    rng.shuffle(joints)  # type: ignore[arg-type]
+    return replace(tree, links={name: links[name] for name in order}, joints=tuple(joints))
+
+
+def reframed(tree: Tree, frames: Mapping[str, np.ndarray]) -> Tree:
+    """The tree with other frames in its links.
+
+    Args:
+        tree: The tree.
+        frames: New frame of a link, by its name, in the old one, shape (4, 4); for a link on a
+            hinge its origin must lie on the hinge's axis.
+    """
+
+    def old_to_new(name: str) -> np.ndarray:
+        return np.linalg.inv(frames.get(name, np.eye(4)))
+
+    links = {}
+    for name, link in tree.links.items():
+        Y = old_to_new(name)
+        inertial = link.inertial
+        if inertial is not None:
+            R = Y[:3, :3]
+            com = R @ inertial.com + Y[:3, 3]
+            inertial = Inertial(inertial.mass, com, R @ inertial.inertia @ R.T)
+        parts = tuple(part.at(Y) for part in link.parts)
+        links[name] = replace(link, inertial=inertial, parts=parts)
+    joints = tuple(
+        replace(
+            j,
+            X_parent_child=old_to_new(j.parent) @ j.X_parent_child @ frames.get(j.child, np.eye(4)),
+            axis=old_to_new(j.child)[:3, :3] @ j.axis,
+        )
+        for j in tree.joints
+    )
+    return replace(tree, links=links, joints=joints)
+
+
+def with_joints(tree: Tree, change: Callable[[TreeJoint], TreeJoint]) -> Tree:
+    """The tree with each joint changed."""
+    return replace(tree, joints=tuple(change(joint) for joint in tree.joints))
+
+
+def with_joint(tree: Tree, name: str, **fields: object) -> Tree:
+    """The tree with some fields of one joint changed."""
+    return with_joints(tree, lambda j: replace(j, **fields) if j.name == name else j)  # type: ignore[arg-type]
+
+
+def with_link(tree: Tree, name: str, **fields: object) -> Tree:
+    """The tree with some fields of one link changed, or with one more link."""
+    link = replace(tree.links.get(name, TreeLink(name)), **fields)  # type: ignore[arg-type]
+    return replace(tree, links={**tree.links, name: link})
+
+
+def joined(tree: Tree, *joints: TreeJoint, links: tuple[TreeLink, ...] = ()) -> Tree:
+    """The tree with more joints, and with their children unless they are given as links."""
+    more = {j.child: TreeLink(j.child) for j in joints if j.child not in tree.links}
+    more |= {link.name: link for link in links}
+    return replace(tree, links={**tree.links, **more}, joints=(*tree.joints, *joints))
+
+
+def block(low: tuple[float, ...], high: tuple[float, ...]) -> Part:
+    """A closed box."""
+    corners = np.array(
+        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    )
+    faces = [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5],
+        [0, 5, 1],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+        [1, 5, 7],
+        [1, 7, 3],
+    ]
+    return Part(corners, np.array(faces))
