@@ -51,7 +51,9 @@ class Workshop:
 
     def servo(self) -> Solid:
         """The servo, which weighs what its maker says."""
-        return self.part("servo", parts.servo, self.case, of=SERVO, mass=self.case.mass, is_hinge=True)
+        return self.part(
+            "servo", parts.servo, self.case, of=SERVO, mass=self.case.mass, is_hinge=True
+        )
 
     def bracket(self, name: str, reach: float, *, start: float = 0.0) -> Solid:
         """A bracket around a servo; measures in millimetres."""

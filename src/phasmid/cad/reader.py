@@ -55,7 +55,8 @@ def main(file: str, out: str) -> int:
     except Refused as refused:
         print(refused, flush=True)  # noqa: T201
         return refused.status
-    np.savez(out, told=np.frombuffer(json.dumps(told).encode(), dtype=np.uint8), **arrays)
+    arrays["told"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
+    np.savez(out, **arrays)  # type: ignore[arg-type]
     return 0
 
 
@@ -211,7 +212,7 @@ def _prototype(
     shape = shapes.GetShape_s(label)
     facts: dict[str, Any] = {
         "name": _name(label),
-        "color": _color(document, shapes, label, shape),
+        "color": _color(document, label, shape),
         "solid": _explorer(shape, "SOLID").More(),
     }
     vertices, faces = _triangles(shape)
@@ -290,7 +291,7 @@ def _cylinders(shapes: Any, label: Any, shape: Any) -> tuple[np.ndarray, list[st
     return np.array(rows).reshape(-1, 8), names
 
 
-def _color(document: Any, shapes: Any, label: Any, shape: Any) -> list[float] | None:
+def _color(document: Any, label: Any, shape: Any) -> list[float] | None:
     """The part's own colour, or that of its largest coloured solid or face."""
     xcaf, quantity = occt("XCAFDoc"), occt("Quantity")
     colors = xcaf.XCAFDoc_DocumentTool.ColorTool_s(document.Main())

@@ -106,9 +106,7 @@ def _hinge_faces(solid: Solid) -> Iterator[Any]:
             yield face.wrapped
 
 
-def _place(
-    shapes: Any, owner: Any, part: Any, name: str, X: Float[np.ndarray, "4 4"]
-) -> None:
+def _place(shapes: Any, owner: Any, part: Any, name: str, X: Float[np.ndarray, "4 4"]) -> None:
     component = shapes.AddComponent(owner, part, location(X).wrapped)
     _name(component, name)
 
@@ -126,6 +124,13 @@ def _text(document: Any, name: str) -> bytes:
     writer.SetColorMode(True)
     writer.SetNameMode(True)
     static.SetIVal_s("write.stepcaf.subshapes.name", 1)
+    header = occt("APIHeaderSection").APIHeaderSection_MakeHeader(writer.Writer().Model())
+    if not header.IsDone():
+        header = occt("APIHeaderSection").APIHeaderSection_MakeHeader(0)
+        header.Apply(writer.Writer().Model())
+    for put, word in ((header.SetName, name), (header.SetOriginatingSystem, "phasmid")):
+        plain = "".join(c for c in word if c.isascii() and c.isprintable())
+        put(occt("TCollection").TCollection_HAsciiString(plain))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "robot.step"
         writer.Transfer(document, occt("STEPControl").STEPControl_AsIs)
@@ -141,4 +146,6 @@ def _in_place(shape: Any) -> Any:
     if pose.IsIdentity():
         return shape
     bare = shape.Located(occt("TopLoc").TopLoc_Location())
-    return occt("BRepBuilderAPI").BRepBuilderAPI_Transform(bare, pose.Transformation(), True).Shape()
+    return (
+        occt("BRepBuilderAPI").BRepBuilderAPI_Transform(bare, pose.Transformation(), True).Shape()
+    )
