@@ -53,6 +53,7 @@ Inertia = Annotated[Number, Quantity("g_mm2")]
 Rate = Annotated[Number, Quantity("rpm")]
 AngularVelocity = Annotated[Number, Quantity("deg_per_s")]
 Weight = Annotated[Number, Quantity("n")]
+Density = Annotated[Number, Quantity("kg_m3")]
 Voltage = Annotated[Number, Quantity("v")]
 Temperature = Annotated[Number, Quantity("degc")]
 

@@ -49,6 +49,8 @@ UNITS = {
     "g_mm2": Unit("g mm^2", "inertia", 1e9),
     "rad_per_s": Unit("rad/s", "angular velocity", 1.0),
     "deg_per_s": Unit("°/s", "angular velocity", 180.0 / math.pi),
+    "kg_m3": Unit("kg/m^3", "density", 1.0),
+    "g_cm3": Unit("g/cm^3", "density", 0.001),
     "v": Unit("V", "voltage", 1.0),
     # Temperatures stay in degrees Celsius: only their differences enter any equation.
     "degc": Unit("°C", "temperature", 1.0),

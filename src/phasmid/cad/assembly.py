@@ -25,12 +25,14 @@ class Solid:
         shape: The library's solid, in millimetres, in the part's own frame.
         material: Gives its density and colour.
         mass: As weighed [kg]; None to take it from the density.
+        is_hinge: Whether z of its frame is the axis of a joint.
     """
 
     name: str
     shape: Any
     material: Material
     mass: float | None = None
+    is_hinge: bool = False
 
 
 @dataclass(frozen=True, eq=False)

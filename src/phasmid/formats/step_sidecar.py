@@ -1,0 +1,198 @@
+"""What a STEP file does not say of a robot, in a TOML file beside it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Gt, Le, Len
+
+from phasmid.cad import Assembly
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import joint_angles
+from phasmid.robot import JOINTS, Robot
+from phasmid.robot.table import Limits, Name, Vector
+from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
+from phasmid.toml import read_toml, toml_key, toml_string
+
+LONGEST_PATTERN = 400
+"""Patterns of more characters than this are refused."""
+
+MOST_LINKS = 400
+"""More links or joints than this are refused."""
+
+Direction = Annotated[list[Number], Len(3, 3)]
+Pattern = Annotated[str, Len(1, LONGEST_PATTERN)]
+
+
+class FrameTable(Table):
+    """``[frame]``: the robot in the drawing; without it the drawing has x forward and z up."""
+
+    origin: Vector = [0.0, 0.0, 0.0]
+    forward: Direction = [1.0, 0.0, 0.0]
+    up: Direction = [0.0, 0.0, 1.0]
+
+
+class PartTable(Table):
+    """``[parts."PATTERN"]``: what parts weigh, each of them, or how dense they are."""
+
+    mass: Annotated[Mass, Gt(0)] | None = None
+    density: Annotated[Density, Gt(0), Le(30_000)] | None = None
+
+
+class StepLinkTable(Table):
+    """``[links.NAME]``: the parts that move as one, and what they weigh together."""
+
+    parts: Annotated[list[Pattern], Len(1)]
+    mass: Annotated[Mass, Gt(0)] | None = None
+
+
+class StepJointTable(Table):
+    """``[joints.NAME]``: a hinge. Its axis is that of a part's round face, or given."""
+
+    parent: str
+    child: str
+    axis_of: Pattern | None = None
+    face: str | None = None
+    point: Vector | None = None
+    direction: Direction | None = None
+    drawn_at: Angle = 0.0
+    limits: Limits = [-math.inf, math.inf]
+
+
+class FootTable(Table):
+    """``[feet.NAME]``: a foot, at a point of the drawing."""
+
+    link: str
+    point: Vector
+
+
+class Sidecar(Table):
+    """``NAME.step.toml``."""
+
+    name: Name
+    servo: str = ""
+    extension: str = ""
+    density: Annotated[Density, Gt(0), Le(30_000)] | None = None
+    frame: FrameTable = FrameTable()
+    parts: dict[Pattern, PartTable] = {}
+    links: Annotated[dict[Name, StepLinkTable], Len(1, MOST_LINKS)]
+    joints: Annotated[dict[Name, StepJointTable], Len(0, MOST_LINKS)] = {}
+    feet: Annotated[dict[Name, FootTable], Len(0, MOST_LINKS)] = {}
+
+
+def sidecar_path(path: Path) -> Path:
+    """Where the sidecar of a STEP file stands."""
+    return path.with_name(f"{path.name}.toml")
+
+
+def read_sidecar(path: Path) -> tuple[Sidecar, str]:
+    """The sidecar of a STEP file, and its text.
+
+    Args:
+        path: The STEP file.
+
+    Raises:
+        InvalidInput: It is absent, or not well formed.
+    """
+    file = sidecar_path(path)
+    if not file.exists():
+        raise InvalidInput(
+            f"{path.name} has no {file.name} beside it, which says what part belongs to what link.",
+            hint=f"phasmid check {path.name} --write-sidecar writes a first guess of it",
+        )
+    raw, content = read_toml(file)
+    return validate(Sidecar, raw, in_file(file, content)), content
+
+
+def sidecar_of(robot: Robot, assembly: Assembly, extension: str = "") -> str:
+    """The sidecar of a robot's own assembly, as `phasmid.cad.write_step` writes it.
+
+    Links and joints are called as in `phasmid.formats.tree_of`; angles are those of Table 1.
+
+    Args:
+        robot: The robot.
+        assembly: Its solids.
+        extension: TOML of what a tree of links and joints cannot say.
+    """
+    lines = [
+        f"# What {_plain(robot.name)} is made of: which part of the drawing belongs to which link,",
+        "# what parts weigh, and where the joints' axes are.",
+        f"name = {toml_string(robot.name)}",
+        f"servo = {toml_string(robot.servo.name)}",
+    ]
+    if extension:
+        lines.append(f"extension = {toml_string(extension)}")
+    lines += ["", *_weights(assembly), *_link("base_link", "body/*")]
+    for leg in robot.legs:
+        lines += [
+            line
+            for joint in JOINTS
+            for line in _link(f"{leg.name}_{joint}_link", f"{leg.name}/{joint}/*")
+        ]
+    for leg in robot.legs:
+        q = joint_angles(leg, leg.neutral_foot)
+        parent = "base_link"
+        for number, joint in enumerate(JOINTS):
+            link = f"{leg.name}.{joint}"
+            child = f"{leg.name}_{joint}_link"
+            lines += [
+                f"[joints.{toml_key(f'{leg.name}_{joint}')}]",
+                f"parent = {toml_string(parent)}",
+                f"child = {toml_string(child)}",
+                f"axis_of = {toml_string(_axle(assembly, leg.name, joint))}",
+                'face = "axis"',
+                f"direction = {_row(assembly.poses[link][:3, 2])}",
+                f"drawn_at_rad = {float(q[number])!r}",
+                f"limits_rad = {_row(leg.joint_limits[number])}",
+                "",
+            ]
+            parent = child
+        foot = assembly.poses[f"{leg.name}.tibia"] @ np.array([leg.tibia.length, 0, 0, 1])
+        lines += [
+            f"[feet.{toml_key(f'{leg.name}_foot')}]",
+            f"link = {toml_string(parent)}",
+            f"point_m = {_row(foot[:3])}",
+            "",
+        ]
+    return "\n".join(lines)
+
+
+def _plain(name: str) -> str:
+    return "".join(c if c.isprintable() else " " for c in name)
+
+
+def _row(values: np.ndarray) -> str:
+    return "[" + ", ".join(repr(float(v)) for v in values) + "]"
+
+
+def _link(name: str, pattern: str) -> list[str]:
+    return [f"[links.{toml_key(name)}]", f"parts = [{toml_string(pattern)}]", ""]
+
+
+def _weights(assembly: Assembly) -> list[str]:
+    """Masses and densities by the parts' own names, each once."""
+    said: dict[str, str] = {}
+    for parts in assembly.links.values():
+        for placed in parts:
+            solid = placed.solid
+            if solid.mass is None:
+                said[solid.name] = (
+                    f"density_kg_m3 = {solid.material.density!r}  # {solid.material.name}"
+                )
+            else:
+                said[solid.name] = f"mass_kg = {solid.mass!r}"
+    return [line for name, what in said.items() for line in (f"[parts.{name}]", what, "")]
+
+
+def _axle(assembly: Assembly, leg: str, joint: str) -> str:
+    """The servo on whose horn the joint turns, as a path of the drawing."""
+    if joint == "coxa":
+        return f"body/{leg}_servo"
+    name = "femur_servo" if joint == "femur" else "knee_servo"
+    for link in ("femur", "tibia"):
+        if any(placed.name == name for placed in assembly.links[f"{leg}.{link}"]):
+            return f"{leg}/{link}/{name}"
+    raise AssertionError(name)
