@@ -10,8 +10,8 @@ from phasmid.arguments import described
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.judge import judge_robot
 from phasmid.formats.imported import Imported
+from phasmid.formats.judge import judge_robot
 from phasmid.formats.legs import robot_from_tree
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
