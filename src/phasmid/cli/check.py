@@ -90,30 +90,52 @@ def _check_robot(imported: Imported, *, as_json: bool) -> int:
 
 
 def _print_robot(robot: dict[str, Any]) -> None:
-    servo, body = robot["servo"], robot["body"]
+    servo = robot.get("servo")
+    moved = (
+        f", servo {plain(servo['name'])} ({servo['stall_torque_nm']:.3g} N·m, "
+        f"{servo['no_load_speed_rad_per_s']:.3g} rad/s)"
+        if servo
+        else ""
+    )
     print(
         f"robot {plain(robot['name'])}: {len(robot['legs'])} legs, {robot['mass_g'] / 1000:.3f} kg "
-        f"({robot['weight_n']:.2f} N), servo {plain(servo['name'])} "
-        f"({servo['stall_torque_nm']:.3g} N·m, {servo['no_load_speed_rad_per_s']:.3g} rad/s)"
+        f"({robot['weight_n']:.2f} N){moved}"
     )
-    size = " × ".join(f"{side:.4g}" for side in body["size_mm"])
-    print(f"  body {body['mass_g']:.1f} g, {size} mm")
+    if "body" in robot:
+        size = " × ".join(f"{side:.4g}" for side in robot["body"]["size_mm"])
+        print(f"  body {robot['body']['mass_g']:.1f} g, {size} mm")
     width = max(len(leg["name"]) for leg in robot["legs"])
     for number, leg in enumerate(robot["legs"], 1):
         lengths = " / ".join(f"{length:.4g}" for length in leg["lengths_mm"])
-        hip = ", ".join(f"{x:.4g}" for x in leg["hip_mm"])
-        tilt = [f"{name} {leg[f'{name}_deg']:.4g}°" for name in ("pitch", "roll")]
-        tilt = [words for words in tilt if not words.endswith(" 0°")]
-        turned = ", ".join([f"yaw {leg['yaw_deg']:.4g}°", *tilt])
+        hip = ", ".join(f"{round(x, 6) + 0.0:.4g}" for x in leg["hip_mm"])
+        turned = [f"{name} {leg[f'{name}_deg']:.4g}°" for name in ("yaw", "pitch", "roll")]
+        turned = [words for words in turned if words.startswith("yaw") or not words.endswith(" 0°")]
         neutral = leg["neutral_deg"]
-        at = ", ".join(f"{a:.1f}" for a in neutral) + "°" if neutral else "out of reach"
-        masses = " / ".join(f"{mass:.1f}" for mass in leg["masses_g"])
+        at = f", neutral at {', '.join(f'{a:.1f}' for a in neutral)}°" if neutral else ""
+        masses = " / ".join("no mass" if m is None else f"{m:.1f}" for m in leg["masses_g"])
         print(
-            f"  {number} {plain(leg['name']):<{width}} {lengths} mm, hip at ({hip}) mm, {turned}, "
-            f"neutral at {at}, {masses} g"
+            f"  {number} {plain(leg['name']):<{width}} {lengths} mm, hip at ({hip}) mm, "
+            f"{', '.join(turned)}{at}, {masses} g"
         )
-    stride = robot["longest_stride_mm"]
-    print(f"  longest stride: {stride['ahead']:.0f} mm ahead, {stride['sideways']:.0f} mm sideways")
+        if "file" in leg:
+            print(f"    {'':<{width}} {_origin(leg['file'])}")
+    limits = robot["legs"][0]["limits_deg"]
+    if all(leg["limits_deg"] == limits for leg in robot["legs"]):
+        told = (f"{joint} {low:.4g}° to {high:.4g}°" for joint, (low, high) in limits.items())
+        print(f"  joint limits: {', '.join(told)}")
+    if "longest_stride_mm" in robot:
+        stride = robot["longest_stride_mm"]
+        ahead, side = stride["ahead"], stride["sideways"]
+        print(f"  longest stride: {ahead:.0f} mm ahead, {side:.0f} mm sideways")
+
+
+def _origin(file: dict[str, Any]) -> str:
+    """Whose joints of the file a leg's are, and how our angle is counted from the file's φ."""
+    joints = []
+    for name, sign, offset in zip(file["joints"], file["signs"], file["offsets_deg"], strict=True):
+        shift = f" {'+' if offset > 0 else '−'} {abs(offset):.4g}°" if abs(offset) > 5e-4 else ""
+        joints.append(f"{plain(name)} ({'φ' if sign > 0 else '−φ'}{shift})")
+    return f"is {', '.join(joints)}"
 
 
 def _print_findings(findings: list[dict[str, str]]) -> None:

@@ -8,31 +8,38 @@ import numpy as np
 
 from phasmid.errors import PhasmidError
 from phasmid.formats.findings import Severity
-from phasmid.formats.imported import Imported
+from phasmid.formats.imported import Imported, ImportFacts, LegFacts
 from phasmid.kinematics import joint_angles, longest_stride
-from phasmid.robot import JOINTS, Leg, Robot
+from phasmid.robot import JOINTS, Leg, Robot, Servo
 from phasmid.units import STANDARD_GRAVITY
 
 
 def describe(imported: Imported) -> dict[str, Any]:
     """What was understood of a robot and what was found, in plain values for JSON.
 
-    Keys carry their units. ``possible`` is whether it can walk as it is; ``robot`` is None where
-    there is none, and ``why_not`` says why.
+    Keys carry their units. ``possible`` is whether it can walk as it is, and ``why_not`` why it
+    cannot; ``robot`` has what was understood, also of a robot that is impossible, and is None where
+    no legs were found.
 
     Args:
         imported: As `import_robot` gives it.
     """
-    robot = imported.robot
-    described = _robot(robot) if robot is not None else None
-    strides = described["longest_stride_mm"] if described else {}
-    stands = strides.get("ahead", 0.0) > 0
+    robot, facts = imported.robot, imported.facts
+    described = None
+    if robot is not None:
+        described = _robot(robot)
+    elif facts is not None:
+        described = _understood(facts)
+    if described and facts is not None:
+        for leg, found in zip(described["legs"], facts.legs, strict=True):
+            leg["file"] = _origin(found)
+    stands = robot is not None and described and described["longest_stride_mm"]["ahead"] > 0
     impossible = any(f.severity is Severity.IMPOSSIBLE for f in imported.findings)
     why_not = "" if imported.error is None else imported.error.what
-    if described and not stands:
+    if robot is not None and not stands:
         why_not = "the neutral feet cannot be reached within the joint limits."
     return {
-        "possible": robot is not None and stands and not impossible,
+        "possible": bool(stands) and not impossible,
         "why_not": why_not,
         "robot": described,
         "findings": [
@@ -48,8 +55,55 @@ def describe(imported: Imported) -> dict[str, Any]:
     }
 
 
+def _understood(facts: ImportFacts) -> dict[str, Any]:
+    """What there is to say of a file whose robot is impossible."""
+    told = {
+        "name": facts.name,
+        "mass_g": 1000 * facts.mass,
+        "weight_n": facts.mass * STANDARD_GRAVITY,
+        "legs": [
+            {
+                "name": leg.name,
+                "lengths_mm": _mm(leg.lengths),
+                "hip_mm": _mm(leg.mount_position),
+                **_angles(*leg.mount_angles),
+                "neutral_foot_mm": None if leg.neutral_foot is None else _mm(leg.neutral_foot),
+                "neutral_deg": None,
+                "limits_deg": dict(zip(JOINTS, np.degrees(leg.limits).tolist(), strict=True)),
+                "masses_g": [None if np.isnan(m) else 1000 * float(m) for m in leg.masses],
+            }
+            for leg in facts.legs
+        ],
+    }
+    return told if facts.servo is None else told | {"servo": _servo(facts.servo)}
+
+
+def _origin(leg: LegFacts) -> dict[str, Any]:
+    """Which joints of the file became a leg's, and how their angles are counted."""
+    return {
+        "joints": list(leg.joints),
+        "links": [list(names) for names in leg.links],
+        "foot": leg.foot,
+        "signs": [int(sign) for sign in leg.signs],
+        "offsets_deg": np.degrees(leg.offsets).tolist(),
+    }
+
+
+def _servo(servo: Servo) -> dict[str, Any]:
+    return {
+        "name": servo.name,
+        "stall_torque_nm": servo.stall_torque,
+        "no_load_speed_rad_per_s": servo.no_load_speed,
+    }
+
+
+def _angles(yaw: float, pitch: float, roll: float) -> dict[str, float]:
+    names = ("yaw_deg", "pitch_deg", "roll_deg")
+    return dict(zip(names, np.degrees([yaw, pitch, roll]).tolist(), strict=True))
+
+
 def _robot(robot: Robot) -> dict[str, Any]:
-    body, servo = robot.body, robot.servo
+    body = robot.body
     try:
         ahead, side = longest_stride(robot), longest_stride(robot, np.pi / 2)
     except PhasmidError:
@@ -60,11 +114,7 @@ def _robot(robot: Robot) -> dict[str, Any]:
         "description": robot.description,
         "mass_g": 1000 * robot.mass,
         "weight_n": robot.mass * STANDARD_GRAVITY,
-        "servo": {
-            "name": servo.name,
-            "stall_torque_nm": servo.stall_torque,
-            "no_load_speed_rad_per_s": servo.no_load_speed,
-        },
+        "servo": _servo(robot.servo),
         "body": {"mass_g": 1000 * body.mass, "size_mm": _mm(body.size), "com_mm": _mm(body.com)},
         "legs": [_leg(leg) for leg in robot.legs],
         "longest_stride_mm": {"ahead": 1000 * ahead, "sideways": 1000 * side},
@@ -86,9 +136,7 @@ def _leg(leg: Leg) -> dict[str, Any]:
         "name": leg.name,
         "lengths_mm": _mm(leg.lengths),
         "hip_mm": _mm(leg.mount_position),
-        "yaw_deg": float(np.degrees(leg.mount_yaw)),
-        "pitch_deg": float(np.degrees(leg.mount_pitch)),
-        "roll_deg": float(np.degrees(leg.mount_roll)),
+        **_angles(leg.mount_yaw, leg.mount_pitch, leg.mount_roll),
         "neutral_foot_mm": _mm(leg.neutral_foot),
         "neutral_deg": neutral,
         "limits_deg": dict(zip(JOINTS, np.degrees(leg.joint_limits).tolist(), strict=True)),

@@ -211,7 +211,7 @@ def _joints(tree: Tree) -> list[Finding]:
         for noun, value in (("effort", joint.effort), ("speed", joint.velocity)):
             if value is not None and not (value > 0 and math.isfinite(value)):
                 what = f"its {noun} is {value:g}; it must be finite and greater than 0."
-                hint = "--servo AX-12A takes all from a data sheet"
+                hint = "--servo-model AX-12A takes all from a data sheet"
                 found.append(Finding(Severity.SUSPECT, subject, what, joint.where, hint))
     return found
 

@@ -109,7 +109,7 @@ def _robot(
     if servo is None:
         raise InvalidRobot(
             "the joints have no effort and speed, so their servos are not known.",
-            hint="--servo AX-12A",
+            hint="--servo-model AX-12A",
         )
     made = tuple(
         _leg(leg, mount, foot, pieces[_of_leg(i)])

@@ -100,7 +100,7 @@ def judge_load(
 
 
 _STRONGER = "--servo MX-28, a smaller --total-mass-g, or feet nearer to the hips"
-_NAMED = "--servo AX-12A takes all from a data sheet"
+_NAMED = "--servo-model AX-12A takes all from a data sheet"
 
 
 def standing_torques(legs: Standing, load: float) -> Float[np.ndarray, "legs 3"]:
