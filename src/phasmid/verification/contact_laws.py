@@ -85,14 +85,15 @@ class Trial:
         return float(np.abs(gap / other.mean_load)[other.amid].max())
 
     @property
-    def touchdown(self) -> float:
-        """Largest normal force on a foot soon after one of the touchdowns [N]."""
-        normal, found = self.channel("foot_normal_force"), 0.0
+    def touchdown(self) -> Float[np.ndarray, " legs"]:
+        """Largest normal force on each foot soon after one of its touchdowns [N], shape (L,)."""
+        normal = self.channel("foot_normal_force")
+        found = np.zeros(normal.shape[1])
         for leg in range(normal.shape[1]):
             for start, _ in intervals(self.walk.stance[:, leg]):
                 stop = np.searchsorted(self.walk.time, self.walk.time[start] + TOUCHDOWN)
                 if start > 0:
-                    found = max(found, float(normal[start:stop, leg].max()))
+                    found[leg] = max(found[leg], float(normal[start:stop, leg].max()))
         return found
 
     @property

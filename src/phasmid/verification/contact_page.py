@@ -201,7 +201,9 @@ def _rest(comparison: Comparison) -> str:
         "tangential force [N]": [f"{t.tangential:.2f}" for t in trials.values()],
         "squeeze [N]": [f"{t.squeeze:.2f}" for t in trials.values()],
         "torque, difference [N·m]": [f"{t.torque_gap:.3f}" for t in trials.values()],
-        "largest normal force, touchdown [N]": [f"{t.touchdown:.1f}" for t in trials.values()],
+        "largest normal force, touchdown [N]": [
+            f"{t.touchdown.max():.1f} (leg {t.touchdown.argmax() + 1})" for t in trials.values()
+        ],
         "touches before the plan [ms]": [f"{1000 * t.early:.0f}" for t in trials.values()],
         "sinkage [mm]": [f"{1000 * t.sinkage:.3f}" for t in trials.values()],
         "creep [mm/s]": [f"{1000 * t.creep:.3f}" for t in trials.values()],
