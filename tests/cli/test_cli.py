@@ -440,7 +440,7 @@ def test_check_tells_the_tilt_of_a_hip_where_it_has_one(here, capsys):
     assert main(["check", "tilted.toml"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line for line in lines if "pitch" in line] == [lines[2]]
-    assert "mm, pitch 20°, neutral" in lines[2]
+    assert "yaw -45°, pitch 20°, neutral" in lines[2]
 
 
 def test_check_says_what_a_walk_does_on_its_terrain(here, capsys):

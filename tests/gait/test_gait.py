@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InvalidGait
-from phasmid.gait import HEXAPOD_GAITS, Gait, load_gait, support_margin, sway
+from phasmid.gait import (
+    HEXAPOD_GAITS,
+    Gait,
+    check_gait_name,
+    load_gait,
+    support_margin,
+    sway,
+)
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import load_robot
 from walks import WALKS
@@ -210,3 +217,11 @@ def test_an_unknown_gait_is_answered_with_the_nearest():  # G10
         load_gait("tripode")
     assert caught.value.what == 'no gait called "tripode".'
     assert caught.value.hint == '"tripod" (known: tripod, wave, ripple, amble)'
+
+
+def test_a_name_that_no_gait_has_is_answered_with_the_nearest_of_any_legs():
+    for name in ("crawl", "tetrapod", "wave", "trot"):
+        check_gait_name(name)
+    with pytest.raises(InvalidGait) as caught:
+        check_gait_name("cravl")
+    assert caught.value.hint == '"crawl" (known: crawl)'

@@ -43,6 +43,19 @@ FEET_OF_FAST_GAITS = {"trot": 2, "pace": 2, "bound": 2, "gallop": 1, "hop": 0}
 """Gaits that keep their balance by speed, and on how few feet."""
 
 
+def check_gait_name(name: str) -> None:
+    """Refuse a name that no gait has, whatever the number of legs.
+
+    Raises:
+        InvalidGait: There is no such gait; with the nearest name.
+    """
+    check_type("gait", name, (str,), "the name of a gait", error=InvalidGait)
+    if name in FEET_OF_FAST_GAITS or any(name in gaits for gaits in GAITS.values()):
+        # Whether it has a meaning is told with the robot's number of legs.
+        return
+    load_gait(name, next((count for count in (6, 4, 8) if nearest(name, GAITS[count])), 6))
+
+
 def load_gait(name: str, leg_count: int = 6) -> Gait:
     """The gait of this name.
 

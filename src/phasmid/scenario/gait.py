@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import model_validator
 
-from phasmid.gait import Gait, load_gait
+from phasmid.gait import Gait, check_gait_name
 from phasmid.tables import Number, Table
 
 
@@ -29,7 +29,7 @@ class GaitTable(Table):
     @model_validator(mode="after")
     def _check_name(self) -> GaitTable:
         if self.offsets is None:
-            load_gait(self.name)
+            check_gait_name(self.name)
         return self
 
     @model_validator(mode="before")
