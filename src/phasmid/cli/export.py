@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     with told_damage() as damage:
         recording = load_recording(given)
     source = given / "recording.nc" if given.is_dir() else given
-    if target.exists() and target.samefile(source):
+    if target.resolve() == source.resolve():
         raise InvalidInput(
             f"{target} is the recording itself; nothing was written.", hint="another --out"
         )

@@ -115,7 +115,7 @@ def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path],
     for thing in things:
         if thing in known or thing == "all":
             names.append(thing)
-        elif Path(thing).exists():
+        elif _exists(thing):
             paths.append(Path(thing))
         else:
             guess = nearest(thing, known)
@@ -130,6 +130,14 @@ def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path],
             "no figure is named.", hint=f"phasmid plot {paths[0]} all, or phasmid plot --list"
         )
     return paths, list(dict.fromkeys(names))
+
+
+def _exists(name: str) -> bool:
+    """Whether there is a file or folder of a name, of which some can be no name at all."""
+    try:
+        return Path(name).exists()
+    except (OSError, ValueError):
+        return False
 
 
 def run_name(path: Path) -> str:
@@ -156,8 +164,14 @@ def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[li
 
 
 def _check_files(files: Sequence[Path], force: bool) -> None:
+    from phasmid.recording.file import cannot_write
+
     for path in files:
-        if path.exists() and not force:
+        try:
+            exists = path.exists()
+        except OSError as error:
+            raise cannot_write(path, error) from None
+        if exists and not force:
             raise InvalidInput(
                 f"{path} exists; nothing was written.", hint="--force, or another --out"
             )

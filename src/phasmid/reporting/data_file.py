@@ -20,6 +20,7 @@ from phasmid.recording import (
     save_parquet,
     save_recording,
 )
+from phasmid.recording.file import cannot_write
 from phasmid.recording.ros import rows_at
 from phasmid.reporting.source import read_source
 
@@ -94,6 +95,7 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
     Raises:
         InvalidInput: It exists and may not be replaced; there is no such format, or the name's
             ending belongs to another; the extra that writes it is absent.
+        OutputError: No file can be called so.
     """
     path = path_of("path", path)
     by_ending = {ending: name for name, ending in ENDINGS.items()}
@@ -116,9 +118,13 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
             f'"{path}" ends as a {told} file, and the format is {kind}; they must agree.',
             hint=f'"{path.with_suffix(ENDINGS[kind])}"',
         )
-    if path.is_dir():
+    try:
+        folder, exists = path.is_dir(), path.exists()
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    if folder:
         raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
-    if path.exists() and not force:
+    if exists and not force:
         raise InvalidInput(
             f"{path} exists; nothing was written.", hint="--force (force=True), or another file"
         )
