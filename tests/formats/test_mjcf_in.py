@@ -362,6 +362,23 @@ def test_what_mujoco_refuses_is_one_sentence_with_its_line(tmp_path: Path) -> No
 def test_a_link_without_mass_is_left_to_the_person(tmp_path: Path) -> None:
     """I11 is said, or mended by --masses, where the legs are found."""
     assert read(tmp_path, two(inertial="")).links["arm"].inertial is None
+    bare = two(inertial="").replace(' model="two"', "")
+    assert read(tmp_path, bare).links["arm"].inertial is None
+
+
+def test_muscles_are_read_without_being_simulated(tmp_path: Path) -> None:
+    tree = read(tmp_path, two(after='<actuator><muscle joint="j"/></actuator>'))
+    assert tree.joints[0].effort is None
+
+
+def test_models_of_very_many_things_are_refused(tmp_path: Path) -> None:
+    error = refused(tmp_path, two(inside='<geom size=".1"/>' * 2000))
+    assert error.what == (
+        "robot.xml describes more than 2000 bodies, shapes and other things; "
+        "such models are refused."
+    )
+    # What lies about in the world is not counted.
+    assert read(tmp_path, two(before='<geom size=".1"/>' * 3000)).links
 
 
 def test_other_joints_keep_their_kind(tmp_path: Path) -> None:

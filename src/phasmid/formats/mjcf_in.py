@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,6 +32,8 @@ INVISIBLE = 3
 
 _FOOT = re.compile(r"foot|feet|toe|tip|pad", re.IGNORECASE)
 
+_NAMED = {"body", "joint", "site"}
+
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 """What a geom has whose colour is its material's."""
 
@@ -61,12 +62,14 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
 def _compiled(checked: Checked, file: str) -> mujoco.MjModel:
     import mujoco
 
-    bound = f'<compiler boundmass="{MASSLESS}" boundinertia="{MASSLESS}"/>'
     given = {key for each in checked.root.all("compiler") for key in each.attributes}
-    # On the first line, so that lines stay where they are.
-    text = checked.text
-    if not {"boundmass", "boundinertia"} & given:
-        text = re.sub(r"^(<mujoco[^\n]*[^/])>", rf"\1>{bound}", text, count=1)
+    bounds = f' boundmass="{MASSLESS}" boundinertia="{MASSLESS}"'
+    if {"boundmass", "boundinertia"} & given:
+        bounds = ""
+    # Muscles' ranges would be found by simulation. On the first line, so that lines stay in place.
+    ours = f'<compiler{bounds}><lengthrange mode="none"/></compiler>'
+    first, line, rest = checked.text.partition("\n")
+    text = first + (ours if line else "") + line + rest
     before = mujoco.get_mju_user_warning()
     # It would else print warnings and write them to a file.
     mujoco.set_mju_user_warning(lambda _: None)
@@ -84,9 +87,26 @@ def _spoken(error: Exception, checked: Checked, file: str) -> InvalidInput:
     found = re.search(r"\bline (\d+)", said)
     where = (checked.where(int(found.group(1))) if found else "") or file
     said = re.sub(r"^(XML Error|Error|XML parse error):?\s*", "", said)
+    said = re.sub(r"\n?Element name '', id -?\d+", "", said)
+    said = re.sub(r"(Element name '[^']*'), id -?\d+", r"\1", said)
     said = re.sub(r",? *(column )?-?\d*,? *\(?\bline \d+\)?(, column -?\d+)?", "", said)
     sentence = short("; ".join(line.strip() for line in said.splitlines() if line.strip()))
     return InvalidInput(f"MuJoCo cannot use {file}: {sentence.rstrip('.;, ')}.", where=where)
+
+
+class _Names:
+    """Names of what a model holds, by number."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        import mujoco
+
+        def names(kind: mujoco.mjtObj, count: int) -> list[str]:
+            return [mujoco.mj_id2name(model, int(kind), i) or "" for i in range(count)]
+
+        self.body = names(mujoco.mjtObj.mjOBJ_BODY, model.nbody)
+        self.joint = names(mujoco.mjtObj.mjOBJ_JOINT, model.njnt)
+        self.geom = names(mujoco.mjtObj.mjOBJ_GEOM, model.ngeom)
+        self.site = names(mujoco.mjtObj.mjOBJ_SITE, model.nsite)
 
 
 @dataclass
@@ -102,12 +122,31 @@ class _Reader:
     shifts: dict[int, np.ndarray] = field(default_factory=dict)
     elements: dict[str, Element] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        import mujoco
+
+        model = self.model
+        self.names = _Names(model)
+        self.parents = model.body_parentid.tolist()
+        hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
+        owners = model.jnt_bodyid[model.jnt_type == hinge].tolist()
+        self.hinged = set(owners)
+        # Bodies come after those that carry them.
+        self.carrying: set[int] = set()
+        for body in range(model.nbody - 1, 0, -1):
+            if body in self.hinged or body in self.carrying:
+                self.carrying.add(self.parents[body])
+        self.moved: set[int] = set()
+        for body in range(1, model.nbody):
+            if body in self.hinged or self.parents[body] in self.moved:
+                self.moved.add(body)
+
     def tree(self) -> Tree:
         model = self.model
         self.findings += self.checked.findings
         for section in self.checked.root.all("worldbody"):
             for element in section.walk():
-                if element.tag in {"body", "joint", "site"} and "name" in element.attributes:
+                if element.tag in _NAMED and "name" in element.attributes:
                     self.elements[f"{element.tag} {element.attributes['name']}"] = element
         numbers = (model.body_mass, model.body_inertia, model.body_pos, model.body_quat)
         if not all(np.isfinite(array).all() for array in (*numbers, model.body_ipos)):
@@ -134,15 +173,9 @@ class _Reader:
         """A body and all that hang on it, in the file's order."""
         below = {body}
         for other in range(body + 1, self.model.nbody):
-            if int(self.model.body_parentid[other]) in below:
+            if self.parents[other] in below:
                 below.add(other)
         return sorted(below)
-
-    def _hinges(self, body: int) -> list[int]:
-        import mujoco
-
-        hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
-        return [j for j in self._joints(body) if int(self.model.jnt_type[j]) == hinge]
 
     def _joints(self, body: int) -> list[int]:
         first = int(self.model.body_jntadr[body])
@@ -150,16 +183,16 @@ class _Reader:
 
     def _robot(self) -> int:
         """The one body under the world that carries hinges."""
-        tops = [b for b in range(1, self.model.nbody) if int(self.model.body_parentid[b]) == 0]
-        carrying = [top for top in tops if any(self._hinges(b) for b in self._below(top)[1:])]
+        tops = [body for body in range(1, self.model.nbody) if self.parents[body] == 0]
+        carrying = [top for top in tops if top in self.carrying]
         if len(carrying) != 1:
-            names = [self.model.body(top).name for top in carrying]
+            names = [self.names.body[top] for top in carrying]
             named = f" ({', '.join(names[:6])}{', …' if len(names) > 6 else ''})" if names else ""
             raise InvalidRobot(
                 f"{self.path.name} has {len(carrying)} root links{named}; exactly 1 is needed.",
                 hint="a robot is one body of the world, which carries bodies with hinges",
             )
-        others = [self.model.body(top).name for top in tops if top != carrying[0]]
+        others = [self.names.body[top] for top in tops if top != carrying[0]]
         if others:
             listed = ", ".join(others[:6])
             what = f"{listed} beside the robot {'was' if len(others) == 1 else 'were'} ignored."
@@ -167,17 +200,15 @@ class _Reader:
         return carrying[0]
 
     def _note_inferred(self, root: int) -> None:
-        names = [self.model.body(body).name for body in self._below(root)]
-        elements = [self.elements[f"body {name}"] for name in names]
         always = any(
             compiler.attributes.get("inertiafromgeom") == "true"
             for compiler in self.checked.root.all("compiler")
         )
         shaped = [
-            name
-            for name, element in zip(names, elements, strict=True)
-            if (always or element.find("inertial") is None)
-            and self.model.body(name).mass[0] > 2 * MASSLESS
+            self.names.body[body]
+            for body in self._below(root)
+            if self.model.body_mass[body] > 2 * MASSLESS
+            and (always or self.elements[f"body {self.names.body[body]}"].find("inertial") is None)
         ]
         if shaped:
             one = len(shaped) == 1
@@ -188,11 +219,11 @@ class _Reader:
             self._note(f"link {shaped[0]}", what)
 
     def _read_body(self, body: int, root: int) -> None:
-        name = self.model.body(body).name
+        name = self.names.body[body]
         element = self.elements[f"body {name}"]
         joints = self._joints(body)
         if body == root:
-            if len(joints) > 1 or self._hinges(body):
+            if len(joints) > 1 or body in self.hinged:
                 what = f"joints between the world and {name} were ignored; the robot floats."
                 self._note(f"link {name}", what)
         else:
@@ -222,19 +253,19 @@ class _Reader:
         return Inertial(mass, model.body_ipos[body] - shift, (tensor + tensor.T) / 2)
 
     def _add_joints(self, body: int, joints: list[int]) -> None:
-        model, name = self.model, self.model.body(body).name
-        parent = int(model.body_parentid[body])
+        model, name = self.model, self.names.body[body]
+        parent = self.parents[body]
         X = np.eye(4)
         X[:3, :3] = _rotation(model.body_quat[body])
         X[:3, 3] = model.body_pos[body] - self.shifts[parent]
-        above = model.body(parent).name
+        above = self.names.body[parent]
         where = self.elements[f"body {name}"].where
         if not joints:
             self.joints.append(TreeJoint(f"{name}_joint", "fixed", above, name, X, where=where))
             return
         before = np.zeros(3)
         for joint in joints:
-            label = model.joint(joint).name
+            label = self.names.joint[joint]
             here = model.jnt_pos[joint].copy()
             step = np.eye(4)
             step[:3, 3] = here - before
@@ -249,7 +280,7 @@ class _Reader:
     def _joint(self, joint: int, parent: str, child: str, X: Float[np.ndarray, "4 4"]) -> TreeJoint:
         import mujoco
 
-        model, name = self.model, self.model.joint(joint).name
+        model, name = self.model, self.names.joint[joint]
         where = self.elements[f"joint {name}"].where
         kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
         axis = model.jnt_axis[joint].copy()
@@ -284,15 +315,9 @@ class _Reader:
 
     def _effort(self, joint: int) -> float | None:
         """The largest torque of a joint's actuators; None where none has a limit."""
-        import mujoco
-
         model, torques = self.model, []
-        kinds = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
-        for i in range(model.nu):
-            if int(model.actuator_trntype[i]) not in kinds:
-                continue
-            if int(model.actuator_trnid[i, 0]) != joint:
-                continue
+        # Actuators of anything but joints were not read.
+        for i in np.flatnonzero(model.actuator_trnid[:, 0] == joint):
             gear = abs(float(model.actuator_gear[i, 0]))
             plain = not model.actuator_biasprm[i].any() and not model.actuator_dyntype[i]
             if model.actuator_forcelimited[i]:
@@ -320,7 +345,7 @@ class _Reader:
             X = np.eye(4)
             X[:3, :3] = _rotation(model.geom_quat[geom])
             X[:3, 3] = model.geom_pos[geom] - shift
-            name = re.sub(r"^[^/]*/\d+/", "", model.geom(geom).name)
+            name = re.sub(r"^[^/]*/\d+/", "", self.names.geom[geom])
             name = name if name.isprintable() else ""
             parts.append(Part(mesh.vertices, mesh.faces, rgba, name).at(X))
         return tuple(parts)
@@ -363,30 +388,21 @@ class _Reader:
 
     def _add_feet(self, body: int, root: int) -> None:
         """Sites of a last link that sound like feet, as massless links."""
-        model, name = self.model, self.model.body(body).name
-        if any(self._hinges(below) for below in self._below(body)[1:]):
+        model, name = self.model, self.names.body[body]
+        if body == root or body in self.carrying or body not in self.moved:
             return
-        if body == root or not any(self._hinges(above) for above in self._up_to(body, root)):
-            return
-        bodies = {model.body(b).name for b in range(model.nbody)}
         for site in np.flatnonzero(model.site_bodyid == body):
-            label = model.site(int(site)).name
+            label = self.names.site[site]
             if not _FOOT.search(label):
                 continue
             where = self.elements[f"site {label}"].where
-            foot = f"{label}_site" if label in bodies else label
+            foot = f"{label}_site" if label in self.names.body else label
             X = np.eye(4)
             X[:3, :3] = _rotation(model.site_quat[site])
             X[:3, 3] = model.site_pos[site] - self.shifts[body]
             self._add_link(foot, where=where)
-            taken = {joint.name for joint in self.joints}
-            joint = f"{foot}_joint" if f"{foot}_joint" not in taken else f"{foot}_fixed"
+            joint = f"{foot}_{'fixed' if f'{foot}_joint' in self.names.joint else 'joint'}"
             self.joints.append(TreeJoint(joint, "fixed", name, foot, X, where=where))
-
-    def _up_to(self, body: int, root: int) -> Iterator[int]:
-        while body != root:
-            yield body
-            body = int(self.model.body_parentid[body])
 
 
 def _rotation(quaternion: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:

@@ -25,6 +25,9 @@ from phasmid.robot import Part
 MOST_FILES = 100
 """Files that a file includes, directly or not, beyond this number are refused."""
 
+MOST_KEPT = 2000
+"""Models of more elements than this, which the engine would read, are no robots."""
+
 LARGEST_NUMBER = 1e10
 """Numbers above this are slips or attacks; the largest honest ones are stiffnesses."""
 
@@ -54,7 +57,7 @@ _READ = {
     "compiler": set[str](),
     "default": {"default", "geom", "joint", "site", "mesh", "material", *_ACTUATORS},
     "asset": {"mesh", "material"},
-    "worldbody": _BODIES,
+    "worldbody": {"body", "frame"},
     "body": _BODIES,
     "frame": _BODIES,
     "actuator": _ACTUATORS,
@@ -66,7 +69,7 @@ _SILENT = {
     "compiler": {"lengthrange"},
     "default": {"camera", "light", "pair", "equality", "tendon", "adhesion", "dcmotor"},
     "asset": {"texture", "model"},
-    "worldbody": {"light", "camera"},
+    "worldbody": {"light", "camera", "geom", "site"},
     "body": {"light", "camera"},
     "frame": {"light", "camera"},
     "material": {"layer"},
@@ -251,11 +254,17 @@ class _Checker:
     files: dict[str, bytes] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
     ignored: Counter[str] = field(default_factory=Counter)
-    lost: set[str] = field(default_factory=set)
+    kept: int = 0
 
     def keep(self, element: Element) -> Element:
         """A copy of what the engine may read; the rest is counted."""
         self._check(element)
+        self.kept += 1
+        if self.kept > MOST_KEPT:
+            raise InvalidInput(
+                f"{self.path.name} describes more than {MOST_KEPT} bodies, shapes and other "
+                "things; such models are refused."
+            )
         lost = _LOST.get(element.tag, set())
         kept = Element(
             element.tag,
