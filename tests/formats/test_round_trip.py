@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from general_robot import general_robot
-from phasmid.formats import Severity, extension_of, robot_from_tree, tree_of
+from phasmid.formats import (
+    Severity,
+    extension_of,
+    import_robot,
+    robot_from_tree,
+    save_robot,
+    tree_of,
+)
 from phasmid.robot import Appearance, Robot, load_robot, preset_names
 
 ROUND_OFF = 1e-12
@@ -35,9 +43,22 @@ def differences(a: Any, b: Any, path: str = "") -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("robot", [*map(load_robot, preset_names()), general_robot()])
+ROBOTS = [*map(load_robot, preset_names()), general_robot()]
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
 def test_a_robot_comes_back_from_its_tree_in_every_field(robot: Robot) -> None:
     imported = robot_from_tree(tree_of(robot, extension_of(robot)))
+    assert imported.error is None
+    assert imported.robot is not None
+    assert not differences(robot, imported.robot)
+    assert not [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_a_robot_comes_back_from_an_mjcf_file_in_every_field(robot: Robot, tmp_path: Path) -> None:
+    save_robot(robot, tmp_path / "robot.xml")
+    imported = import_robot(tmp_path / "robot.xml")
     assert imported.error is None
     assert imported.robot is not None
     assert not differences(robot, imported.robot)

@@ -6,6 +6,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.imported import Imported, ImportFacts, LegFacts
 from phasmid.formats.judge import judge, judge_robot
 from phasmid.formats.legs import robot_from_tree
+from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
 from phasmid.formats.robots import ROBOT_SUFFIXES, import_robot, load_robot, possible, save_robot
@@ -31,6 +32,7 @@ __all__ = [
     "judge",
     "judge_robot",
     "load_robot",
+    "mjcf_files",
     "possible",
     "read_urdf",
     "robot_from_tree",

@@ -38,7 +38,7 @@ def foot_of(
     tibia = chain.links[2]
     if option:
         return _asked(chain, option, number)
-    named = [link for link in tibia.ends if _names_a_foot(link.name)]
+    named = [link for link in tibia.ends if names_a_foot(link.name)]
     massless = [
         link
         for link in tibia.ends
@@ -57,7 +57,8 @@ def foot_of(
     )
 
 
-def _names_a_foot(name: str) -> bool:
+def names_a_foot(name: str) -> bool:
+    """Whether a word of a name means a foot, such as ``foot_3`` or ``lf_toe``."""
     words = "".join(c if c.isalpha() else " " for c in name.lower()).split()
     return any(word in NAMES or word.endswith(("foot", "tip", "toe")) for word in words)
 

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats import meshes
 from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.foot import names_a_foot
 from phasmid.formats.mjcf_text import Checked, check_mjcf
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
@@ -29,8 +30,6 @@ MASSLESS = 1e-14
 
 INVISIBLE = 3
 """Geoms of this group and above are not shown by the engine's own viewers."""
-
-_FOOT = re.compile(r"foot|feet|toe|tip|pad", re.IGNORECASE)
 
 _NAMED = {"body", "joint", "site"}
 
@@ -393,7 +392,7 @@ class _Reader:
             return
         for site in np.flatnonzero(model.site_bodyid == body):
             label = self.names.site[site]
-            if not _FOOT.search(label):
+            if not names_a_foot(label):
                 continue
             where = self.elements[f"site {label}"].where
             foot = f"{label}_site" if label in self.names.body else label

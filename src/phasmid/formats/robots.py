@@ -14,7 +14,7 @@ from phasmid.formats.imported import Imported
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.legs import robot_from_tree
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.outgoing import tree_of
+from phasmid.formats.outgoing import neutral_angles, tree_of
 from phasmid.formats.tree import Tree
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
@@ -189,7 +189,8 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
         return dict(urdf_files(tree, path.stem))
     from phasmid.formats.mjcf_out import mjcf_files
 
-    return {_named(name, path): data for name, data in mjcf_files(tree, path.stem).items()}
+    files = mjcf_files(tree, path.stem, home=neutral_angles(robot), servo=robot.servo)
+    return {_named(name, path): data for name, data in files.items()}
 
 
 def _named(name: str, path: Path) -> str:
