@@ -445,3 +445,14 @@ def test_meshes_that_are_not_there_are_left_out_with_a_word(tmp_path: Path) -> N
         'mesh "a.stl" is not there; it was left out.',
         'mesh b.msh was left out: files of the kind ".msh" are not read.',
     ]
+
+
+def test_meshes_beside_the_folder_of_the_files_are_the_models(tmp_path: Path) -> None:
+    import trimesh
+
+    for folder in ("mjcf", "meshes"):
+        (tmp_path / folder).mkdir()
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "meshes" / "a.stl")
+    asset = '<compiler meshdir="../meshes"/><asset><mesh file="a.stl"/></asset>'
+    text = two(inside='<geom type="mesh" mesh="a"/>', after=asset)
+    assert read(tmp_path / "mjcf", text).links["arm"].parts

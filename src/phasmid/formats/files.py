@@ -88,7 +88,7 @@ def model_folder(file: Path) -> Path:
     for parent in _above(folder):
         if (parent / "package.xml").is_file():
             return parent
-    return folder.parent if folder.name in {"urdf", "robots"} else folder
+    return folder.parent if folder.name in {"urdf", "robots", "mjcf", "xml"} else folder
 
 
 def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) -> Path:
