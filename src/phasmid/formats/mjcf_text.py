@@ -173,7 +173,8 @@ def check_mjcf(path: Path, options: ImportOptions) -> Checked:
     kept = checker.keep(root)
     checker.name_all(kept)
     checker.add_meshes(kept, _mesh_folder(root))
-    checker.count_ignored()
+    extension = _extension(root)
+    checker.count_ignored(own=bool(extension))
     lines: list[Element] = []
     text = "\n".join(_written(kept, lines))
     return Checked(
@@ -182,7 +183,7 @@ def check_mjcf(path: Path, options: ImportOptions) -> Checked:
         text,
         lines,
         checker.files,
-        _extension(root),
+        extension,
         checker.findings,
     )
 
@@ -358,8 +359,11 @@ class _Checker:
         subject = f"mesh {short(mesh.attributes.get('name', ''))}"
         self.findings.append(Finding(severity, subject, what, mesh.where, hint))
 
-    def count_ignored(self) -> None:
+    def count_ignored(self, *, own: bool) -> None:
         """Say what was not read, or refuse it where nothing may be ignored."""
+        if own:
+            # Our export adds them for MuJoCo's users; the robot itself knows both.
+            del self.ignored["sensor"], self.ignored["keyframe"]
         if not self.ignored.total():
             return
         counted = [(tag, n) for tag, n in sorted(self.ignored.items()) if n]
