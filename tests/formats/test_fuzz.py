@@ -23,7 +23,7 @@ def run(*words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("reader", ["urdf", "stl", "obj", "ply", "glb", "toml"])
+@pytest.mark.parametrize("reader", ["urdf", "mjcf", "stl", "obj", "ply", "glb", "toml"])
 def test_a_hundred_damaged_files_end_well(reader: str, tmp_path: Path) -> None:
     done = run("-m", "formats.fuzz.run", reader, "--files", "100", "--keep", str(tmp_path))
     assert done.returncode == 0, done.stdout + done.stderr

@@ -139,7 +139,7 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
         scene: Any = trimesh.load_scene(io.BytesIO(raw), file_type="glb", process=False)
         found = [(node, *scene.graph[node]) for node in sorted(scene.graph.nodes_geometry)]
         meshes = [
-            (str(node), np.array(X, dtype=float), mesh.vertices, mesh.faces, _color(mesh))
+            (str(node), np.array(X, dtype=float), mesh.vertices, _faces(mesh), _color(mesh))
             for node, X, mesh in ((n, X, scene.geometry[geometry]) for n, X, geometry in found)
         ]
     except Exception as error:
@@ -151,6 +151,12 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
         part = Part(np.asarray(vertices), np.asarray(faces), color, name)
         parts.setdefault(link, []).append(part.at(X))
     return {link: tuple(found) for link, found in parts.items()}
+
+
+def _faces(mesh: Any) -> Any:
+    if not hasattr(mesh, "faces"):
+        raise ValueError("it holds points or lines without faces")
+    return mesh.faces
 
 
 def _color(mesh: Any) -> tuple[float, float, float, float]:

@@ -11,8 +11,9 @@ from pathlib import Path
 import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
-from phasmid.formats import read_urdf, tree_of, urdf_files
+from phasmid.formats import import_robot, tree_of, urdf_files
 from phasmid.formats.meshes import MeshFiles
+from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.robot import Appearance, Part, load_robot, robot_to_toml
 from phasmid.robot.appearance import glb, read_glb
 
@@ -40,6 +41,8 @@ def targets() -> dict[str, Target]:
     robot = load_robot("phantomx-paper")
     looking = replaced(robot, appearance=Appearance.of({"body": (part,), "coxa": (part,)}))
     exported = urdf_files(tree_of(looking, "[servo]\nname = 'AX-12A'\n"), "robot")
+    tree = tree_of(replaced(robot, appearance=None))
+    mjcf = mjcf_files(tree, "robot")
     ball = trimesh.creation.icosphere(subdivisions=3)
     preset = resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml"
 
@@ -49,10 +52,11 @@ def targets() -> dict[str, Target]:
     return {
         "urdf": Target(
             ".urdf",
-            read_urdf,
+            import_robot,
             (exported.pop("robot.urdf"), FOREIGN.encode()),
             {**exported, "a.stl": binary_stl(CORNERS[FACES])},
         ),
+        "mjcf": Target(".xml", import_robot, (mjcf.pop("robot.xml"),), mjcf),
         "stl": Target(
             ".stl",
             mesh,
