@@ -153,6 +153,20 @@ def test_all_faces_of_a_model_together_have_a_limit(
     files.meshes(path)
     with pytest.raises(InvalidInput, match="more than 8 faces; such models are refused"):
         files.meshes(path)
+    monkeypatch.setattr(meshes, "MOST_MESHES", 1)
+    with pytest.raises(InvalidInput, match="more than 1 meshes; such models are refused"):
+        MeshFiles().count((meshes.box((1, 1, 1)),) * 2)
+
+
+def test_files_have_their_largest_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(meshes, "LARGEST_FILE", 200)
+    monkeypatch.setattr(meshes, "LARGEST_OTHER", 100)
+    assert said(tmp_path, "a.stl", FORMATS["a.stl"]).endswith(
+        "a.stl holds more than 200 bytes; such files are refused."
+    )
+    assert said(tmp_path, "a.obj", FORMATS["a.obj"]).endswith(
+        "a.obj holds more than 100 bytes; such files are refused."
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 from formats.tetrahedron import CORNERS, FACES
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
-from phasmid.formats import tree_of
+from phasmid.formats import read_urdf, tree_of
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.kinematics import leg_frames
 from phasmid.robot import JOINTS, Appearance, Part, Robot, load_robot, preset_names
@@ -136,3 +136,50 @@ def test_mujoco_and_yourdfpy_find_the_meshes(tmp_path: Path) -> None:
     spec.compile()
     yourdfpy = pytest.importorskip("yourdfpy")
     assert len(yourdfpy.URDF.load(str(path)).scene.geometry) == 7
+
+
+ROTATED = """<robot name="r">
+  <link name="base"><inertial><mass value="2"/>
+    <inertia ixx="0.02" ixy="0.001" ixz="0.002" iyy="0.03" iyz="-0.003" izz="0.04"/></inertial>
+  </link>
+  <link name="a"><inertial><origin xyz="0.1 0.2 -0.3" rpy="0.4 -0.5 0.6"/><mass value="0.5"/>
+    <inertia ixx="0.002" ixy="0.0001" ixz="0.0002" iyy="0.003" iyz="0.0003" izz="0.004"/></inertial>
+  </link>
+  <link name="b"><inertial><origin xyz="0.1 0 0" rpy="1 1.5707963267948966 2"/><mass value="0.1"/>
+    <inertia ixx="0.0002" ixy="0" ixz="0" iyy="0.0003" iyz="0" izz="0.0004"/></inertial></link>
+  <joint name="hip" type="revolute"><parent link="base"/><child link="a"/><axis xyz="1 2 3"/>
+    <origin xyz="0.1 0.2 0.3" rpy="3 -1.5707963267948966 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="knee" type="continuous"><parent link="a"/><child link="b"/>
+    <origin xyz="0 -0.2 0.3" rpy="0.1 0.2 -0.3"/></joint>
+</robot>
+"""
+
+
+@pytest.mark.parametrize("source", ["rotated", "phantomx.urdf", "pxmark4.urdf"])
+def test_a_foreign_file_is_the_same_robot_after_reading_and_writing(
+    source: str, tmp_path: Path
+) -> None:
+    """Pinocchio finds the same mass matrix in the file and in what we make of it."""
+    pin = pytest.importorskip("pinocchio")
+    path = tmp_path / "rotated.urdf"
+    path.write_text(ROTATED, encoding="utf-8")
+    if source != "rotated":
+        data = Path(__file__).parents[2].parent / "shared" / "data"
+        found = sorted(data.glob(f"*/urdf/{source}"))
+        if not found:
+            pytest.skip("the example robots are not at hand")
+        path = found[0]
+    tree = read_urdf(path)
+    files = urdf_files(tree, "again")
+    again = tmp_path / "again.urdf"
+    again.write_bytes(files["again.urdf"])
+    models = [pin.buildModelFromUrdf(str(p), pin.JointModelFreeFlyer()) for p in (path, again)]
+    assert list(models[0].names) == list(models[1].names)
+    pin.seed(4)
+    high = np.ones(models[0].nq)
+    for _ in range(STATES):
+        q = pin.randomConfiguration(models[0], -high, high)
+        masses = [pin.crba(model, model.createData(), q) for model in models]
+        scale = np.abs(masses[0]).max()
+        np.testing.assert_allclose(masses[1], masses[0], rtol=0, atol=CLOSE * scale)

@@ -124,7 +124,7 @@ def test_a_mesh_is_kept_in_single_precision(tmp_path: Path) -> None:
 
 
 def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_path: Path) -> None:
-    tree = tree_of(load_robot("phantomx-paper"))
+    tree = tree_of(replace(load_robot("phantomx-paper"), appearance=None))
     path = write(urdf_files(tree, "robot"), tmp_path)
     text = path.read_text(encoding="utf-8")
     # Six hips, and three links of six legs.

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.robot import Appearance, Part, load_robot, robot_to_toml
@@ -46,6 +47,17 @@ def test_a_damaged_file_gets_one_sentence(tmp_path: Path, cut: int) -> None:
     path.write_bytes(glb({"body": (TRIANGLE,)})[:cut])
     with pytest.raises(InvalidInput, match=r"look\.glb is no binary glTF file"):
         read_glb(path)
+
+
+def test_points_without_triangles_are_no_look(tmp_path: Path) -> None:
+    path = tmp_path / "look.glb"
+    points = trimesh.PointCloud(TRIANGLE.vertices)
+    path.write_bytes(trimesh.Scene({"body/a": points}).export(file_type="glb"))
+    with pytest.raises(InvalidInput) as refused:
+        read_glb(path)
+    assert refused.value.what == (
+        "look.glb is no binary glTF file: it holds points or lines without faces."
+    )
 
 
 @pytest.mark.parametrize(

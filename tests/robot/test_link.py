@@ -51,6 +51,15 @@ def test_a_centre_of_mass_beyond_any_measure_is_refused_without_a_warning():
         replace(body, com=com)
 
 
+@pytest.mark.parametrize("entry", [1e300, 1e308])
+def test_an_inertia_beyond_any_measure_is_refused_without_a_warning(entry):
+    skew = np.eye(3) * entry
+    skew[0, 1], skew[1, 0] = entry, -entry
+    for inertia in (skew, np.eye(3) * entry):
+        with pytest.raises(InvalidRobot, match=r"is not symmetric|gyration radius"):
+            Link("femur", 0.1, 0.01, np.array([0.05, 0, 0]), inertia)
+
+
 def test_a_mass_in_grams_taken_for_kilograms_is_refused():
     with pytest.raises(InvalidRobot, match="masses above 200 kg are refused"):
         Link("femur", 0.1, 1500.0, np.array([0.05, 0, 0]), np.eye(3))

@@ -22,6 +22,12 @@ from phasmid.robot.appearance import LARGEST_FILE, MOST_FACES, read_glb
 LARGEST_SPAN = 5.0
 """Meshes longer than this are given in another unit [m]."""
 
+MOST_MESHES = 2000
+"""Models that show more pieces than this are refused."""
+
+LARGEST_OTHER = 12_000_000
+"""OBJ and PLY files above this many bytes are refused: trimesh takes 30 times their size."""
+
 UNITS = {"m": 1.0, "mm": 1e-3}
 """Metres per unit of mesh files."""
 
@@ -75,6 +81,7 @@ class MeshFiles:
 
     unit: str = ""
     _read: dict[Path, tuple[Mesh, ...]] = field(default_factory=dict, repr=False)
+    _meshes: int = field(default=0, repr=False)
     _faces: int = field(default=0, repr=False)
 
     def __post_init__(self) -> None:
@@ -101,11 +108,7 @@ class MeshFiles:
             size = UNITS[self.unit]
             scale = [size * (np.sign(f) if even else f) for f in scale]
         found = tuple(mesh.scaled(scale) for mesh in self._read[path])
-        self._faces += sum(len(mesh.faces) for mesh in found)
-        if self._faces > MOST_FACES:
-            raise InvalidInput(
-                f"the model's meshes have more than {MOST_FACES} faces; such models are refused."
-            )
+        self.count(found)
         span = max(mesh.span for mesh in found)
         if span > LARGEST_SPAN:
             raise InvalidInput(
@@ -113,6 +116,23 @@ class MeshFiles:
                 hint="--mesh-unit mm" if self.unit != "mm" else "",
             )
         return found
+
+    def count(self, shown: tuple[Mesh, ...]) -> None:
+        """Count what the model shows, which has a limit in all.
+
+        Raises:
+            InvalidInput: It has too many meshes or faces.
+        """
+        self._meshes += len(shown)
+        self._faces += sum(len(mesh.faces) for mesh in shown)
+        for number, most, noun in (
+            (self._meshes, MOST_MESHES, "meshes"),
+            (self._faces, MOST_FACES, "faces"),
+        ):
+            if number > most:
+                raise InvalidInput(
+                    f"the model shows more than {_grouped(most)} {noun}; such models are refused."
+                )
 
 
 def read_meshes(path: Path) -> tuple[Mesh, ...]:
@@ -142,7 +162,7 @@ def read_meshes(path: Path) -> tuple[Mesh, ...]:
             f"mesh {path.name} was left out: {what} are not read.",
             hint="convert it to STL, OBJ, PLY or GLB",
         )
-    raw = read_bytes(path, LARGEST_FILE)
+    raw = read_bytes(path, LARGEST_FILE if kind == ".stl" else LARGEST_OTHER)
     if not raw:
         raise InvalidInput(f"mesh {path.name} is empty.")
     return (readers[kind](raw, path.name),)

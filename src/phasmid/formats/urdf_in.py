@@ -7,7 +7,6 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -235,13 +234,10 @@ class _Reader:
         return self.colors.get(material.attributes.get("name", ""))
 
     def _shapes(self, shape: Element, link: Element) -> tuple[meshes.Mesh, ...]:
-        if shape.tag == "box":
-            return (meshes.box(_sizes(shape, "size", 3)),)
-        if shape.tag == "sphere":
-            return (meshes.sphere(*_sizes(shape, "radius")),)
-        if shape.tag in {"cylinder", "capsule"}:
-            made: Any = meshes.cylinder if shape.tag == "cylinder" else meshes.capsule
-            return (made(*_sizes(shape, "radius"), *_sizes(shape, "length")),)
+        if shape.tag in {"box", "sphere", "cylinder", "capsule"}:
+            made = (_primitive(shape),)
+            self.files.count(made)
+            return made
         if shape.tag != "mesh":
             return ()
         written = shape.need_text("filename")
@@ -387,6 +383,16 @@ def _rgba(color: Element) -> meshes.Color:
     if not all(0 <= c <= 1 for c in (r, g, b, a)):
         raise InvalidInput("<color>: rgba must be four numbers from 0 to 1.", where=color.where)
     return r, g, b, a
+
+
+def _primitive(shape: Element) -> meshes.Mesh:
+    if shape.tag == "box":
+        return meshes.box(_sizes(shape, "size", 3))
+    (radius,) = _sizes(shape, "radius")
+    if shape.tag == "sphere":
+        return meshes.sphere(radius)
+    (length,) = _sizes(shape, "length")
+    return (meshes.cylinder if shape.tag == "cylinder" else meshes.capsule)(radius, length)
 
 
 def _sizes(shape: Element, attribute: str, count: int = 1) -> list[float]:

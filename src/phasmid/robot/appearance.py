@@ -138,16 +138,25 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
     try:
         scene: Any = trimesh.load_scene(io.BytesIO(raw), file_type="glb", process=False)
         found = [(node, *scene.graph[node]) for node in sorted(scene.graph.nodes_geometry)]
-        meshes = [(node, X, scene.geometry[geometry]) for node, X, geometry in found]
+        meshes = [
+            (str(node), np.array(X, dtype=float), mesh.vertices, _faces(mesh), _color(mesh))
+            for node, X, mesh in ((n, X, scene.geometry[geometry]) for n, X, geometry in found)
+        ]
     except Exception as error:
         # The reader of meshes complains in many ways of its own.
         raise InvalidInput(f"{path.name} is no binary glTF file: {error}.") from None
     parts: dict[str, list[Part]] = {}
-    for node, X, mesh in meshes:
-        link, _, name = str(node).partition("/")
-        part = Part(np.asarray(mesh.vertices), np.asarray(mesh.faces), _color(mesh), name)
-        parts.setdefault(link, []).append(part.at(np.asarray(X)))
+    for node, X, vertices, faces, color in meshes:
+        link, _, name = node.partition("/")
+        part = Part(np.asarray(vertices), np.asarray(faces), color, name)
+        parts.setdefault(link, []).append(part.at(X))
     return {link: tuple(found) for link, found in parts.items()}
+
+
+def _faces(mesh: Any) -> Any:
+    if not hasattr(mesh, "faces"):
+        raise ValueError("it holds points or lines without faces")
+    return mesh.faces
 
 
 def _color(mesh: Any) -> tuple[float, float, float, float]:

@@ -80,14 +80,16 @@ def check_inertia(
         what: Name of the body, for the message.
         long: The body in the message of a wrong gyration radius, such as "52 mm link".
     """
+    # Unlike NumPy's, Python's own numbers become infinite without a warning.
+    tensor = inertia.tolist()
     for i, j, names in ((0, 1, "xy"), (0, 2, "xz"), (1, 2, "yz")):
-        if abs(inertia[i, j] - inertia[j, i]) > 1e-9 * np.abs(inertia).max():
+        if abs(tensor[i][j] - tensor[j][i]) > 1e-9 * np.abs(inertia).max():
             raise InvalidRobot(
-                f"{what}: inertia is not symmetric; I_{names} is {inertia[i, j] * 1e9:.4g} "
-                f"and I_{names[::-1]} is {inertia[j, i] * 1e9:.4g} g mm^2."
+                f"{what}: inertia is not symmetric; I_{names} is {tensor[i][j] * 1e9:.4g} "
+                f"and I_{names[::-1]} is {tensor[j][i] * 1e9:.4g} g mm^2."
             )
-    moments = np.linalg.eigvalsh(inertia)
-    listed = _list(moments)
+    principal = np.linalg.eigvalsh(inertia)
+    moments, listed = principal.tolist(), _list(principal)
     if moments[0] <= 0:
         raise InvalidRobot(
             f"{what}: principal moments {listed} kg m^2 are not all positive; "

@@ -11,9 +11,8 @@ from pathlib import Path
 import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
-from phasmid.formats import mjcf_files, read_urdf, tree_of, urdf_files
+from phasmid.formats import import_robot, mjcf_files, tree_of, urdf_files
 from phasmid.formats.meshes import MeshFiles
-from phasmid.formats.mjcf_in import read_mjcf
 from phasmid.robot import Appearance, Part, load_robot, robot_to_toml
 from phasmid.robot.appearance import glb, read_glb
 
@@ -51,13 +50,13 @@ def targets() -> dict[str, Target]:
     return {
         "urdf": Target(
             ".urdf",
-            read_urdf,
+            import_robot,
             (exported.pop("robot.urdf"), FOREIGN.encode()),
             {**exported, "a.stl": binary_stl(CORNERS[FACES])},
         ),
         "mjcf": Target(
             ".xml",
-            read_mjcf,
+            import_robot,
             (modelled.pop("robot.xml"), FOREIGN_MJCF.encode()),
             {**modelled, "a.stl": binary_stl(CORNERS[FACES]), "defaults.mjcf": DEFAULTS.encode()},
         ),
