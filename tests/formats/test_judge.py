@@ -9,10 +9,10 @@ import pytest
 
 from formats.trees import block, with_joint, with_joints, with_link
 from phasmid.formats import Finding, Inertial, Severity, Tree, TreeLink, judge, judge_robot, tree_of
-from phasmid.formats.bodies import bounds, judge_body
+from phasmid.formats.bodies import bounds, judge_body, possible
 from phasmid.robot import load_robot, preset_names
 
-MK4 = load_robot("phantomx-mk4")
+MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
 TIBIA = "left_front_tibia_link"
 SHAPE = block((0, -0.01, -0.01), (0.1, 0.01, 0.01))
@@ -137,6 +137,22 @@ def test_an_impossible_body_is_named_by_the_number(
     assert told(inertial) == [(severity, what)]
 
 
+def test_a_plate_with_rounded_digits_is_possible() -> None:
+    """1 and 2 parts, rounded to 3.001: more than their sum by 0.033 % of itself."""
+    plate = of(0.1, (0.05, 0, 0), (2.9e-5, 5.8e-5, 8.703e-5))
+    assert told(plate) == [
+        (
+            "note",
+            "principal moments 2.9e-05, 5.8e-05, 8.703e-05 kg m² are those of a plate, rounded; "
+            "they were raised by 0.034 % of the largest.",
+        )
+    ]
+    moments = np.linalg.eigvalsh(possible(plate).inertia)
+    assert moments[2] <= moments[0] + moments[1] + 1e-18
+    np.testing.assert_allclose(moments, [2.9e-5, 5.8e-5, 8.703e-5], rtol=1.1e-3)
+    assert possible(BAR) is BAR
+
+
 def test_links_that_share_one_mass_and_inertia_are_copies() -> None:
     tree = TREE
     for joint in ("coxa", "femur", "tibia"):
@@ -189,6 +205,23 @@ def test_limits_and_strengths_of_joints_are_possible() -> None:
     assert [f.what for f in faults(with_joints(TREE, lambda j: replace(j, effort=0.0)))] == [
         "its effort is 0; it must be finite and greater than 0."
     ]
+
+
+def test_lengths_in_millimetres_are_told() -> None:
+    long = block((0.0, -10.0, -10.0), (100.0, 10.0, 10.0))
+    tree = with_link(TREE, TIBIA, parts=(long,), inertial=None)
+    assert "its mesh is 100 m long; lengths above 2 m are refused. In millimetres it would be " + (
+        "100 mm."
+    ) in [f.what for f in faults(tree)]
+    X = np.eye(4)
+    X[0, 3] = 52.9
+    tree = with_joint(TREE, "left_rear_femur", X_parent_child=X)
+    (found,) = [f for f in faults(tree) if f.subject == "joint left_rear_femur"]
+    assert found.severity is Severity.IMPOSSIBLE
+    assert found.what == (
+        "it stands 52.9 m from its parent's frame; lengths above 2 m are refused. In millimetres "
+        "it would be 52.9 mm."
+    )
 
 
 def test_servos_are_held_against_the_weight() -> None:

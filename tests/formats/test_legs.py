@@ -36,7 +36,7 @@ from phasmid.formats import (
 from phasmid.kinematics import joint_angles
 from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot
 
-MK4 = load_robot("phantomx-mk4")
+MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
 FEMUR = "right_rear_femur"
 
@@ -230,6 +230,26 @@ def test_a_body_origin_is_moved_amid_the_coxa_axes() -> None:
     )
 
 
+def test_a_trunk_whose_y_is_up_is_turned_and_told() -> None:
+    """Drawings have y up: R_drawing_trunk turns z to y. Feet hang, so that up is known."""
+    hanging = with_joints(
+        TREE,
+        lambda j: (
+            replace(j, X_parent_child=j.X_parent_child @ pose(turn([0, 0, 1], -0.5)))
+            if j.name.endswith("_femur")
+            else j
+        ),
+    )
+    tree = reframed(hanging, {"base_link": pose(turn([1, 0, 0], math.pi / 2))})
+    imported = robot_from_tree(tree)
+    assert imported.robot is not None
+    assert not differences(robot_of(hanging), imported.robot)
+    assert said(imported, Severity.SUSPECT) == [
+        "trunk: its hips spread 200 mm along z and 0 mm along y; y was taken as up and x as "
+        "forward."
+    ]
+
+
 def test_small_misalignments_are_set_right_and_told() -> None:
     """A tibia axis 0.005° off: at 131 mm its foot is 131 mm · 8.7e-5 = 0.011 mm elsewhere."""
     X = next(j for j in TREE.joints if j.name == "right_rear_tibia").X_parent_child.copy()
@@ -397,6 +417,44 @@ def test_a_robot_without_stance_is_refused() -> None:
         TREE, lambda j: replace(j, lower=0.1, upper=0.2) if j.name.endswith("tibia") else j
     )
     assert refusal(tree) == "no stance with knees up is within the joint limits."
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_whatever_numbers_a_tree_has_the_answer_is_a_robot_or_a_sentence(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    odd = [0.0, -1.0, 1e-300, 1e-9, 1e3, 1e150, -1e150, 1.5]
+
+    def spoilt(values: np.ndarray) -> np.ndarray:
+        values = np.array(values, dtype=float)
+        values.flat[rng.integers(values.size)] = rng.choice(odd)
+        return values
+
+    tree = TREE
+    for _ in range(int(rng.integers(1, 4))):
+        joint = tree.joints[int(rng.integers(len(tree.joints)))]
+        link = tree.links[joint.child]
+        match int(rng.integers(5)):
+            case 0:
+                X = joint.X_parent_child.copy()
+                X[:3, 3] = spoilt(X[:3, 3])
+                tree = with_joint(tree, joint.name, X_parent_child=X)
+            case 1:
+                tree = with_joint(tree, joint.name, lower=float(rng.choice(odd)))
+            case 2:
+                kind = str(rng.choice(["fixed", "prismatic", "floating", "continuous", "ball"]))
+                tree = with_joint(tree, joint.name, kind=kind)
+            case 3:
+                tree = with_joint(tree, joint.name, effort=float(rng.choice(odd)))
+            case _ if link.inertial is not None:
+                m = link.inertial
+                mass = float(spoilt(np.array([m.mass]))[0])
+                made = Inertial(mass, spoilt(m.com), spoilt(m.inertia))
+                tree = with_link(tree, link.name, inertial=made)
+    imported = robot_from_tree(
+        tree, ImportOptions(masses=str(rng.choice(["as-given", "geometry"])))
+    )
+    assert (imported.robot is None) == (imported.error is not None)
+    assert imported.error is None or "\n" not in imported.error.what
 
 
 def test_servos_come_from_a_name_or_from_the_file() -> None:

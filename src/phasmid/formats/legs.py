@@ -9,7 +9,8 @@ from contextlib import contextmanager
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidRobot, PhasmidError
+from phasmid.errors import InvalidRobot, PhasmidError, plain
+from phasmid.formats.bodies import possible
 from phasmid.formats.chains import Chain, skeleton
 from phasmid.formats.extension import Extension, read_extension
 from phasmid.formats.findings import Finding, Severity
@@ -26,11 +27,14 @@ from phasmid.formats.servos import servo_of
 from phasmid.formats.standing import Stance, standing_feet
 from phasmid.formats.tree import Inertial, Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
+from phasmid.robot.table import LONGEST_NAME
 
 THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""
 
 
+# Foreign numbers may be beyond any measure; what overflows is refused by its size.
+@np.errstate(over="ignore", invalid="ignore")
 def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Imported:
     """Make a robot of a kinematic tree.
 
@@ -66,26 +70,27 @@ def _robot(
 ) -> Robot:
     """The robot; what is found and what became what are taken down on the way."""
     extension = read_extension(tree.extension, tree.file) if tree.extension else None
-    bones = skeleton(tree)
+    bones = skeleton(tree, upright=extension is None)
     findings += bones.findings
     findings += judge(tree, bones, masses=options.masses == "as-given")
     legs = _legs(bones.chains, extension, options, findings)
     hips = np.array([leg.plan.X_trunk_hip for leg in legs])
-    X_body_trunk = np.eye(4)
+    # With an extension the file is this project's own, and its root link is the body.
+    X_body_up = np.eye(4)
     if extension is None:
-        X_body_trunk = inverse(body_frame(hips[:, :3, 3], findings))
+        X_body_up = inverse(body_frame(hips[:, :3, 3], findings))
     mounts = []
     for number, (leg, X_trunk_hip) in enumerate(zip(legs, hips, strict=True), 1):
-        mount, tilt = mount_of(X_body_trunk @ X_trunk_hip, leg.said)
+        mount, tilt = mount_of(X_body_up @ X_trunk_hip, leg.said)
         if tilt:
             findings.append(_levelled(number, tilt, leg))
         mounts.append(mount)
     feet, foot_source = _feet(legs, mounts, findings)
     motor = extension.motor if extension else None
     servo, servo_source = servo_of(bones.chains, options.servo, motor, findings)
-    pieces = _weighed(bones.trunk, legs, X_body_trunk, mounts, extension)
+    pieces = _weighed(bones.trunk, legs, X_body_up @ bones.X_up_trunk, mounts, extension)
     pieces = weighed(pieces, options, findings)
-    name = extension.name if extension else tree.name
+    name = extension.name if extension else printable(tree.name)
     facts.append(
         ImportFacts(
             name,
@@ -127,6 +132,11 @@ def _robot(
     return robot
 
 
+def printable(name: str) -> str:
+    """A foreign file's name of its robot as robot files may have it."""
+    return plain(name).strip()[:LONGEST_NAME] or "robot"
+
+
 def _legs(
     chains: Sequence[Chain],
     extension: Extension | None,
@@ -141,10 +151,9 @@ def _legs(
             legs.append(found_leg(number, name, chain, said, options.foot, findings))
         except PhasmidError as error:
             errors.append(error)
-            # The sentence names the leg once more.
-            findings.append(
-                Finding(Severity.IMPOSSIBLE, f"leg {number}", error.what, error.where, error.hint)
-            )
+            subject = f"leg {number}"
+            what = error.what.removeprefix(f"{subject}: ")
+            findings.append(Finding(Severity.IMPOSSIBLE, subject, what, error.where, error.hint))
     if errors:
         raise errors[0]
     return legs
@@ -262,7 +271,7 @@ def _weighed(
             joint,
             length,
             size,
-            moved(rigid.inertial, X) if rigid.inertial else None,
+            possible(moved(rigid.inertial, X)) if rigid.inertial else None,
             tuple(part.at(X) for part in rigid.parts),
             rigid.links[0].where,
         )

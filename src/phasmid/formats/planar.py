@@ -12,6 +12,7 @@ from phasmid.errors import InvalidRobot
 from phasmid.formats.chains import Chain
 from phasmid.formats.findings import Finding, Severity
 from phasmid.robot import JOINTS
+from phasmid.robot.link import LONGEST_LENGTH
 
 SNAPPED = math.radians(1.0)
 """Axes this far from parallel or square are set right: files with five digits of pi/2 are 0.02°
@@ -119,6 +120,16 @@ def planar(
                 where=chain.joints[2].where,
                 hint="--foot names the link at the foot" if "foot" in ends else "",
             )
+    far = {**dict(zip(JOINTS, lengths, strict=True)), "hip": float(np.linalg.norm(p_hip))}
+    for name, length in far.items():
+        if not length <= LONGEST_LENGTH:
+            what = "is off the trunk by" if name == "hip" else "measures"
+            raise InvalidRobot(
+                f"{subject}: its {name} {what} {length:.4g} m; lengths above {LONGEST_LENGTH:g} m "
+                "are refused.",
+                where=chain.joints[0].where,
+                hint="give all lengths in metres",
+            )
     lateral = float((p_trunk_foot - p_hip) @ y1)
     _check_offset(findings, subject, lateral, float(lengths.sum()), place)
     _note_skew(findings, subject, chain, across, lengths)
@@ -201,7 +212,7 @@ def _check_offset(
             f"axis, femur and tibia; this model's legs are planar, up to "
             f"{1000 * OFFSET * length:.2g} mm.",
             where=where,
-            hint="--foot 0,0,-0.13 gives the foot in the last link's frame",
+            hint="--foot 0,0,-0.13, in metres in the last link's frame",
         )
     if abs(lateral) > PRINTED:
         findings.append(
