@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ def box(parts: tuple[Part, ...]) -> np.ndarray:
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
+@cache
 def look(preset: str) -> Appearance:
     found = load_robot(preset).appearance
     assert found is not None
@@ -57,12 +60,11 @@ def test_the_body_holds_every_hip_between_its_plates(preset: str) -> None:
     assert np.all(hips < high)
     plates = [part for part in look(preset).body if part.name.endswith("plate")]
     assert {part.name for part in plates} == {"lower_plate", "upper_plate"}
+    servos = [box((part,)) for part in look(preset).body if part.name.endswith("servo")]
+    assert len(servos) == len(robot.legs)
     for hip in hips:
-        servo = [p for p in look(preset).body if p.name.endswith("servo")]
         # The axis of each hip goes through a servo of the body.
-        assert any(
-            np.all(box((s,))[0, :2] < hip[:2]) and np.all(hip[:2] < box((s,))[1, :2]) for s in servo
-        )
+        assert any(np.all(a[:2] < hip[:2]) and np.all(hip[:2] < b[:2]) for a, b in servos)
 
 
 @pytest.mark.parametrize("preset", preset_names())
