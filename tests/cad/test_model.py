@@ -113,10 +113,8 @@ def test_any_robot_can_be_drawn() -> None:
 
 def test_hips_in_one_line_still_get_a_body() -> None:
     robot = load_robot("quadruped")
-    legs = [
-        replace(leg, mount_position=np.array([x, 0.0, 0.0]))
-        for leg, x in zip(robot.legs, x, strict=True)
-    ]
+    hips = zip(robot.legs, (0.15, 0.05, -0.05, -0.15), strict=True)
+    legs = [replace(leg, mount_position=np.array([x, 0.0, 0.0])) for leg, x in hips]
     assert build(replace(robot, legs=tuple(legs))).links["body"]
 
 
