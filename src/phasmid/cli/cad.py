@@ -21,8 +21,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw the robot that the options name; returns the exit status."""
     from phasmid.cad.library import build123d
+    from phasmid.formats import load_robot
     from phasmid.formats.solids import write_solids
-    from phasmid.robot import load_robot
 
     def announce(what: str) -> None:
         if not options.quiet:
