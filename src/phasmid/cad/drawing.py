@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.cad.assembly import MassProperties
-from phasmid.cad.library import occt
+from phasmid.cad.library import check_installed
 from phasmid.cad.reader import NO_STEP, TOO_MANY
 from phasmid.errors import InvalidInput
 from phasmid.robot import Part
@@ -86,7 +86,7 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
         PhasmidError: build123d is not installed.
     """
     _check(path)
-    occt("gp")
+    check_installed()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "parts.npz"
         paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]

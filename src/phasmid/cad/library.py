@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 from phasmid.errors import PhasmidError
@@ -29,11 +30,25 @@ def occt(name: str) -> Any:
     return _library(f"OCP.{name}")
 
 
+def check_installed() -> None:
+    """Refuse to go on without the library; it is not loaded, which takes seconds.
+
+    Raises:
+        PhasmidError: It is not installed.
+    """
+    if find_spec("OCP") is None or find_spec("build123d") is None:
+        raise _absent()
+
+
 def _library(name: str) -> Any:
     try:
         return import_module(name)
     except ImportError:
-        raise PhasmidError(
-            "solids and STEP files need build123d, which is not installed.",
-            hint='pip install "phasmid[cad]"',
-        ) from None
+        raise _absent() from None
+
+
+def _absent() -> PhasmidError:
+    return PhasmidError(
+        "solids and STEP files need build123d, which is not installed.",
+        hint='pip install "phasmid[cad]"',
+    )

@@ -79,14 +79,19 @@ def bracket(case: ServoCase, reach: float, sheet: float, *, start: float = 0.0) 
 def strap(length: float, width: float, sheet: float) -> Any:
     """A plate along x from 0, with a window and screw holes at its ends, in the plane z = 0 up."""
     b = build123d()
-    outline = b.Pos(length / 2, 0) * b.RectangleRounded(length, width, 0.2 * width)
-    window = b.Pos(length / 2, 0) * b.SlotOverall(0.5 * length, 0.36 * width)
+    outline = b.Pos(length / 2, 0) * b.RectangleRounded(length, width, 0.2 * min(length, width))
+    window = b.Pos(length / 2, 0) * _slot(0.5 * length, 0.36 * width)
     holes = [
         b.Pos(x, y) * b.Circle(0.05 * width)
         for x in (0.12 * length, 0.88 * length)
         for y in (-0.3 * width, 0.3 * width)
     ]
     return b.extrude(outline - window - holes, sheet).solid()
+
+
+def _slot(length: float, height: float) -> Any:
+    """A slot along x, never higher than it is long."""
+    return build123d().SlotOverall(length, min(height, 0.8 * length))
 
 
 def blade(length: float, width: float, sheet: float) -> Any:
@@ -103,11 +108,13 @@ def blade(length: float, width: float, sheet: float) -> Any:
     ]
     leaf = b.make_face(edges)
     slots = [
-        b.Pos(x * length, y * width) * b.Rot(0, 0, turn) * b.SlotOverall(a * length, h * width)
-        for x, y, turn, a, h in (
-            (0.22, 0.14, 2.0, 0.22, 0.36),
-            (0.50, 0.14, -6.0, 0.20, 0.26),
-            (0.73, 0.08, -10.0, 0.14, 0.16),
+        b.Pos(x * length, y * width)
+        * b.Rot(0, 0, math.degrees(math.atan(slope * width / length)))
+        * _slot(a * length, h * width)
+        for x, y, slope, a, h in (
+            (0.22, 0.14, 0.13, 0.22, 0.36),
+            (0.50, 0.14, -0.39, 0.20, 0.26),
+            (0.73, 0.08, -0.65, 0.14, 0.16),
         )
     ]
     return b.extrude(leaf - slots, sheet).solid()

@@ -58,6 +58,9 @@ CASES = {
 }
 """The servos whose case is known, by their maker's name."""
 
+TIGHTEST = 0.75
+"""Scale of a known servo from which on it keeps its real size, and brackets are tight."""
+
 
 def case_of(servo: Servo, room: float) -> ServoCase:
     """The case of a servo, made to fit where the servo is none of `CASES`.
@@ -67,6 +70,6 @@ def case_of(servo: Servo, room: float) -> ServoCase:
         room: The largest scale of an AX-12's case that leaves room for the links.
     """
     if servo.name in CASES:
-        # A case too large for the robot's links is not that of its servo.
-        return CASES[servo.name].scaled(min(1.0, room))
+        # Links that are far too short for the servo's case cannot be those that it moves.
+        return CASES[servo.name].scaled(1.0 if room >= TIGHTEST else room)
     return AX_12.scaled(room)

@@ -20,15 +20,21 @@ AXIS = "axis"
 
 
 def write_step(assembly: Assembly, path: Path) -> None:
-    """Write an assembly: the robot, in it ``body`` and each leg, in a leg its links, in a link its
-    parts. Each distinct part is written once and placed as often as it is needed.
-
-    Args:
-        assembly: The robot.
-        path: The file, which is overwritten.
+    """Write an assembly as a STEP file, which is overwritten; see `step_text`.
 
     Raises:
         OutputError: It cannot be written.
+        PhasmidError: build123d is not installed.
+    """
+    write_whole(path, step_text(assembly))
+
+
+def step_text(assembly: Assembly) -> bytes:
+    """An assembly as a STEP file: the robot, in it ``body`` and each leg, in a leg its links, in
+    a link its parts. Each distinct part is written once and placed as often as it is needed.
+
+    Raises:
+        OutputError: The kernel cannot write it.
         PhasmidError: build123d is not installed.
     """
     document = _document()
@@ -52,7 +58,7 @@ def write_step(assembly: Assembly, path: Path) -> None:
             owner = legs[leg]
         _place(shapes, owner, group, joint, assembly.poses[link])
     shapes.UpdateAssemblies()
-    write_whole(path, _text(document, assembly.name))
+    return _text(document, assembly.name)
 
 
 def _document() -> Any:

@@ -13,6 +13,9 @@ from phasmid.cad.legs import Workshop, pose
 from phasmid.cad.material import ACRYLIC, BATTERY, BOARD, NYLON, PAINTED
 from phasmid.robot import Robot
 
+THIN = 1.0
+"""Hips that stray less than this from one line are taken as standing in it [mm]."""
+
 
 def trunk_parts(robot: Robot, shop: Workshop) -> tuple[Placed, ...]:
     """Parts of the body in its frame: a servo for each hip, two plates, a deck, a battery."""
@@ -77,6 +80,11 @@ def _corners(X: np.ndarray, before: float, width: float, depth: float) -> np.nda
 
 def _hull(points: np.ndarray) -> list[tuple[float, float]]:
     """Corners of the convex outline, counter-clockwise."""
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if spread[1] < THIN:
+        # Hips in one line still want a plate.
+        square = np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
+        points = np.concatenate([points + THIN * corner for corner in square])
     return [(float(x), float(y)) for x, y in points[ConvexHull(points).vertices]]
 
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import check, convert, export, paper, plot, replay, report, verify, walk
+from phasmid.cli import cad, check, convert, export, paper, plot, replay, report, verify, walk
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
@@ -18,6 +18,7 @@ COMMANDS = {
     "replay": "run a recorded walk again and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "verify": "the physics against closed forms and conservation laws, on this machine",
+    "cad": "a robot as solids (STEP), meshes and what they weigh; needs the extra cad",
     "check": "is this robot or scenario possible, and if not, why not",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
 }
@@ -76,6 +77,11 @@ def build_parser(command: str | None) -> Parser:
     )
     verify.add_options(verifying)
     verifying.set_defaults(run=verify.run)
+    drawing = commands.add_parser(
+        "cad", help=COMMANDS["cad"], description=f"{COMMANDS['cad']}.", allow_abbrev=False
+    )
+    cad.add_options(drawing)
+    drawing.set_defaults(run=cad.run)
     checking = commands.add_parser(
         "check", help=COMMANDS["check"], description=f"{COMMANDS['check']}.", allow_abbrev=False
     )

@@ -15,17 +15,22 @@ from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
+from phasmid.formats.solids import step_files
+from phasmid.formats.step_guess import first_guess
 from phasmid.formats.step_sidecar import (
     FrameTable,
     PartTable,
     Sidecar,
     StepJointTable,
+    StepLinkTable,
     read_sidecar,
-    sidecar_path,
+    sidecar_of,
 )
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.robot import Part, Servo, load_servo
 from phasmid.tables import Locator, in_file
+
+__all__ = ["axis_of", "first_guess", "read_step", "sidecar_of", "step_files", "tree_of_parts"]
 
 COAXIAL = 1e-6
 """Axes closer than this are one [m]."""
@@ -48,7 +53,7 @@ def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
     """
     options = options or ImportOptions()
     sidecar, content = read_sidecar(path)
-    with located(sidecar_path(path).name):
+    with located(sidecar_of(path).name):
         servo = load_servo(sidecar.servo) if sidecar.servo else None
     parts = read_drawing(path)
     return tree_of_parts(path, sidecar, content, parts, servo, strict=options.strict)
@@ -77,15 +82,15 @@ def tree_of_parts(
         InvalidInput: The sidecar does not fit the drawing.
         InvalidRobot: The links and joints form no tree.
     """
-    locate = in_file(sidecar_path(path), content)
+    locate = in_file(sidecar_of(path), content)
     findings: list[Finding] = []
     groups = _groups(sidecar, parts, locate, findings, strict=strict)
     poses = _frames(sidecar, parts, locate)
     links = {}
-    for name, table in sidecar.links.items():
+    for name in sidecar.links:
         where = locate(("links", name))[1]
         with located(where):
-            mass = _mass(sidecar, groups[name], poses[name], table.mass, findings)
+            mass = _mass(sidecar, name, groups[name], poses[name], findings)
         looks = tuple(_look(part, poses[name]) for part in groups[name] if part.look is not None)
         links[name] = TreeLink(name, mass, looks, where)
     joints = [
@@ -159,13 +164,17 @@ def _no_link(what: str, name: str, links: Mapping[str, object], where: str) -> I
 
 def _mass(
     sidecar: Sidecar,
+    name: str,
     parts: list[DrawnPart],
     X_drawing_link: Float[np.ndarray, "4 4"],
-    weighed: float | None,
     findings: list[Finding],
 ) -> Inertial | None:
     """Mass of a link's parts in its frame; None where none of them encloses anything."""
+    table = sidecar.links[name]
     X_link_drawing = _inverse(X_drawing_link)
+    if table.com is not None or table.inertia is not None:
+        return _given(name, table, X_link_drawing)
+    weighed = table.mass
     masses = []
     for part in parts:
         if part.solid is None:
@@ -181,6 +190,14 @@ def _mass(
     whole = together(masses)
     scale = weighed / whole.mass if weighed is not None else 1.0
     return Inertial(scale * whole.mass, whole.com, scale * whole.inertia)
+
+
+def _given(name: str, table: StepLinkTable, X_link_drawing: np.ndarray) -> Inertial:
+    if table.mass is None or table.com is None or table.inertia is None:
+        raise InvalidInput(f"links.{name} must have all of mass, com and inertia, or mass alone.")
+    whole = MassProperties(table.mass, np.array(table.com), np.array(table.inertia))
+    moved = whole.at(X_link_drawing)
+    return Inertial(moved.mass, moved.com, moved.inertia)
 
 
 def _density(sidecar: Sidecar, part: DrawnPart, *, known: bool) -> float:

@@ -12,8 +12,8 @@ from annotated_types import Gt, Le, Len
 from phasmid.cad import Assembly
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import joint_angles
-from phasmid.robot import JOINTS, Robot
-from phasmid.robot.table import Limits, Name, Vector
+from phasmid.robot import JOINTS, Body, Link, Robot
+from phasmid.robot.table import Limits, Name, Tensor, Vector
 from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml, toml_key, toml_string
 
@@ -43,10 +43,15 @@ class PartTable(Table):
 
 
 class StepLinkTable(Table):
-    """``[links.NAME]``: the parts that move as one, and what they weigh together."""
+    """``[links.NAME]``: the parts that move as one, and what they weigh together.
+
+    Where a centre of mass and an inertia about it are known too, they stand in the drawing's frame.
+    """
 
     parts: Annotated[list[Pattern], Len(1)]
     mass: Annotated[Mass, Gt(0)] | None = None
+    com: Vector | None = None
+    inertia: Tensor | None = None
 
 
 class StepJointTable(Table):
@@ -83,7 +88,7 @@ class Sidecar(Table):
     feet: Annotated[dict[Name, FootTable], Len(0, MOST_LINKS)] = {}
 
 
-def sidecar_path(path: Path) -> Path:
+def sidecar_of(path: Path) -> Path:
     """Where the sidecar of a STEP file stands."""
     return path.with_name(f"{path.name}.toml")
 
@@ -97,7 +102,7 @@ def read_sidecar(path: Path) -> tuple[Sidecar, str]:
     Raises:
         InvalidInput: It is absent, or not well formed.
     """
-    file = sidecar_path(path)
+    file = sidecar_of(path)
     if not file.exists():
         raise InvalidInput(
             f"{path.name} has no {file.name} beside it, which says what part belongs to what link.",
@@ -107,7 +112,9 @@ def read_sidecar(path: Path) -> tuple[Sidecar, str]:
     return validate(Sidecar, raw, in_file(file, content)), content
 
 
-def sidecar_of(robot: Robot, assembly: Assembly, extension: str = "") -> str:
+def sidecar_text(
+    robot: Robot, assembly: Assembly, extension: str = "", *, masses: str = "solids"
+) -> str:
     """The sidecar of a robot's own assembly, as `phasmid.cad.write_step` writes it.
 
     Links and joints are called as in `phasmid.formats.tree_of`; angles are those of Table 1.
@@ -116,6 +123,7 @@ def sidecar_of(robot: Robot, assembly: Assembly, extension: str = "") -> str:
         robot: The robot.
         assembly: Its solids.
         extension: TOML of what a tree of links and joints cannot say.
+        masses: ``solids`` to have them computed, or ``file`` to keep those of the robot.
     """
     lines = [
         f"# What {_plain(robot.name)} is made of: which part of the drawing belongs to which link,",
@@ -125,18 +133,18 @@ def sidecar_of(robot: Robot, assembly: Assembly, extension: str = "") -> str:
     ]
     if extension:
         lines.append(f"extension = {toml_string(extension)}")
-    lines += ["", *_weights(assembly), *_link("base_link", "body/*")]
+    keep = masses == "file"
+    known = _given(robot.body, assembly.poses["body"]) if keep else []
+    lines += ["", *_weights(assembly), *_link("base_link", "body/*", known)]
     for leg in robot.legs:
-        lines += [
-            line
-            for joint in JOINTS
-            for line in _link(f"{leg.name}_{joint}_link", f"{leg.name}/{joint}/*")
-        ]
+        for joint, link in zip(JOINTS, leg.links, strict=True):
+            known = _given(link, assembly.poses[f"{leg.name}.{joint}"]) if keep else []
+            lines += _link(f"{leg.name}_{joint}_link", f"{leg.name}/{joint}/*", known)
     for leg in robot.legs:
         q = joint_angles(leg, leg.neutral_foot)
         parent = "base_link"
         for number, joint in enumerate(JOINTS):
-            link = f"{leg.name}.{joint}"
+            X_drawing_child = assembly.poses[f"{leg.name}.{joint}"]
             child = f"{leg.name}_{joint}_link"
             lines += [
                 f"[joints.{toml_key(f'{leg.name}_{joint}')}]",
@@ -144,7 +152,7 @@ def sidecar_of(robot: Robot, assembly: Assembly, extension: str = "") -> str:
                 f"child = {toml_string(child)}",
                 f"axis_of = {toml_string(_axle(assembly, leg.name, joint))}",
                 'face = "axis"',
-                f"direction = {_row(assembly.poses[link][:3, 2])}",
+                f"direction = {_row(X_drawing_child[:3, 2])}",
                 f"drawn_at_rad = {float(q[number])!r}",
                 f"limits_rad = {_row(leg.joint_limits[number])}",
                 "",
@@ -168,8 +176,20 @@ def _row(values: np.ndarray) -> str:
     return "[" + ", ".join(repr(float(v)) for v in values) + "]"
 
 
-def _link(name: str, pattern: str) -> list[str]:
-    return [f"[links.{toml_key(name)}]", f"parts = [{toml_string(pattern)}]", ""]
+def _link(name: str, pattern: str, known: list[str]) -> list[str]:
+    return [f"[links.{toml_key(name)}]", f"parts = [{toml_string(pattern)}]", *known, ""]
+
+
+def _given(link: Body | Link, X_drawing_link: np.ndarray) -> list[str]:
+    """The numbers of a robot's file, in the drawing's frame."""
+    R = X_drawing_link[:3, :3]
+    inertia = ", ".join(_row(row) for row in R @ link.inertia @ R.T)
+    return [
+        "# As the robot's file has it; without these three lines the solids are weighed.",
+        f"mass_kg = {float(link.mass)!r}",
+        f"com_m = {_row(R @ link.com + X_drawing_link[:3, 3])}",
+        f"inertia_kg_m2 = [{inertia}]",
+    ]
 
 
 def _weights(assembly: Assembly) -> list[str]:

@@ -1,0 +1,40 @@
+"""``phasmid cad``: a robot as solids, meshes and what they weigh."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+from phasmid.errors import plain
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the robot and the output."""
+    parser.add_argument("robot", metavar="ROBOT", help="a robot file or preset")
+    parser.add_argument("--out", metavar="DIR", help="where the files go; default: results/ROBOT")
+    parser.add_argument("--force", action="store_true", help="replace files of an earlier run")
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw the robot that the options name; returns the exit status."""
+    from phasmid.cad.library import build123d
+    from phasmid.formats import load_robot
+    from phasmid.formats.solids import write_solids
+
+    def announce(what: str) -> None:
+        if not options.quiet:
+            print(f"… {what}", file=sys.stderr, flush=True)
+
+    begin = time.perf_counter()
+    robot = load_robot(options.robot)
+    build123d()
+    folder = Path(options.out or Path("results") / Path(options.robot).stem)
+    files = write_solids(robot, folder, force=options.force, announce=announce)
+    if not options.quiet:
+        print(f"Written to {plain(str(folder))} in {time.perf_counter() - begin:.1f} s:")
+        for path, what in files.items():
+            print(f"  {plain(str(path.relative_to(folder))):<28} {what}")
+    return 0

@@ -1,0 +1,115 @@
+"""A robot's solids as files: STEP with its sidecar, meshes, and what they weigh."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from phasmid.cad import build, meshes
+from phasmid.cad.step import step_text
+from phasmid.cad.weights import mass_table
+from phasmid.errors import InvalidInput
+from phasmid.formats.extension import extension_of
+from phasmid.formats.step_sidecar import sidecar_of, sidecar_text
+from phasmid.recording.file import cannot_write, write_whole
+from phasmid.robot import Part, Robot
+from phasmid.robot.appearance import glb
+
+
+def write_solids(
+    robot: Robot,
+    folder: Path,
+    *,
+    force: bool = False,
+    announce: Callable[[str], None] = lambda _: None,
+) -> dict[Path, str]:
+    """Draw a robot and write all that comes of it.
+
+    Args:
+        robot: The robot.
+        folder: Where the files go; it is made.
+        force: Whether files of an earlier run are replaced.
+        announce: Told what begins.
+
+    Returns:
+        The files, and what each is in a few words.
+
+    Raises:
+        InvalidInput: A file is there already.
+        OutputError: A file cannot be written.
+        PhasmidError: build123d is not installed.
+    """
+    name = file_name(robot.name)
+    step = folder / f"{name}.step"
+    files = {
+        step: "assembly of named, coloured solids",
+        sidecar_of(step): "which part belongs to which link, axes, densities",
+        folder / f"{name}.glb": "meshes of all links; name it as appearance in the robot's file",
+        folder / f"{name}-masses.md": "the file's masses beside those of the solids",
+    }
+    announce("solids")
+    assembly = build(robot)
+    looks = meshes(assembly)
+    for link in looks:
+        files[folder / "stl" / f"{file_name(link)}.stl"] = f"mesh of {link}, in metres"
+    _check(tuple(files), force=force)
+    for place in (folder, folder / "stl"):
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise cannot_write(place, error) from None
+    announce("STEP")
+    write_whole(step, step_text(assembly))
+    sidecar = sidecar_text(robot, assembly, extension_of(robot))
+    write_whole(sidecar_of(step), sidecar.encode())
+    announce("meshes")
+    write_whole(folder / f"{name}.glb", glb(looks))
+    for link, parts in looks.items():
+        write_whole(folder / "stl" / f"{file_name(link)}.stl", stl(parts))
+    table = f"# {robot.name}: masses\n\n{mass_table(robot, assembly)}"
+    write_whole(folder / f"{name}-masses.md", table.encode())
+    return files
+
+
+def step_files(robot: Robot, name: str) -> dict[str, bytes]:
+    """A robot as a STEP file and its sidecar, which keeps the robot's own masses.
+
+    Args:
+        robot: The robot.
+        name: Of the STEP file.
+
+    Returns:
+        The two files' contents, by their names.
+
+    Raises:
+        PhasmidError: build123d is not installed.
+    """
+    assembly = build(robot)
+    text = sidecar_text(robot, assembly, extension_of(robot), masses="file")
+    return {name: step_text(assembly), sidecar_of(Path(name)).name: text.encode()}
+
+
+def file_name(name: str) -> str:
+    """A name as the name of a file, without what some system refuses."""
+    plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
+    return plain.strip(".") or "robot"
+
+
+def stl(parts: tuple[Part, ...]) -> bytes:
+    """Parts of one link as a binary STL file, in metres."""
+    import trimesh as library
+
+    # Its own annotations are partial.
+    trimesh: Any = library
+    pieces = [trimesh.Trimesh(part.vertices, part.faces, process=False) for part in parts]
+    out = io.BytesIO()
+    trimesh.util.concatenate(pieces).export(out, file_type="stl")
+    return out.getvalue()
+
+
+def _check(files: tuple[Path, ...], *, force: bool) -> None:
+    there = [path for path in files if path.exists() or path.is_symlink()]
+    if there and not force:
+        raise InvalidInput(f"{there[0]} is there already.", hint="--force, or another --out")

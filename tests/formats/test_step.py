@@ -1,0 +1,260 @@
+"""STEP files in and out: names, colours, geometry and inertias survive; what is wrong is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("build123d")
+
+from phasmid.cad import Assembly, build, mass_properties
+from phasmid.cad import drawing as drawings
+from phasmid.cad.drawing import DrawnPart, read_drawing
+from phasmid.cad.step import write_step
+from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.formats import robot_from_tree
+from phasmid.formats.options import ImportOptions
+from phasmid.formats.step import first_guess, read_step, sidecar_of, step_files, tree_of_parts
+from phasmid.formats.step_sidecar import read_sidecar, sidecar_text
+from phasmid.formats.tree import Tree
+from phasmid.robot import JOINTS, Robot, load_robot
+
+ROBOT = load_robot("phantomx-paper")
+
+
+@pytest.fixture(scope="module")
+def assembly() -> Assembly:
+    return build(ROBOT)
+
+
+@pytest.fixture(scope="module")
+def folder(assembly: Assembly, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The paper's robot as a STEP file, with its sidecar."""
+    folder = tmp_path_factory.mktemp("step")
+    write_step(assembly, folder / "robot.step")
+    text = sidecar_text(ROBOT, assembly)
+    (folder / "robot.step.toml").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def drawing(folder: Path) -> tuple[DrawnPart, ...]:
+    return read_drawing(folder / "robot.step")
+
+
+@pytest.fixture(scope="module")
+def imported(folder: Path) -> Robot:
+    robot = robot_from_tree(read_step(folder / "robot.step")).robot
+    assert robot is not None
+    return robot
+
+
+def test_parts_keep_their_names_and_places_in_the_hierarchy(
+    assembly: Assembly, drawing: tuple[DrawnPart, ...]
+) -> None:
+    expected = {
+        f"{link.replace('.', '/')}/{placed.name}"
+        for link, parts in assembly.links.items()
+        for placed in parts
+    }
+    assert {part.path for part in drawing} == expected
+    for part in drawing:
+        link, _, name = part.path.rpartition("/")
+        placed = next(p for p in assembly.links[link.replace("/", ".")] if p.name == name)
+        X = assembly.poses[link.replace("/", ".")] @ placed.X_link_part
+        # A STEP file of this kernel holds 15 digits of millimetres.
+        assert np.abs(part.X_drawing_part - X).max() < 1e-12
+
+
+def test_parts_keep_their_colours_and_volumes(
+    assembly: Assembly, drawing: tuple[DrawnPart, ...]
+) -> None:
+    solids = {placed.name: placed.solid for placed in assembly.links["right_front.tibia"]}
+    for part in drawing:
+        link, _, name = part.path.rpartition("/")
+        if link != "right_front/tibia":
+            continue
+        assert part.look is not None
+        # The file holds colours in single precision.
+        assert part.look.color == pytest.approx(solids[name].material.color, abs=1e-6)
+        # Volumes are integrals over the same faces, to the kernel's tolerance of 1e-6.
+        assert 1e9 * part.volume == pytest.approx(solids[name].shape.volume, rel=1e-5)
+
+
+def test_the_round_trip_keeps_geometry_within_a_micrometre(imported: Robot) -> None:
+    assert imported.leg_names == ROBOT.leg_names
+    for leg, own in zip(imported.legs, ROBOT.legs, strict=True):
+        assert np.abs(leg.lengths - own.lengths).max() < 1e-6
+        assert np.abs(leg.X_body_hip - own.X_body_hip).max() < 1e-6
+        assert np.abs(leg.joint_limits - own.joint_limits).max() < 1e-6
+    assert imported.servo.stall_torque == ROBOT.servo.stall_torque
+
+
+def test_the_round_trip_keeps_inertias_within_one_percent(
+    imported: Robot, assembly: Assembly
+) -> None:
+    made = mass_properties(assembly)
+    links = [(imported.body, made["body"])]
+    links += [
+        (link, made[f"{leg.name}.{joint}"])
+        for leg in imported.legs
+        for joint, link in zip(JOINTS, leg.links, strict=True)
+    ]
+    for link, solid in links:
+        assert link.mass == pytest.approx(solid.mass, rel=0.01)
+        assert np.abs(link.com - solid.com).max() < 1e-6
+        largest = np.abs(solid.inertia).max()
+        assert np.abs(link.inertia - solid.inertia).max() < 0.01 * largest
+
+
+def test_a_converted_robot_keeps_the_numbers_of_its_file(tmp_path: Path) -> None:
+    for name, data in step_files(ROBOT, "own.step").items():
+        (tmp_path / name).write_bytes(data)
+    robot = robot_from_tree(read_step(tmp_path / "own.step")).robot
+    assert robot is not None
+    assert robot.name == ROBOT.name
+    assert robot.servo == ROBOT.servo
+    # Round-off of a turn of the inertia there and back.
+    for leg, own in zip(robot.legs, ROBOT.legs, strict=True):
+        assert np.abs(leg.neutral_foot - own.neutral_foot).max() < 1e-9
+        for link, given in zip(leg.links, own.links, strict=True):
+            assert link.mass == pytest.approx(given.mass, rel=1e-12)
+            assert np.abs(link.com - given.com).max() < 1e-9
+            assert np.abs(link.inertia - given.inertia).max() < 1e-6 * given.inertia.max()
+    assert robot.body.mass == pytest.approx(ROBOT.body.mass, rel=1e-12)
+
+
+def tree(folder: Path, drawing: tuple[DrawnPart, ...], text: str) -> Tree:
+    """The tree that a changed sidecar makes of the drawing, which is read only once."""
+    path = folder / "changed.step"
+    sidecar_of(path).write_text(text, encoding="utf-8")
+    sidecar, content = read_sidecar(path)
+    return tree_of_parts(path, sidecar, content, drawing, None)
+
+
+def own_text(folder: Path) -> str:
+    return (folder / "robot.step.toml").read_text(encoding="utf-8")
+
+
+def test_a_first_guess_finds_links_axes_and_feet(
+    folder: Path, drawing: tuple[DrawnPart, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("phasmid.formats.step_guess.read_drawing", lambda _: drawing)
+    robot = robot_from_tree(
+        tree(folder, drawing, first_guess(folder / "robot.step")), ImportOptions(servo="AX-12A")
+    ).robot
+    assert robot is not None
+    for leg, own in zip(robot.legs, ROBOT.legs, strict=True):
+        # Axes are those of named faces; the foot is the mesh's tip, within its tolerance.
+        assert np.abs(leg.lengths - own.lengths)[:2].max() < 1e-6
+        assert leg.tibia.length == pytest.approx(own.tibia.length, abs=1e-3)
+
+
+def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(
+    folder: Path, drawing: tuple[DrawnPart, ...]
+) -> None:
+    before = tree(folder, drawing, own_text(folder)).links["right_front_coxa_link"].inertial
+    head = "[links.right_front_coxa_link]\n"
+    text = own_text(folder).replace(head, f"{head}mass_g = 30\n")
+    after = tree(folder, drawing, text).links["right_front_coxa_link"].inertial
+    assert before is not None
+    assert after is not None
+    assert after.mass == pytest.approx(0.030, rel=1e-12)
+    assert after.com == pytest.approx(before.com, rel=1e-12, abs=1e-15)
+    assert after.inertia == pytest.approx(before.inertia * 0.030 / before.mass, rel=1e-9)
+
+
+def test_an_axis_may_be_given_by_a_point_and_a_direction(
+    folder: Path, drawing: tuple[DrawnPart, ...]
+) -> None:
+    text = own_text(folder)
+    x, y, z = 1000 * ROBOT.legs[0].mount_position
+    named = 'axis_of = "body/right_front_servo"\nface = "axis"\n'
+    assert named in text
+    text = text.replace(named, f"point_mm = [{x}, {y}, {z + 10}]\n")
+    robot = robot_from_tree(tree(folder, drawing, text), ImportOptions(servo="AX-12A")).robot
+    assert robot is not None
+    assert robot.legs[0].X_body_hip == pytest.approx(ROBOT.legs[0].X_body_hip, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('parts = ["body/*"]', 'parts = ["boddy/*"]', r'no part of the drawing is called "boddy'),
+        ('face = "axis"', 'face = "axle"', r'has no round face called "axle"'),
+        ('"body/right_front_servo"', '"body/nothing"', r'no part .* is called "body/nothing"'),
+        ('"body/right_front_servo"', '"body/*servo"', r"6 parts of the drawing are called"),
+        ('"body/right_front_servo"\nface = "axis"', '"body/battery"', r"has no round face"),
+        ('axis_of = "body/right_front_servo"\nface = "axis"\n', "", r"must have axis_of, or point"),
+        ('parent = "base_link"', 'parent = "base"', r'names "base", which is no link'),
+        ("[parts.battery]", "[parts.cells]", r"nothing says what part body/battery weighs"),
+        ("density_kg_m3 = 2000.0", "", r"must have either mass_g or density_kg_m3"),
+        ("density_kg_m3 = 2000.0", "density_kg_m3 = -1", r"it must be greater than 0"),
+        ("servo =", "motor =", r'unknown key "motor"'),
+        ("drawn_at_rad", "drawn_at_mm", r'unknown key "drawn_at_mm"'),
+        ('link = "right_front_tibia_link"', 'link = "tibia"', r'names "tibia", which is no link'),
+        ("direction = [0.0", "direction = [1.0", r"lies across the axis|some length"),
+        ("limits_rad = [-1.3", "limits_rad = [1.4, -1.3] #", r"lower limit is above"),
+    ],
+)
+def test_a_sidecar_that_does_not_fit_gets_one_sentence(
+    folder: Path, drawing: tuple[DrawnPart, ...], old: str, new: str, said: str
+) -> None:
+    text = own_text(folder)
+    assert old in text
+    with pytest.raises(InvalidInput, match=said) as refused:
+        tree(folder, drawing, text.replace(old, new, 1))
+    assert "changed.step.toml" in refused.value.where
+
+
+def test_two_parents_are_refused(folder: Path, drawing: tuple[DrawnPart, ...]) -> None:
+    text = own_text(folder).replace(
+        'child = "right_middle_coxa_link"', 'child = "right_front_coxa_link"'
+    )
+    with pytest.raises(InvalidRobot, match="two parents"):
+        tree(folder, drawing, text)
+
+
+def test_parts_of_no_link_are_told(folder: Path, drawing: tuple[DrawnPart, ...]) -> None:
+    text = own_text(folder).replace('parts = ["body/*"]', 'parts = ["body/*_servo", "body/*plate"]')
+    (finding,) = tree(folder, drawing, text).findings
+    assert "belong to no link and were left out: body/right_front_post" in finding.what
+
+
+def test_a_missing_sidecar_is_told_with_how_to_get_one(tmp_path: Path) -> None:
+    (tmp_path / "mine.step").write_text("ISO-10303-21;", encoding="utf-8")
+    with pytest.raises(InvalidInput, match=r"has no mine\.step\.toml beside it") as refused:
+        read_step(tmp_path / "mine.step")
+    assert refused.value.hint.startswith("phasmid check mine.step --write-sidecar")
+
+
+@pytest.mark.parametrize(
+    ("raw", "said"),
+    [
+        (b"", r"is no STEP file; it must begin with ISO-10303-21"),
+        (b"solid cube\n", r"is no STEP file; it must begin with ISO-10303-21"),
+        (b"ISO-10303-21;\nHEADER;\n", r"is no STEP file, or a damaged one|is damaged|holds no"),
+    ],
+)
+def test_what_is_no_step_file_gets_one_sentence(tmp_path: Path, raw: bytes, said: str) -> None:
+    (tmp_path / "bad.step").write_bytes(raw)
+    with pytest.raises(InvalidInput, match=said):
+        read_drawing(tmp_path / "bad.step")
+
+
+def test_a_file_that_is_too_large_is_not_opened(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drawings, "LARGEST_FILE", 1000)
+    with pytest.raises(InvalidInput, match="holds more than 1000 bytes"):
+        read_drawing(folder / "robot.step")
+
+
+def test_a_file_that_takes_too_long_is_given_up(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drawings, "LONGEST", 0.05)
+    with pytest.raises(InvalidInput, match=r"takes longer than 0\.05 s"):
+        read_drawing(folder / "robot.step")
