@@ -230,6 +230,26 @@ def test_a_body_origin_is_moved_amid_the_coxa_axes() -> None:
     )
 
 
+def test_a_trunk_whose_y_is_up_is_turned_and_told() -> None:
+    """Drawings have y up: R_drawing_trunk turns z to y. Feet hang, so that up is known."""
+    hanging = with_joints(
+        TREE,
+        lambda j: (
+            replace(j, X_parent_child=j.X_parent_child @ pose(turn([0, 0, 1], -0.5)))
+            if j.name.endswith("_femur")
+            else j
+        ),
+    )
+    tree = reframed(hanging, {"base_link": pose(turn([1, 0, 0], math.pi / 2))})
+    imported = robot_from_tree(tree)
+    assert imported.robot is not None
+    assert not differences(robot_of(hanging), imported.robot)
+    assert said(imported, Severity.SUSPECT) == [
+        "trunk: its hips spread 200 mm along z and 0 mm along y; y was taken as up and x as "
+        "forward."
+    ]
+
+
 def test_small_misalignments_are_set_right_and_told() -> None:
     """A tibia axis 0.005° off: at 131 mm its foot is 131 mm · 8.7e-5 = 0.011 mm elsewhere."""
     X = next(j for j in TREE.joints if j.name == "right_rear_tibia").X_parent_child.copy()

@@ -76,7 +76,7 @@ def test_the_unsound_description_is_refused_with_each_fault_by_name(unsound: Tre
     impossible, suspect = of(imported, Severity.IMPOSSIBLE), of(imported, Severity.SUSPECT)
     assert impossible[0] == (
         "link MP_BODY: inertia 6.54 kg m² with 975.6 g gives a gyration radius of 2 590 mm to a "
-        "274 mm body; it must lie between 5.47 mm and 410 mm; the inertia times 0.001 would give "
+        "273 mm body; it must lie between 5.47 mm and 410 mm; the inertia times 0.001 would give "
         "81.9 mm."
     )
     assert any(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +15,10 @@ from phasmid.formats.tree import HINGES, Tree, TreeJoint
 
 FREE = frozenset({"floating", "free"})
 """Kinds of joints by which some files let the trunk move against the world."""
+
+FLAT = 0.25
+"""Hips that spread along one axis by less than this part of their spread along z lie in a level
+square to that axis, and z is not up."""
 
 MIRRORED = 0.02
 """Hips within this of each other's mirror image are a pair [m]; more than builders' slips and
@@ -63,20 +68,26 @@ class Skeleton:
 
     Attributes:
         trunk: The trunk with all that does not move, or is held, against it.
-        chains: The legs, as the file lists them.
+        chains: The legs, as the file lists them; in a trunk that has z up.
+        X_up_trunk: Pose of the trunk's own frame in that trunk, shape (4, 4).
         findings: What was held or left out.
     """
 
     trunk: RigidLink
     chains: tuple[Chain, ...]
+    X_up_trunk: Float[np.ndarray, "4 4"]
     findings: tuple[Finding, ...]
 
 
-def skeleton(tree: Tree) -> Skeleton:
+def skeleton(tree: Tree, *, upright: bool = True) -> Skeleton:
     """Find a tree's trunk and legs, by what moves on what and by no name.
 
     Links that joints fix to each other are one. A branch that is no leg, such as a head or a
     gripper, is held at angle 0 and belongs to what carries it.
+
+    Args:
+        tree: The tree.
+        upright: Whether a trunk whose z is plainly not up is turned.
 
     Raises:
         InvalidRobot: There are fewer than four chains of three hinges, or one leg of a pair has
@@ -118,7 +129,46 @@ def skeleton(tree: Tree) -> Skeleton:
             )
         )
     trunk = rigid_link(tree, root, held)
-    return Skeleton(trunk, tuple(_chain(tree, trunk, leg, held) for leg in legs), tuple(findings))
+    chains = tuple(_chain(tree, trunk, leg, held) for leg in legs)
+    X_up_trunk = _upright(chains, findings) if upright else np.eye(4)
+    chains = tuple(replace(chain, poses=X_up_trunk @ chain.poses) for chain in chains)
+    return Skeleton(trunk, chains, X_up_trunk, tuple(findings))
+
+
+def _upright(chains: Sequence[Chain], findings: list[Finding]) -> Float[np.ndarray, "4 4"]:
+    """The trunk's frame in one with z up: its own, where its hips do not tell otherwise.
+
+    Hips lie in one level, or nearly so. Files of drawings in which y is up have theirs in x and z.
+    """
+    spans = np.ptp([chain.hip for chain in chains], axis=0)
+    up = int(np.argmin(spans))
+    if up == 2 or spans[up] > FLAT * spans[2]:
+        return np.eye(4)
+    feet = np.sum([_end(chain) - chain.hip for chain in chains], axis=0)
+    forward = 0 if up == 1 else 1
+    X = np.eye(4)
+    X[0, :3], X[2, :3] = np.eye(3)[forward], np.eye(3)[up] * (-1.0 if feet[up] > 0 else 1.0)
+    X[1, :3] = np.cross(X[2, :3], X[0, :3])
+    sign = "-" if feet[up] > 0 else ""
+    findings.append(
+        Finding(
+            Severity.SUSPECT,
+            "trunk",
+            f"its hips spread {1000 * spans[2]:.0f} mm along z and {1000 * spans[up]:.0f} mm along "
+            f"{'xyz'[up]}; {sign}{'xyz'[up]} was taken as up and {'xyz'[forward]} as forward.",
+            hint="give the root link x forward, y left and z up",
+        )
+    )
+    return X
+
+
+def _end(chain: Chain) -> Float[np.ndarray, "3"]:
+    """A point near the end of a leg, in the trunk."""
+    tibia, X = chain.links[2], chain.poses[2]
+    points = [tibia.poses[link.name][:3, 3] for link in tibia.ends]
+    points += [part.vertices.mean(axis=0) for part in tibia.parts]
+    point = np.mean(points or [np.zeros(3)], axis=0)
+    return np.asarray(X[:3, :3] @ point + X[:3, 3])
 
 
 def _trunk(tree: Tree) -> tuple[str, list[Finding]]:

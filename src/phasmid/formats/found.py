@@ -89,7 +89,8 @@ def found_leg(
     findings += notes
     X = chain.poses[2]
     foot = X[:3, :3] @ p_tibia_foot + X[:3, 3]
-    zero = _middle(chain)
+    # Files of this project have the hip's x at angle 0.
+    zero = 0.0 if said is not None else _middle(chain)
     axis = chain.axes[0]
     if said is not None:
         up = hip_rotation((said.yaw, said.pitch, said.roll))[:, 2]

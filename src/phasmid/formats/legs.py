@@ -66,24 +66,25 @@ def _robot(
 ) -> Robot:
     """The robot; what is found and what became what are taken down on the way."""
     extension = read_extension(tree.extension, tree.file) if tree.extension else None
-    bones = skeleton(tree)
+    bones = skeleton(tree, upright=extension is None)
     findings += bones.findings
     findings += judge(tree, bones, masses=options.masses == "as-given")
     legs = _legs(bones.chains, extension, options, findings)
     hips = np.array([leg.plan.X_trunk_hip for leg in legs])
-    X_body_trunk = np.eye(4)
+    # With an extension the file is this project's own, and its root link is the body.
+    X_body_up = np.eye(4)
     if extension is None:
-        X_body_trunk = inverse(body_frame(hips[:, :3, 3], findings))
+        X_body_up = inverse(body_frame(hips[:, :3, 3], findings))
     mounts = []
     for number, (leg, X_trunk_hip) in enumerate(zip(legs, hips, strict=True), 1):
-        mount, tilt = mount_of(X_body_trunk @ X_trunk_hip, leg.said)
+        mount, tilt = mount_of(X_body_up @ X_trunk_hip, leg.said)
         if tilt:
             findings.append(_levelled(number, tilt, leg))
         mounts.append(mount)
     feet, foot_source = _feet(legs, mounts, findings)
     motor = extension.motor if extension else None
     servo, servo_source = servo_of(bones.chains, options.servo, motor, findings)
-    pieces = _weighed(bones.trunk, legs, X_body_trunk, mounts, extension)
+    pieces = _weighed(bones.trunk, legs, X_body_up @ bones.X_up_trunk, mounts, extension)
     pieces = weighed(pieces, options, findings)
     name = extension.name if extension else tree.name
     facts.append(
