@@ -9,7 +9,7 @@ import pytest
 
 from formats.trees import block, with_joint, with_joints, with_link
 from phasmid.formats import Finding, Inertial, Severity, Tree, TreeLink, judge, judge_robot, tree_of
-from phasmid.formats.bodies import bounds, judge_body
+from phasmid.formats.bodies import bounds, judge_body, possible
 from phasmid.robot import load_robot, preset_names
 
 MK4 = load_robot("phantomx-mk4")
@@ -135,6 +135,22 @@ def test_an_impossible_body_is_named_by_the_number(
     inertial: Inertial, severity: str, what: str
 ) -> None:
     assert told(inertial) == [(severity, what)]
+
+
+def test_a_plate_with_rounded_digits_is_possible() -> None:
+    """1 and 2 parts, rounded to 3.001: more than their sum by 0.033 % of itself."""
+    plate = of(0.1, (0.05, 0, 0), (2.9e-5, 5.8e-5, 8.703e-5))
+    assert told(plate) == [
+        (
+            "note",
+            "principal moments 2.9e-05, 5.8e-05, 8.703e-05 kg m² are those of a plate, rounded; "
+            "they were raised by 0.034 % of the largest.",
+        )
+    ]
+    moments = np.linalg.eigvalsh(possible(plate).inertia)
+    assert moments[2] <= moments[0] + moments[1] + 1e-18
+    np.testing.assert_allclose(moments, [2.9e-5, 5.8e-5, 8.703e-5], rtol=1.1e-3)
+    assert possible(BAR) is BAR
 
 
 def test_links_that_share_one_mass_and_inertia_are_copies() -> None:

@@ -28,6 +28,10 @@ LIGHTEST, DENSEST = 100.0, 9000.0
 """Densities of what robots are made of [kg/m³]: printed foam and thin shells above 100, brass and
 copper below 9000."""
 
+ROUNDED, ROUND_OFF = 1e-3, 1e-10
+"""Part by which the largest moment of a plate may exceed the sum of the others when it was written
+with four digits, and when it was only computed."""
+
 OUTSIDE = 0.1
 """Centres of mass may lie outside a body's bounds by this part of its length: meshes leave out
 screws, cables and horns."""
@@ -167,14 +171,18 @@ def _judge_inertia(find: Find, inertial: Inertial, box: Bounds) -> None:
     if moments[0] <= 0:
         what = f"principal moments {shown} kg m² must all be greater than 0{_product(inertia)}."
         find(Severity.IMPOSSIBLE, what, _SPREAD)
-    elif moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
+    elif _excess(moments) > ROUNDED:
         what = (
             f"principal moments {shown} kg m² belong to no body; the largest may not exceed the "
             f"sum of the others{_product(inertia)}."
         )
-        # Plates, and numbers of few digits, come near the limit from either side.
-        near = moments[2] <= (moments[0] + moments[1]) * 1.01
-        find(Severity.IMPOSSIBLE, what + (" It is less than 1 % off." if near else ""), _SPREAD)
+        find(Severity.IMPOSSIBLE, what, _SPREAD)
+    elif _excess(moments) > 0:
+        what = (
+            f"principal moments {shown} kg m² are those of a plate, rounded; they were raised by "
+            f"{100 * _excess(moments):.2g} % of the largest."
+        )
+        find(Severity.NOTE, what, "")
     if moments[2] <= 0:
         return
     radius, size = math.sqrt(moments[2] / mass), box.size
@@ -209,6 +217,28 @@ def _number(value: float) -> str:
     """A number of four digits or, above a thousand, of three, without powers of ten."""
     rounded = float(f"{value:.3g}" if abs(value) >= 1000 else f"{value:.4g}")
     return f"{rounded:,.12g}".replace(",", " ")
+
+
+def possible(inertial: Inertial) -> Inertial:
+    """A body's mass and inertia, of a plate with its digits rounded the right way.
+
+    In a plate the largest moment is the sum of the others, and rounded numbers may exceed it, which
+    no body's do; then a little is added to each moment.
+    """
+    excess = _excess(np.linalg.eigvalsh(inertial.inertia))
+    if not 0 < excess <= ROUNDED:
+        return inertial
+    largest = float(np.linalg.eigvalsh(inertial.inertia)[2])
+    raised = inertial.inertia + excess * largest * np.eye(3)
+    return Inertial(inertial.mass, inertial.com, raised)
+
+
+def _excess(moments: Float[np.ndarray, "3"]) -> float:
+    """By what part of itself the largest principal moment exceeds the sum of the others."""
+    if moments[2] <= 0:
+        return 0.0
+    excess = float((moments[2] - moments[0] - moments[1]) / moments[2])
+    return excess if excess > ROUND_OFF else 0.0
 
 
 def _product(inertia: np.ndarray) -> str:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.rigid import RigidLink, rigid_link
+from phasmid.formats.rigid import RigidLink, fixed_to, rigid_link
 from phasmid.formats.tree import HINGES, Tree, TreeJoint
 
 FREE = frozenset({"floating", "free"})
@@ -192,7 +192,7 @@ def _paths(tree: Tree, first: TreeJoint) -> list[list[TreeJoint]]:
     open_paths = [[first]]
     while open_paths:
         path = open_paths.pop(0)
-        onward = rigid_link(tree, path[-1].child).joints
+        _, onward = fixed_to(tree, path[-1].child)
         if not onward:
             finished.append(path)
         open_paths += [[*path, joint] for joint in onward]

@@ -221,7 +221,7 @@ def _without_mass(bones: Skeleton) -> list[Finding]:
         Finding(
             Severity.IMPOSSIBLE,
             f"link {link.name}",
-            f"link {link.name} moves but has no mass.",
+            "moves but has no mass.",
             link.links[0].where,
             "--masses phantomx-mk4, or geometry with --total-mass-g",
         )

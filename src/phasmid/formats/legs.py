@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot, PhasmidError
+from phasmid.formats.bodies import possible
 from phasmid.formats.chains import Chain, skeleton
 from phasmid.formats.extension import Extension, read_extension
 from phasmid.formats.findings import Finding, Severity
@@ -142,10 +143,9 @@ def _legs(
             legs.append(found_leg(number, name, chain, said, options.foot, findings))
         except PhasmidError as error:
             errors.append(error)
-            # The sentence names the leg once more.
-            findings.append(
-                Finding(Severity.IMPOSSIBLE, f"leg {number}", error.what, error.where, error.hint)
-            )
+            subject = f"leg {number}"
+            what = error.what.removeprefix(f"{subject}: ")
+            findings.append(Finding(Severity.IMPOSSIBLE, subject, what, error.where, error.hint))
     if errors:
         raise errors[0]
     return legs
@@ -263,7 +263,7 @@ def _weighed(
             joint,
             length,
             size,
-            moved(rigid.inertial, X) if rigid.inertial else None,
+            possible(moved(rigid.inertial, X)) if rigid.inertial else None,
             tuple(part.at(X) for part in rigid.parts),
             rigid.links[0].where,
         )

@@ -51,28 +51,45 @@ def rigid_link(tree: Tree, first: str, held: Collection[str] = ()) -> RigidLink:
         first: Name of the link.
         held: Names of joints that are taken as fixed at angle 0 though they could move.
     """
-    poses = {first: np.eye(4)}
-    moving: list[TreeJoint] = []
-    frontier = [first]
-    while frontier:
-        parent = frontier.pop(0)
-        for joint in tree.joints_from(parent):
-            if joint.kind == "fixed" or joint.name in held:
-                poses[joint.child] = poses[parent] @ joint.X_parent_child
-                frontier.append(joint.child)
-            else:
-                moving.append(joint)
+    poses, moving = fixed_to(tree, first, held)
     links = tuple(tree.links[name] for name in poses)
     for X in poses.values():
         X.flags.writeable = False
     return RigidLink(
         links,
         MappingProxyType(poses),
-        tuple(moving),
+        moving,
         tuple(link for link in links[1:] if not tree.joints_from(link.name)),
         merged([(poses[link.name], link.inertial) for link in links if link.inertial]),
         tuple(part.at(poses[link.name]) for link in links for part in link.parts),
     )
+
+
+def fixed_to(
+    tree: Tree, first: str, held: Collection[str] = ()
+) -> tuple[dict[str, Float[np.ndarray, "4 4"]], tuple[TreeJoint, ...]]:
+    """Poses of all links that are fixed to a link, outwards, and the joints that they carry.
+
+    Args:
+        tree: The tree.
+        first: Name of the link.
+        held: Names of joints that are taken as fixed at angle 0 though they could move.
+
+    Returns:
+        Pose of each link's frame in the first one's, by name; and the joints that move.
+    """
+    poses = {first: np.eye(4)}
+    moving: list[TreeJoint] = []
+    frontier = [first]
+    while frontier:
+        parent = frontier.pop()
+        for joint in tree.joints_from(parent):
+            if joint.kind == "fixed" or joint.name in held:
+                poses[joint.child] = poses[parent] @ joint.X_parent_child
+                frontier.append(joint.child)
+            else:
+                moving.append(joint)
+    return poses, tuple(moving)
 
 
 def merged(pieces: Sequence[tuple[Float[np.ndarray, "4 4"], Inertial]]) -> Inertial | None:
