@@ -12,7 +12,7 @@ from phasmid.formats import Finding, Inertial, Severity, Tree, TreeLink, judge, 
 from phasmid.formats.bodies import bounds, judge_body, possible
 from phasmid.robot import load_robot, preset_names
 
-MK4 = load_robot("phantomx-mk4")
+MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
 TIBIA = "left_front_tibia_link"
 SHAPE = block((0, -0.01, -0.01), (0.1, 0.01, 0.01))

@@ -36,7 +36,7 @@ from phasmid.formats import (
 from phasmid.kinematics import joint_angles
 from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot
 
-MK4 = load_robot("phantomx-mk4")
+MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
 FEMUR = "right_rear_femur"
 

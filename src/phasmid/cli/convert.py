@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     robot = possible(imported, options.source)
     lost = save_robot(robot, options.target, force=options.force)
     for finding in (*imported.findings, *lost):
-        print(f"  {finding.severity.value:<10} {plain(finding.what)}")
+        print(f"  {finding.severity.value:<10} {plain(finding.sentence)}")
     print(
         f"Written to {plain(str(Path(options.target)))}: {len(robot.legs)} legs, "
         f"{robot.mass:.3f} kg"

@@ -287,7 +287,7 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
     robot = possible(imported, source)
     if not quiet:
         for finding in imported.findings:
-            print(f"phasmid: {finding.severity.value}: {plain(finding.what)}", file=sys.stderr)
+            print(f"phasmid: {finding.severity.value}: {plain(finding.sentence)}", file=sys.stderr)
     return scenario.replace(robot=robot)
 
 

@@ -32,3 +32,10 @@ class Finding:
     what: str
     where: str = ""
     hint: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """What it is about and what it is, such as ``leg 3: no foot in the file; ...``."""
+        if self.what.startswith(self.subject):
+            return self.what
+        return f"{self.subject}: {self.what}"

@@ -99,7 +99,7 @@ def judge_load(
     return tuple(found)
 
 
-_STRONGER = "--servo MX-28, a smaller --total-mass-g, or feet nearer to the hips"
+_STRONGER = "--servo-model MX-28, a smaller --total-mass-g, or feet nearer to the hips"
 _NAMED = "--servo-model AX-12A takes all from a data sheet"
 
 

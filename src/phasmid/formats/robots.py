@@ -60,7 +60,7 @@ def possible(imported: Imported, source: str | Path) -> Robot:
         raise imported.error
     more = f" (and {len(bad) - 1} more like it)" if len(bad) > 1 else ""
     raise InvalidRobot(
-        f"{bad[0].what}{more}",
+        f"{bad[0].sentence}{more}",
         where=bad[0].where or Path(source).name,
         hint=f"phasmid check {source}, which tells all of it",
     )

@@ -33,8 +33,8 @@ def servo_of(
         InvalidRobot: The file's numbers are no servo's.
     """
     if option:
-        with located("option --servo"):
-            return load_servo(option), "option --servo"
+        with located("option --servo-model"):
+            return load_servo(option), "option --servo-model"
     if said is not None:
         return said, "the file's phasmid extension"
     joints = [joint for chain in chains for joint in chain.joints]
