@@ -207,6 +207,22 @@ def test_limits_and_strengths_of_joints_are_possible() -> None:
     ]
 
 
+def test_lengths_in_millimetres_are_told() -> None:
+    long = block((0, -10, -10), (100, 10, 10))
+    tree = with_link(TREE, TIBIA, parts=(long,), inertial=None)
+    assert "its mesh is 100 m long; lengths above 2 m are refused. In millimetres it would be " + (
+        "100 mm."
+    ) in [f.what for f in faults(tree)]
+    X = np.eye(4)
+    X[0, 3] = 52.9
+    (found,) = faults(with_joint(TREE, "left_rear_femur", X_parent_child=X))
+    assert found.severity is Severity.IMPOSSIBLE
+    assert found.what == (
+        "it stands 52.9 m from its parent's frame; lengths above 2 m are refused. In millimetres "
+        "it would be 52.9 mm."
+    )
+
+
 def test_servos_are_held_against_the_weight() -> None:
     """τ = F r at the femur: r = 150 - 52.9 mm with a straight load, plus nothing for its sign."""
     F, r = MK4.mass * 9.81, 0.150 - 0.052907539

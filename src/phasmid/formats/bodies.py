@@ -127,7 +127,7 @@ def judge_body(subject: str, inertial: Inertial, box: Bounds, where: str) -> lis
 
 
 _MASSES = "--masses geometry, with --total-mass-g as on a scale"
-_SPREAD = "--masses geometry keeps the masses and spreads them over the links' boxes"
+_SPREAD = "--masses geometry, which spreads each mass over its link's box, or --masses phantomx-mk4"
 
 
 def _judge_mass(find: Find, mass: float, box: Bounds) -> None:

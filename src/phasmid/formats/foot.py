@@ -53,7 +53,7 @@ def foot_of(
         f"leg {number}: nothing says where its foot is; {tibia.name} has neither a fixed link at "
         "its end nor a mesh.",
         where=tibia.links[0].where,
-        hint="--foot 0,0,-0.13 gives it in that link's frame, in metres",
+        hint="--foot 0,0,-0.13, in metres in that link's frame",
     )
 
 
@@ -107,6 +107,6 @@ def _tip(chain: Chain, number: int) -> tuple[Float[np.ndarray, "3"], str, tuple[
         f"no foot in the file; taken from the tip of its last link's mesh at ({x:.1f}, {y:.1f}, "
         f"{z:.1f}) mm, {1000 * away.max():.1f} mm from the tibia's axis.",
         where=tibia.links[0].where,
-        hint="--foot 0,0,-0.13 gives it in that link's frame, in metres",
+        hint="--foot 0,0,-0.13, in metres in that link's frame",
     )
     return foot, f"tip of the mesh of {tibia.name}", (note,)

@@ -10,7 +10,7 @@ import numpy as np
 
 from phasmid.errors import PhasmidError
 from phasmid.formats.bodies import bounds, judge_body
-from phasmid.formats.chains import Chain, Skeleton, skeleton
+from phasmid.formats.chains import FREE, Chain, Skeleton, skeleton
 from phasmid.formats.extension import read_extension
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.found import named_chains
@@ -20,6 +20,7 @@ from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Robot
+from phasmid.robot.link import LONGEST_LENGTH
 
 ALIKE = 1e-6
 """Masses and inertias that differ by less than this part are one number, copied."""
@@ -59,6 +60,7 @@ def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> 
             joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
             box = bounds(link.parts, joints)
             weights += judge_body(f"link {link.name}", link.inertial, box, link.where)
+        found += _mesh_size(link)
     weights += _total(tree)
     found += _joints(tree)
     if bones is not None:
@@ -188,12 +190,32 @@ def _total(tree: Tree) -> list[Finding]:
     ]
 
 
+def _mesh_size(link: TreeLink) -> list[Finding]:
+    if not link.parts:
+        return []
+    size = bounds(link.parts, ()).size
+    if size <= LONGEST_LENGTH:
+        return []
+    what = (
+        f"its mesh is {size:.4g} m long; lengths above {LONGEST_LENGTH:g} m are refused. In "
+        f"millimetres it would be {size:.4g} mm."
+    )
+    return [Finding(Severity.SUSPECT, f"link {link.name}", what, link.where, "--mesh-unit mm")]
+
+
 def _joints(tree: Tree) -> list[Finding]:
     found: list[Finding] = []
     for joint in tree.joints:
+        subject = f"joint {joint.name}"
+        away = float(np.linalg.norm(joint.X_parent_child[:3, 3]))
+        if away > LONGEST_LENGTH and joint.kind not in FREE:
+            what = (
+                f"it stands {away:.4g} m from its parent's frame; lengths above "
+                f"{LONGEST_LENGTH:g} m are refused. In millimetres it would be {away:.4g} mm."
+            )
+            found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, "use metres"))
         if joint.kind not in HINGES:
             continue
-        subject = f"joint {joint.name}"
         if joint.kind == "revolute" and joint.lower >= joint.upper:
             what = (
                 f"its limits {math.degrees(joint.lower):.4g}° to {math.degrees(joint.upper):.4g}° "
@@ -211,7 +233,7 @@ def _joints(tree: Tree) -> list[Finding]:
         for noun, value in (("effort", joint.effort), ("speed", joint.velocity)):
             if value is not None and not (value > 0 and math.isfinite(value)):
                 what = f"its {noun} is {value:g}; it must be finite and greater than 0."
-                hint = "--servo-model AX-12A takes all from a data sheet"
+                hint = "--servo-model AX-12A, to take all from a data sheet"
                 found.append(Finding(Severity.SUSPECT, subject, what, joint.where, hint))
     return found
 

@@ -60,8 +60,9 @@ def judge_load(
     found: list[Finding] = []
     count, weight = len(names), mass * STANDARD_GRAVITY
     torques = standing_torques(legs, weight / count)
-    leg, joint = np.unravel_index(int(np.argmax(torques)), torques.shape)
-    most = float(torques[leg, joint])
+    most = float(torques.max())
+    # Of legs that bear alike, the first.
+    leg, joint = np.argwhere(torques >= most * (1 - 1e-9))[0]
     stands = math.ceil(count / 2)
     alternate = most * count / stands
     place = f"{names[int(leg)]}.{JOINTS[int(joint)]}"
@@ -100,7 +101,7 @@ def judge_load(
 
 
 _STRONGER = "--servo-model MX-28, a smaller --total-mass-g, or feet nearer to the hips"
-_NAMED = "--servo-model AX-12A takes all from a data sheet"
+_NAMED = "--servo-model AX-12A, to take all from a data sheet"
 
 
 def standing_torques(legs: Standing, load: float) -> Float[np.ndarray, "legs 3"]:

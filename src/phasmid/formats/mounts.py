@@ -21,6 +21,9 @@ MIDDLE = 1e-3
 QUADRUPED_LEGS = ("right_front", "right_rear", "left_rear", "left_front")
 """Names of four legs, two on each side, in this project's order."""
 
+NOWHERE = 1e-15
+"""Coordinates below this are round-off [m]."""
+
 SAME = 1e-9
 """Rotations whose entries differ by no more than this are one."""
 
@@ -91,6 +94,8 @@ def mount_of(
         The mount, and by how much its axis was tilted to make it vertical [rad], 0 for not.
     """
     R, position = X_body_hip[:3, :3], X_body_hip[:3, 3]
+    # A middle that rounding left beside 0.
+    position = np.where(np.abs(position) < NOWHERE, 0.0, position)
     if said is not None:
         angles = np.array([said.yaw, said.pitch, said.roll])
         if np.abs(hip_rotation((said.yaw, said.pitch, said.roll)) - R).max() <= SAME:

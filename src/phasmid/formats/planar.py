@@ -201,7 +201,7 @@ def _check_offset(
             f"axis, femur and tibia; this model's legs are planar, up to "
             f"{1000 * OFFSET * length:.2g} mm.",
             where=where,
-            hint="--foot 0,0,-0.13 gives the foot in the last link's frame",
+            hint="--foot 0,0,-0.13, in metres in the last link's frame",
         )
     if abs(lateral) > PRINTED:
         findings.append(

@@ -68,7 +68,7 @@ def servo_of(
             f"{torque:.4g} N·m and {speed:.4g} rad/s are the file's; the stiffness, "
             f"{stiffness:.3g} N·m/rad, was assumed in proportion to the {LIKE}'s"
             + (f", its {' and '.join(assumed)} are that servo's." if assumed else "."),
-            hint="--servo-model AX-12A takes all from a data sheet",
+            hint="--servo-model AX-12A, to take all from a data sheet",
         )
     )
     numbers = {name: value or getattr(like, name) for name, value in given.items()}
