@@ -208,14 +208,15 @@ def test_limits_and_strengths_of_joints_are_possible() -> None:
 
 
 def test_lengths_in_millimetres_are_told() -> None:
-    long = block((0, -10, -10), (100, 10, 10))
+    long = block((0.0, -10.0, -10.0), (100.0, 10.0, 10.0))
     tree = with_link(TREE, TIBIA, parts=(long,), inertial=None)
     assert "its mesh is 100 m long; lengths above 2 m are refused. In millimetres it would be " + (
         "100 mm."
     ) in [f.what for f in faults(tree)]
     X = np.eye(4)
     X[0, 3] = 52.9
-    (found,) = faults(with_joint(TREE, "left_rear_femur", X_parent_child=X))
+    tree = with_joint(TREE, "left_rear_femur", X_parent_child=X)
+    (found,) = [f for f in faults(tree) if f.subject == "joint left_rear_femur"]
     assert found.severity is Severity.IMPOSSIBLE
     assert found.what == (
         "it stands 52.9 m from its parent's frame; lengths above 2 m are refused. In millimetres "

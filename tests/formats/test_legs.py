@@ -419,6 +419,44 @@ def test_a_robot_without_stance_is_refused() -> None:
     assert refusal(tree) == "no stance with knees up is within the joint limits."
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_whatever_numbers_a_tree_has_the_answer_is_a_robot_or_a_sentence(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    odd = [0.0, -1.0, 1e-300, 1e-9, 1e3, 1e150, -1e150, 1.5]
+
+    def spoilt(values: np.ndarray) -> np.ndarray:
+        values = np.array(values, dtype=float)
+        values.flat[rng.integers(values.size)] = rng.choice(odd)
+        return values
+
+    tree = TREE
+    for _ in range(int(rng.integers(1, 4))):
+        joint = tree.joints[int(rng.integers(len(tree.joints)))]
+        link = tree.links[joint.child]
+        match int(rng.integers(5)):
+            case 0:
+                X = joint.X_parent_child.copy()
+                X[:3, 3] = spoilt(X[:3, 3])
+                tree = with_joint(tree, joint.name, X_parent_child=X)
+            case 1:
+                tree = with_joint(tree, joint.name, lower=float(rng.choice(odd)))
+            case 2:
+                kind = str(rng.choice(["fixed", "prismatic", "floating", "continuous", "ball"]))
+                tree = with_joint(tree, joint.name, kind=kind)
+            case 3:
+                tree = with_joint(tree, joint.name, effort=float(rng.choice(odd)))
+            case _ if link.inertial is not None:
+                m = link.inertial
+                mass = float(spoilt(np.array([m.mass]))[0])
+                made = Inertial(mass, spoilt(m.com), spoilt(m.inertia))
+                tree = with_link(tree, link.name, inertial=made)
+    imported = robot_from_tree(
+        tree, ImportOptions(masses=str(rng.choice(["as-given", "geometry"])))
+    )
+    assert (imported.robot is None) == (imported.error is not None)
+    assert imported.error is None or "\n" not in imported.error.what
+
+
 def test_servos_come_from_a_name_or_from_the_file() -> None:
     assert robot_of(TREE, servo="AX-12A").servo == load_robot("phantomx-paper").servo
     own = robot_of(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=4.0))).servo

@@ -112,6 +112,9 @@ def judge_body(subject: str, inertial: Inertial, box: Bounds, where: str) -> lis
         found.append(Finding(severity, subject, what, where, hint))
 
     mass, inertia = inertial.mass, inertial.inertia
+    if not all(np.isfinite(values).all() for values in (mass, inertial.com, inertia)):
+        find(Severity.IMPOSSIBLE, "mass, centre and inertia must be finite numbers.", _MASSES)
+        return found
     if mass < 0:
         find(Severity.IMPOSSIBLE, f"mass is {mass:.4g} kg; it must be greater than 0.", _MASSES)
         return found
@@ -225,6 +228,8 @@ def possible(inertial: Inertial) -> Inertial:
     In a plate the largest moment is the sum of the others, and rounded numbers may exceed it, which
     no body's do; then a little is added to each moment.
     """
+    if not np.isfinite(inertial.inertia).all():
+        return inertial
     excess = _excess(np.linalg.eigvalsh(inertial.inertia))
     if not 0 < excess <= ROUNDED:
         return inertial

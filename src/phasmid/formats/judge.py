@@ -36,6 +36,7 @@ LEANING = 0.1
 """Part of the half track by which the centre of mass may lie off the middle."""
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> tuple[Finding, ...]:
     """Find what is impossible or suspect in a tree's masses, inertias and limits.
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidRobot, PhasmidError
+from phasmid.errors import InvalidRobot, PhasmidError, plain
 from phasmid.formats.bodies import possible
 from phasmid.formats.chains import Chain, skeleton
 from phasmid.formats.extension import Extension, read_extension
@@ -27,11 +27,14 @@ from phasmid.formats.servos import servo_of
 from phasmid.formats.standing import Stance, standing_feet
 from phasmid.formats.tree import Inertial, Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
+from phasmid.robot.table import LONGEST_NAME
 
 THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""
 
 
+# Foreign numbers may be beyond any measure; what overflows is refused by its size.
+@np.errstate(over="ignore", invalid="ignore")
 def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Imported:
     """Make a robot of a kinematic tree.
 
@@ -87,7 +90,7 @@ def _robot(
     servo, servo_source = servo_of(bones.chains, options.servo, motor, findings)
     pieces = _weighed(bones.trunk, legs, X_body_up @ bones.X_up_trunk, mounts, extension)
     pieces = weighed(pieces, options, findings)
-    name = extension.name if extension else tree.name
+    name = extension.name if extension else printable(tree.name)
     facts.append(
         ImportFacts(
             name,
@@ -127,6 +130,11 @@ def _robot(
     )
     findings += judge_standing(robot)
     return robot
+
+
+def printable(name: str) -> str:
+    """A foreign file's name of its robot as robot files may have it."""
+    return plain(name).strip()[:LONGEST_NAME] or "robot"
 
 
 def _legs(

@@ -12,6 +12,7 @@ from phasmid.errors import InvalidRobot
 from phasmid.formats.chains import Chain
 from phasmid.formats.findings import Finding, Severity
 from phasmid.robot import JOINTS
+from phasmid.robot.link import LONGEST_LENGTH
 
 SNAPPED = math.radians(1.0)
 """Axes this far from parallel or square are set right: files with five digits of pi/2 are 0.02°
@@ -118,6 +119,16 @@ def planar(
                 f"they must be {1000 * SHORTEST_COXA:g} mm or more.",
                 where=chain.joints[2].where,
                 hint="--foot names the link at the foot" if "foot" in ends else "",
+            )
+    far = {**dict(zip(JOINTS, lengths, strict=True)), "hip": float(np.linalg.norm(p_hip))}
+    for name, length in far.items():
+        if not length <= LONGEST_LENGTH:
+            what = "is off the trunk by" if name == "hip" else "measures"
+            raise InvalidRobot(
+                f"{subject}: its {name} {what} {length:.4g} m; lengths above {LONGEST_LENGTH:g} m "
+                "are refused.",
+                where=chain.joints[0].where,
+                hint="give all lengths in metres",
             )
     lateral = float((p_trunk_foot - p_hip) @ y1)
     _check_offset(findings, subject, lateral, float(lengths.sum()), place)
