@@ -32,6 +32,10 @@ ROUNDED, ROUND_OFF = 1e-3, 1e-10
 """Part by which the largest moment of a plate may exceed the sum of the others when it was written
 with four digits, and when it was only computed."""
 
+SERVO = 0.06
+"""A link may weigh a servo more than its mesh does [kg]: a servo between two links is drawn with
+one and weighed with the other; those of this project's presets have 55 to 57 g."""
+
 OUTSIDE = 0.1
 """Centres of mass may lie outside a body's bounds by this part of its length: meshes leave out
 screws, cables and horns."""
@@ -137,7 +141,7 @@ def _judge_mass(find: Find, mass: float, box: Bounds) -> None:
     if not math.isfinite(box.volume) or box.volume <= 0:
         return
     density = mass / box.volume
-    if LIGHTEST <= density <= DENSEST:
+    if density >= LIGHTEST and mass - SERVO <= DENSEST * box.volume:
         return
     slip = _slip(density, (LIGHTEST, DENSEST))
     find(
