@@ -179,7 +179,7 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
     if suffix == ".toml":
         return _toml_files(robot, path)
     if suffix in (".step", ".stp"):
-        from phasmid.formats.step import step_files
+        from phasmid.formats.solids import step_files
 
         return dict(step_files(robot, path.name))
     tree = tree_of(robot, extension_of(robot))
