@@ -263,10 +263,14 @@ def _show(value: Any, ending: str) -> str:
         counts = ending and finite and not isinstance(value, bool)
         return f"{number} {units.UNITS[ending].symbol}" if counts else number
     if isinstance(value, str):
-        return f'"{value}"'
+        return f'"{_cut(value)}"'
     if isinstance(value, Mapping):
         return "a table"
-    return "empty" if value is None else str(value)
+    return "empty" if value is None else _cut(str(value))
+
+
+def _cut(text: str, most: int = 200) -> str:
+    return text if len(text) <= most else f"{text[:most]}…"
 
 
 def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> str:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from phasmid.errors import InvalidRobot
 from phasmid.robot import Link, load_robot, with_mass_model, with_mounts
+from phasmid.robot.link import solid_box
 
 
 @given(
@@ -58,6 +59,10 @@ def test_an_inertia_beyond_any_measure_is_refused_without_a_warning(entry):
     for inertia in (skew, np.eye(3) * entry):
         with pytest.raises(InvalidRobot, match=r"is not symmetric|gyration radius"):
             Link("femur", 0.1, 0.01, np.array([0.05, 0, 0]), inertia)
+
+
+def test_a_box_beyond_any_measure_has_no_inertia_and_warns_of_nothing():
+    assert np.isnan(solid_box((0.1, 1e300, 1e300), 0.0)).any()
 
 
 def test_a_mass_in_grams_taken_for_kilograms_is_refused():

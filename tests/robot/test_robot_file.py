@@ -415,3 +415,10 @@ def test_lines_are_found_in_time_that_grows_with_the_file(tmp_path):
         "description = ", 'x = """\n[' + " " * 100_000 + '\n"""\ndescription = ', 1
     )
     assert said(tmp_path, text).what == 'unknown key "x".'
+
+
+def test_an_endless_value_is_cut_in_its_sentence(tmp_path):
+    row = "[" + "1.5, " * 1000 + "]"
+    error = said(tmp_path, with_leg_line(f"neutral_foot = {row}"))
+    assert len(error.what) < 350
+    assert "…" in error.what

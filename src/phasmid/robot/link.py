@@ -118,8 +118,10 @@ def solid_box(size: Sequence[float], mass: float) -> Float[np.ndarray, "3 3"]:
         size: Its sides along x, y and z [m].
         mass: Mass [kg].
     """
-    a, b, c = (side * side for side in size)
-    return np.diag([b + c, a + c, a + b]) * mass / 12
+    # Python's own numbers become infinite without a warning.
+    a, b, c = (float(side) * float(side) for side in size)
+    mass = float(mass)
+    return np.diag([(b + c) * mass / 12, (a + c) * mass / 12, (a + b) * mass / 12])
 
 
 @dataclass(frozen=True, eq=False)
