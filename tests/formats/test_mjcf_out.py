@@ -143,8 +143,13 @@ def test_meshes_are_seen_and_felt_by_nobody_and_written_once() -> None:
     files = mjcf_files(tree_of(robot), "robot")
     # One of the trunk, two that all coxae share, one of each tibia.
     assert sorted(files) == sorted(
-        ["robot.xml", "meshes/trunk.stl", "meshes/servo.stl", "meshes/right_front_coxa_link.stl"]
-        + [f"meshes/servo_{i}.stl" for i in range(1, 7)]
+        [
+            "robot.xml",
+            "robot_meshes/trunk.stl",
+            "robot_meshes/servo.stl",
+            "robot_meshes/right_front_coxa_link.stl",
+        ]
+        + [f"robot_meshes/servo_{i}.stl" for i in range(1, 7)]
     )
     model = mujoco.MjModel.from_xml_string(files.pop("robot.xml").decode(), files)
     seen = model.geom_group == 2

@@ -132,7 +132,7 @@ def test_mujoco_and_yourdfpy_find_the_meshes(tmp_path: Path) -> None:
     told = text.replace("<compiler ", '<compiler discardvisual="false" ')
     path.write_text(told, encoding="utf-8")
     spec = mujoco.MjSpec.from_file(str(path))
-    assert [mesh.file for mesh in spec.meshes] == ["meshes/base_link_shell.stl"]
+    assert [mesh.file for mesh in spec.meshes] == ["robot_meshes/base_link_shell.stl"]
     spec.compile()
     yourdfpy = pytest.importorskip("yourdfpy")
     assert len(yourdfpy.URDF.load(str(path)).scene.geometry) == 7

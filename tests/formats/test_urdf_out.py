@@ -98,9 +98,9 @@ def test_colours_names_and_meshes_survive_and_like_meshes_are_one_file(tmp_path:
     tree = tree_of(replace(robot, appearance=look))
     files = urdf_files(tree, "robot")
     assert sorted(files) == [
-        "meshes/base_link_Servo_2.stl",
-        "meshes/base_link_servo.stl",
         "robot.urdf",
+        "robot_meshes/base_link_Servo_2.stl",
+        "robot_meshes/base_link_servo.stl",
     ]
     back = read_urdf(write(files, tmp_path))
     for link, other in zip(tree.links.values(), back.links.values(), strict=True):

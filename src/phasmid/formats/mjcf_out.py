@@ -13,12 +13,9 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot
 from phasmid.formats.mjcf_text import EXTENSION, MOST_STL_FACES, escaped
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeJoint, TreeLink
-from phasmid.formats.urdf_out import stl
+from phasmid.formats.urdf_out import meshes_of, stl
 from phasmid.robot import Part, Servo
 from phasmid.units import STANDARD_GRAVITY
-
-MESHES = "meshes"
-"""Folder of the mesh files beside the file."""
 
 FOOT_SHARE = 0.05
 """Radius of a foot's collision sphere, as a share of the way from its hinge."""
@@ -49,7 +46,7 @@ def mjcf_files(
             carry the robot, at an error of 0.1 rad, and are damped critically.
 
     Returns:
-        Content by file name: ``NAME.xml`` and ``meshes/*.stl``, each mesh once.
+        Content by file name: ``NAME.xml`` and ``NAME_meshes/*.stl``, each mesh once.
 
     Raises:
         InvalidRobot: A moving link has no mass, or a joint is neither a hinge nor fixed.
@@ -58,7 +55,7 @@ def mjcf_files(
     root = document.element(name)
     ET.indent(root)
     files = {f"{name}.xml": ET.tostring(root, encoding="utf-8") + b"\n"}
-    return files | {f"{MESHES}/{file}.stl": raw for raw, file in document.meshes.items()}
+    return files | {f"{meshes_of(name)}/{file}.stl": raw for raw, file in document.meshes.items()}
 
 
 class _Document:
@@ -83,7 +80,7 @@ class _Document:
     def element(self, name: str) -> ET.Element:
         """The whole file."""
         root = ET.Element("mujoco", model=self._tree.name or name)
-        ET.SubElement(root, "compiler", angle="radian", autolimits="true", meshdir=MESHES)
+        ET.SubElement(root, "compiler", angle="radian", autolimits="true", meshdir=meshes_of(name))
         # Hard friction, so that standing feet hardly creep.
         option = {"timestep": "0.001", "integrator": "implicitfast"}
         ET.SubElement(root, "option", option | {"cone": "elliptic", "impratio": "100"})

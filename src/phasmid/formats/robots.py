@@ -160,8 +160,8 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
     if not force and path.exists():
         raise InvalidInput(f"{path} exists; nothing was written.", hint="--force (force=True)")
     files = _files(robot, path)
-    for name in files:
-        if not force and (path.parent / name).exists():
+    for name, data in files.items():
+        if not force and _differs(path.parent / name, data):
             raise InvalidInput(
                 f"{path.parent / name} exists; nothing was written.", hint="--force (force=True)"
             )
@@ -204,6 +204,15 @@ def _toml_files(robot: Robot, path: Path) -> dict[str, bytes]:
         files[look.name] = glb(look.parts)
     text = robot_to_toml(replace(robot, appearance=look))
     return {**files, path.name: text.encode("utf-8")}
+
+
+def _differs(path: Path, data: bytes) -> bool:
+    """Whether another file is there; the same mesh may serve two robots."""
+    try:
+        same = path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
+        return path.exists() and not same
+    except OSError as error:
+        raise cannot_write(path, error) from None
 
 
 def _make_folder(folder: Path) -> None:

@@ -37,12 +37,12 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
 
     Returns:
         Content by the name of the file relative to the folder: ``NAME.urdf`` and
-        ``meshes/*.stl``, the latter in single precision.
+        ``NAME_meshes/*.stl``, the latter in single precision.
 
     Raises:
         InvalidInput: A joint is of a kind that URDF does not have.
     """
-    looks = _Looks()
+    looks = _Looks(meshes_of(name))
     shown = any(link.parts for link in tree.links.values())
     body: list[str] = []
     for link in tree.links.values():
@@ -92,10 +92,16 @@ def stl(part: Part) -> bytes:
     return bytes(80) + len(corners).to_bytes(4, "little") + faces.tobytes()
 
 
+def meshes_of(name: str) -> str:
+    """The folder for the meshes of a robot file, so that two robots can lie side by side."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "_", f"{name}_meshes")
+
+
 class _Looks:
     """Materials and mesh files, each written once."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: str) -> None:
+        self.folder = folder
         self.files: dict[str, bytes] = {}
         self._names: dict[bytes, str] = {}
         self._colors: dict[tuple[float, ...], str] = {}
@@ -107,10 +113,10 @@ class _Looks:
             # Names of links may hold what file systems do not take, or differ in case alone.
             stem = re.sub(r"[^A-Za-z0-9_-]+", "_", wish)[:80]
             taken = {name.lower() for name in self.files}
-            number, file = 1, f"meshes/{stem}.stl"
+            number, file = 1, f"{self.folder}/{stem}.stl"
             while file.lower() in taken:
                 number += 1
-                file = f"meshes/{stem}_{number}.stl"
+                file = f"{self.folder}/{stem}_{number}.stl"
             self._names[content] = file
             self.files[file] = content
         return self._names[content]
