@@ -19,7 +19,7 @@ from phasmid.formats.options import ImportOptions
 from phasmid.formats.step import first_guess, read_step, sidecar_of, step_files, tree_of_parts
 from phasmid.formats.step_sidecar import read_sidecar, sidecar_text
 from phasmid.formats.tree import Tree
-from phasmid.robot import JOINTS, Robot, load_robot
+from phasmid.robot import JOINTS, Robot, load_robot, load_servo
 
 ROBOT = load_robot("phantomx-paper")
 
@@ -150,6 +150,19 @@ def test_a_first_guess_finds_links_axes_and_feet(
         # Axes are those of named faces; the foot is the mesh's tip, within its tolerance.
         assert np.abs(leg.lengths - own.lengths)[:2].max() < 1e-6
         assert leg.tibia.length == pytest.approx(own.tibia.length, abs=1e-3)
+
+
+def test_the_sidecars_servo_is_the_robots_with_its_own_law(
+    folder: Path, drawing: tuple[DrawnPart, ...], tmp_path: Path
+) -> None:
+    path = tmp_path / "robot.step"
+    written = own_text(folder).replace('servo = "AX-12A"', 'servo = "XL430-W250"')
+    sidecar_of(path).write_text(written, encoding="utf-8")
+    table, content = read_sidecar(path)
+    motor = load_servo("XL430-W250")
+    imported = robot_from_tree(tree_of_parts(path, table, content, drawing, motor))
+    assert imported.robot is not None
+    assert imported.robot.servo == motor
 
 
 def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(

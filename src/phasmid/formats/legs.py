@@ -87,7 +87,7 @@ def _robot(
         mounts.append(mount)
     feet, foot_source = _feet(legs, mounts, findings)
     motor = extension.motor if extension else None
-    servo, servo_source = servo_of(bones.chains, options.servo, motor, findings)
+    servo, servo_source = servo_of(bones.chains, options.servo, motor or tree.servo, findings)
     pieces = _weighed(bones.trunk, legs, X_body_up @ bones.X_up_trunk, mounts, extension)
     pieces = weighed(pieces, options, findings)
     name = extension.name if extension else printable(tree.name)

@@ -17,12 +17,12 @@ LIKE = "AX-12A"
 def servo_of(
     chains: Sequence[Chain], option: str, said: Servo | None, findings: list[Finding]
 ) -> tuple[Servo | None, str]:
-    """The servo of every joint: a named one, an extension's, or one of the file's numbers.
+    """The servo of every joint: a named one, the file's own, or one of the file's numbers.
 
     Args:
         chains: The legs.
         option: Name of a servo; empty for none.
-        said: The extension's; None for none.
+        said: The file's own; None where it names none.
         findings: Where to say what was assumed.
 
     Returns:
@@ -36,7 +36,7 @@ def servo_of(
         with located("option --servo-model"):
             return load_servo(option), "option --servo-model"
     if said is not None:
-        return said, "the file's phasmid extension"
+        return said, "the file"
     joints = [joint for chain in chains for joint in chain.joints]
     efforts = [j.effort for j in joints if j.effort and math.isfinite(j.effort)]
     speeds = [j.velocity for j in joints if j.velocity and math.isfinite(j.velocity)]

@@ -107,7 +107,9 @@ def tree_of_parts(
         X = np.eye(4)
         X[:3, 3] = (_inverse(poses[foot.link]) @ np.array([*foot.point, 1.0]))[:3]
         joints.append(TreeJoint(f"{name}_joint", "fixed", foot.link, name, X, where=where))
-    return Tree(sidecar.name, links, tuple(joints), path.name, sidecar.extension, tuple(findings))
+    return Tree(
+        sidecar.name, links, tuple(joints), path.name, sidecar.extension, tuple(findings), servo
+    )
 
 
 def _groups(

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Finding
-from phasmid.robot import Part
+from phasmid.robot import Part, Servo
 
 HINGES = frozenset({"revolute", "continuous"})
 """Kinds of joints that turn; a continuous one has no limits."""
@@ -100,6 +100,7 @@ class Tree:
         file: Name of the file, for messages.
         extension: TOML of what phasmid knows and the format cannot say; empty without any.
         findings: What the reader ignored or assumed.
+        servo: The motor of every joint; None where the file names none.
 
     Raises:
         InvalidRobot: A joint names a link that is not there, a link has two parents, or there is
@@ -112,6 +113,7 @@ class Tree:
     file: str = ""
     extension: str = ""
     findings: tuple[Finding, ...] = ()
+    servo: Servo | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "links", MappingProxyType(dict(self.links)))
