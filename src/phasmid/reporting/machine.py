@@ -49,6 +49,9 @@ def robot_mesh(
     return joined(parts)
 
 
+LegMeshes = tuple[list[Mesh], list[Mesh], list[Mesh], list[Mesh]]
+
+
 @dataclass(frozen=True, eq=False)
 class LinkMeshes:
     """A robot's look, each piece in the frame of its link.
@@ -59,7 +62,7 @@ class LinkMeshes:
     """
 
     body: list[Mesh]
-    legs: list[tuple[list[Mesh], list[Mesh], list[Mesh], list[Mesh]]]
+    legs: list[LegMeshes]
 
 
 def link_meshes(robot: Robot) -> LinkMeshes:
@@ -71,7 +74,7 @@ def link_meshes(robot: Robot) -> LinkMeshes:
     """
     look = robot.appearance
     if look is not None and look.parts:
-        legs = []
+        legs: list[LegMeshes] = []
         for number, leg in enumerate(robot.legs):
             colour = leg_colour(number)
             coxa, femur, tibia = (
@@ -120,9 +123,7 @@ def body_mesh(robot: Robot, width: float) -> Mesh:
     return joined([*parts, loft(rings, LAMP)])
 
 
-def _leg(
-    leg: Leg, w: float, colour: str, height: float
-) -> tuple[list[Mesh], list[Mesh], list[Mesh], list[Mesh]]:
+def _leg(leg: Leg, w: float, colour: str, height: float) -> LegMeshes:
     """Coxa, femur and tibia as servos, brackets and a blade with a rubber tip."""
     coxa, femur, tibia = (float(length) for length in leg.lengths)
     up = np.array([0.0, 0.0, 1.0])

@@ -114,7 +114,8 @@ def _hash(text: str) -> str:
 def _summary(summary: Summary) -> str:
     """The facts and the table that the terminal shows too."""
     rows = "".join(
-        f"<dt>{escape(label.strip())}</dt><dd>{escape(fact)}</dd>" for label, fact in facts(summary)
+        f"<dt>{escape(label.replace('  ', '… '))}</dt><dd>{escape(fact)}</dd>"
+        for label, fact in facts(summary)
     )
     both = len(summary.get("normal_force", {})) == 2
     force = "Normal force [N]<br>sim / model" if both else "Normal force [N]<br>mean"

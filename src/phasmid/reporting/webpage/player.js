@@ -142,7 +142,7 @@
     float grid(vec2 place, float spacing) {
       vec2 cell = abs(fract(place / spacing - 0.5) - 0.5) * spacing;
       vec2 wide = max(fwidth(place), vec2(1e-5));
-      vec2 near = 1.0 - smoothstep(vec2(0.4), vec2(1.4), cell / wide);
+      vec2 near = 1.0 - smoothstep(vec2(0.2), vec2(1.1), cell / wide);
       return max(near.x, near.y) * clamp(0.25 * spacing / max(wide.x, wide.y), 0.0, 1.0);
     }
     void main() {
@@ -337,7 +337,7 @@
 
   function sight(target) {
     const aspect = canvas.width / canvas.height;
-    const distance = (1.08 * largest * camera.zoom) / Math.tan(FIELD / 2) / Math.min(1, aspect / 1.25);
+    const distance = (0.84 * largest * camera.zoom) / Math.tan(FIELD / 2) / Math.min(1, aspect / 1.25);
     const [a, e] = [camera.azimuth, camera.elevation];
     const out = [Math.cos(a) * Math.cos(e), Math.sin(a) * Math.cos(e), Math.sin(e)];
     const eye = add(target, times(out, distance));
@@ -476,6 +476,9 @@
 
   function paintForces(here) {
     if (!shown("forces") || !forces || !feet) return;
+    // As in the still picture they lie over everything; only their own far sides are hidden.
+    gl.disable(gl.DEPTH_TEST);
+    gl.enable(gl.CULL_FACE);
     for (let leg = 0; leg < legs; leg++) {
       const newtons = between(forces, 3, legs, leg, here);
       if (size(newtons) < 0.01 * scene.weight) continue;
@@ -487,6 +490,8 @@
       draw(shaft, along(foot, arrow, 0.018 * span, length - head), [...force, 1], 1);
       draw(cone, along(neck, arrow, 0.05 * span, head), [...force, 1], 1);
     }
+    gl.disable(gl.CULL_FACE);
+    gl.enable(gl.DEPTH_TEST);
   }
 
   function paintCentre(here, seen, body) {

@@ -68,7 +68,7 @@ def replay(recording: Recording, source: Source) -> dict[str, Any]:
         "force_colour": FORCE_COLOUR,
         "trail": 2 * source.scenario.stride.period,
         "start": int(np.argmin(np.abs(time - telling_moment(recording, source)))),
-        "level": float(terrain.height(*middle)) if terrain.is_level else None,
+        "level": float(terrain.height(*middle[:, None])[0]) if terrain.is_level else None,
     }
     scene["meshes"], scene["pieces"] = _pieces(solids, places)
     scene["ground"] = None if terrain.is_level else _indexed(_ground(terrain, middle, reach))
