@@ -141,14 +141,14 @@ def _claims(found: list[Claim], summary: Summary) -> str:
     for claim in found:
         verdict = ("holds", "holds") if claim.holds else ("fails", "does not hold")
         lines.append(
-            f'<tr><th scope="row">{escape(claim.what)}</th><td>{escape(plain(claim.found))}</td>'
-            f"<td>{escape(claim.limit)}</td>"
-            f'<td><span class="verdict {verdict[0]}">{verdict[1]}</span></td></tr>'
+            f'<tr><th scope="row">{escape(claim.what)}</th>'
+            f'<td><span class="verdict {verdict[0]}">{verdict[1]}</span></td>'
+            f"<td>{escape(plain(claim.found))}</td><td>{escape(claim.limit)}</td></tr>"
         )
     table = (
         '<div class="scrolls" tabindex="0" role="region" aria-label="Claims"><table><thead><tr>'
-        '<th scope="col">Claim</th><th scope="col">Found</th><th scope="col">Limit</th>'
-        f'<th scope="col">Verdict</th></tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
+        '<th scope="col">Claim</th><th scope="col">Verdict</th><th scope="col">Found</th>'
+        f'<th scope="col">Limit</th></tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
     )
     warnings = [escape(plain(text)) for text in summary.get("warnings", ())]
     words = "".join(f"<li>{text}</li>" for text in warnings)
