@@ -55,7 +55,8 @@ def sentence(summary: Summary, source: Source) -> str:
         said += (
             f"walks with the {short(source.gait.name)} gait, steps of {step} and {period} a cycle"
         )
-    said += f", on {scenario.terrain.kind} ground"
+    kind = scenario.terrain.kind
+    said += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
     if run.get("drive"):
         said += f", with {short(run['drive'])} drive"
     said += f". {ENDED.get(run.get('ending', ''), 'It ended')}"
