@@ -33,6 +33,7 @@ def test_a_runs_folder_holds_all_that_was_learnt(tiny, tmp_path, monkeypatch):
         "recording.nc",
         "summary.json",
         "figures",
+        "report.html",
     }
     assert names(folder.parent) == {"walk"}
     assert load_recording(folder / "recording.nc").identical(tiny)

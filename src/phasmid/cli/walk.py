@@ -132,7 +132,7 @@ def print_report(
     print_summary(summarise(recording), legs=legs)
     written = "recording.nc, summary.json, scenario.toml, robot.toml"
     written += f"{', recording.mcap' if options.mcap else ''}"
-    written += f"{'' if options.no_figures else ', figures/'}"
+    written += f"{'' if options.no_figures else ', figures/, report.html'}"
     print(f"\nWritten to {plain(str(folder))}{os.sep}: {written}")
 
 

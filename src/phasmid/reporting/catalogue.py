@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -49,6 +49,7 @@ class FigureKind:
         draw: From runs and legs to the figure.
         groups: From a robot's number of legs to those that stand together in one figure.
         in_folder: Whether a run's folder has it.
+        in_page: Whether a run's page has it.
         several: Whether it can show several runs.
     """
 
@@ -58,6 +59,7 @@ class FigureKind:
     draw: Draw
     groups: Callable[[int], list[tuple[int, ...]]] = _together
     in_folder: bool = False
+    in_page: bool = True
     several: bool = True
 
 
@@ -157,18 +159,26 @@ KINDS: tuple[FigureKind, ...] = (
         _others,
         in_folder=True,
     ),
-    FigureKind("joint-angle", "Joint angles of all legs over time.", (ANGLES,), _angles),
+    FigureKind(
+        "joint-angle",
+        "Joint angles of all legs over time.",
+        (ANGLES,),
+        _angles,
+        in_page=False,
+    ),
     FigureKind(
         "joint-torque",
         "Joint torques of all legs over time, simulated and by the model.",
         (TORQUES,),
         _torques,
+        in_page=False,
     ),
     FigureKind(
         "normal-force",
         "Normal forces on all feet over time, simulated and by the model.",
         (FORCES,),
         _forces,
+        in_page=False,
     ),
     FigureKind(
         "gait-diagram",
@@ -239,6 +249,7 @@ KINDS: tuple[FigureKind, ...] = (
             ("joint_position", "joint_position_target"),
         ),
         _walk,
+        in_page=False,
         several=False,
     ),
 )
@@ -346,13 +357,20 @@ def figures(recording: Recording) -> dict[str, Figure]:
         robot's own servos ``servo-duty``, ``servo-current`` and ``servo-temperature``. And
         ``sensors``, where sensors were recorded.
     """
+    return {name: figure for name, kind, figure in drawn(recording) if kind.in_folder}
+
+
+def drawn(recording: Recording) -> Iterator[tuple[str, FigureKind, Figure]]:
+    """Every figure of a run's folder and of its page, each drawn when it is asked for.
+
+    Returns:
+        Its file's stem, its kind, and the figure.
+    """
     runs = gather([recording])
-    return {
-        kind.name + suffix_of(number): figure
-        for kind in can_be_plotted(runs[0].recording)
-        if kind.in_folder
-        for number, figure in enumerate(draw_groups(runs, kind))
-    }
+    for kind in can_be_plotted(runs[0].recording):
+        if kind.in_folder or kind.in_page:
+            for number, figure in enumerate(draw_groups(runs, kind)):
+                yield kind.name + suffix_of(number), kind, figure
 
 
 def save_figures(recording: Recording, folder: Path) -> list[Path]:

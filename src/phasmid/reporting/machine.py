@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float
 
@@ -37,22 +39,53 @@ def robot_mesh(
         q: Joint angles [rad], shape (L, 3).
         X_world_body: Pose of the body.
     """
-    look = robot.appearance
-    if look is not None and not look.parts:
-        look = None
-    width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
-    trunk = [body_mesh(robot, width)] if look is None else [_mesh(part) for part in look.body]
-    parts = [mesh.at(X_world_body) for mesh in trunk]
+    links = link_meshes(robot)
+    parts = [mesh.at(X_world_body) for mesh in links.body]
     for number, leg in enumerate(robot.legs):
         X_world_hip = X_world_body @ leg.X_body_hip
         frames = X_world_hip @ kinematics.leg_frames(leg, q[number])
-        colour = leg_colour(number)
-        if look is None:
-            parts += _leg(leg, frames, width, colour, float(robot.body.size[2]))
-            continue
-        for joint, X_world_link in zip(JOINTS, frames, strict=False):
-            parts += [_mesh(part, colour).at(X_world_link) for part in look.link(leg.name, joint)]
+        for X_world_link, pieces in zip(frames, links.legs[number], strict=True):
+            parts += [mesh.at(X_world_link) for mesh in pieces]
     return joined(parts)
+
+
+LegMeshes = tuple[list[Mesh], list[Mesh], list[Mesh], list[Mesh]]
+
+
+@dataclass(frozen=True, eq=False)
+class LinkMeshes:
+    """A robot's look, each piece in the frame of its link.
+
+    Attributes:
+        body: Pieces of the trunk, in the body's frame.
+        legs: Of each leg the pieces in its frames of coxa, femur, tibia and foot.
+    """
+
+    body: list[Mesh]
+    legs: list[LegMeshes]
+
+
+def link_meshes(robot: Robot) -> LinkMeshes:
+    """What moves as one piece: the trunk and, leg by leg, coxa, femur, tibia and foot.
+
+    Args:
+        robot: It looks as its meshes say; without any, its lengths and mounts give the shape, and
+            widths are made up.
+    """
+    look = robot.appearance
+    if look is not None and look.parts:
+        legs: list[LegMeshes] = []
+        for number, leg in enumerate(robot.legs):
+            colour = leg_colour(number)
+            coxa, femur, tibia = (
+                [_mesh(part, colour) for part in look.link(leg.name, joint)] for joint in JOINTS
+            )
+            legs.append((coxa, femur, tibia, []))
+        return LinkMeshes([_mesh(part) for part in look.body], legs)
+    width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
+    height = float(robot.body.size[2])
+    legs = [_leg(leg, width, leg_colour(number), height) for number, leg in enumerate(robot.legs)]
+    return LinkMeshes([body_mesh(robot, width)], legs)
 
 
 def _mesh(part: Part, leg_colour: str = "") -> Mesh:
@@ -90,9 +123,8 @@ def body_mesh(robot: Robot, width: float) -> Mesh:
     return joined([*parts, loft(rings, LAMP)])
 
 
-def _leg(leg: Leg, frames: np.ndarray, w: float, colour: str, height: float) -> list[Mesh]:
+def _leg(leg: Leg, w: float, colour: str, height: float) -> LegMeshes:
     """Coxa, femur and tibia as servos, brackets and a blade with a rubber tip."""
-    X_coxa, X_femur, X_tibia, X_foot = frames
     coxa, femur, tibia = (float(length) for length in leg.lengths)
     up = np.array([0.0, 0.0, 1.0])
     zero = np.zeros(3)
@@ -107,7 +139,7 @@ def _leg(leg: Leg, frames: np.ndarray, w: float, colour: str, height: float) -> 
         SERVO,
     )
     pivot = cylinder(-0.66 * w * up, 0.66 * w * up, (0.36 * w, 0.36 * w), FRAME)
-    parts = [hip.at(X_coxa), yoke.at(X_coxa), pivot.at(X_femur)]
+    thigh = [pivot]
     for side in (-1, 1):
         plate = beam(
             [
@@ -122,7 +154,7 @@ def _leg(leg: Leg, frames: np.ndarray, w: float, colour: str, height: float) -> 
         )
         offset = np.eye(4)
         offset[2, 3] = side * 0.53 * w
-        parts.append(plate.at(X_femur @ offset))
+        thigh.append(plate.at(offset))
     knee = beam(
         [
             (0.36 * femur, 0.22 * w, 0.38 * w),
@@ -131,7 +163,7 @@ def _leg(leg: Leg, frames: np.ndarray, w: float, colour: str, height: float) -> 
         ],
         SERVO,
     )
-    parts += [knee.at(X_femur), pivot.at(X_tibia)]
+    thigh.append(knee)
     blade = beam(
         [
             (-0.30 * w, 0.26 * w, 0.30 * w),
@@ -142,8 +174,7 @@ def _leg(leg: Leg, frames: np.ndarray, w: float, colour: str, height: float) -> 
         ],
         colour,
     )
-    parts += [blade.at(X_tibia), ball(zero, 0.17 * w, RUBBER).at(X_foot)]
-    return parts
+    return [hip, yoke], thigh, [pivot, blade], [ball(zero, 0.17 * w, RUBBER)]
 
 
 def ribbon(

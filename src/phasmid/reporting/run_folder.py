@@ -13,7 +13,7 @@ from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
 from phasmid.reporting.source import read_source
-from phasmid.reporting.summary import summarise
+from phasmid.reporting.summary import Summary, summarise
 from phasmid.robot import Appearance
 from phasmid.robot.appearance import glb
 
@@ -34,7 +34,7 @@ def report(
     mcap: bool = False,
     appearance: Appearance | None = None,
 ) -> Path:
-    """Write a run's folder: scenario, robot, recording, numbers and figures.
+    """Write a run's folder: scenario, robot, recording, numbers, figures and the page of all these.
 
     Everything is written into a folder beside it first, which is then renamed, so that the folder
     is complete as soon as it exists; an older run is removed only after that.
@@ -43,7 +43,7 @@ def report(
         recording: A simulation, an analysis or a robot's log.
         folder: Where to; folders above it are made.
         force: Whether an older run of that name is replaced.
-        figures: Whether pictures are drawn.
+        figures: Whether pictures are drawn, and ``report.html`` written, which shows them.
         appearance: The robot's meshes, kept beside its file; those that come with phasmid are
             found without it.
         mcap: Whether ``recording.mcap`` is written too, as `phasmid.save_mcap` does.
@@ -149,17 +149,37 @@ def _fill(
     if appearance is not None and appearance.name and appearance.parts:
         (folder / appearance.name).write_bytes(glb(appearance.parts))
     save_recording(recording, folder / "recording.nc")
-    summary = json.dumps(summarise(recording), indent=2, ensure_ascii=False, allow_nan=False)
-    (folder / "summary.json").write_text(summary + "\n", encoding="utf-8", newline="\n")
+    summary = summarise(recording)
+    text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8", newline="\n")
     if figures:
-        from phasmid.reporting.catalogue import save_figures
-        from phasmid.reporting.drawing import can_be_drawn, walk_picture
-        from phasmid.reporting.style import save_figure
+        _draw(recording, summary, folder, appearance)
 
-        (folder / "figures").mkdir()
-        save_figures(recording, folder / "figures")
-        if can_be_drawn(recording):
-            save_figure(walk_picture(recording, appearance), folder / "figures" / "walk.png")
+
+def _draw(
+    recording: Recording, summary: Summary, folder: Path, appearance: Appearance | None
+) -> None:
+    """Write the figures and the page that shows them."""
+    from phasmid.reporting.catalogue import drawn
+    from phasmid.reporting.drawing import can_be_drawn, walk_picture
+    from phasmid.reporting.style import encoded_figure
+    from phasmid.reporting.webpage import Picture, web_page
+
+    place = folder / "figures"
+    place.mkdir()
+    pictures, still = [], None
+    for name, kind, figure in drawn(recording):
+        svg = encoded_figure(figure, "svg")
+        if kind.in_folder:
+            (place / f"{name}.svg").write_bytes(svg)
+            (place / f"{name}.png").write_bytes(encoded_figure(figure, "png"))
+        if kind.in_page:
+            pictures.append(Picture(name, kind.sentence, svg))
+    if can_be_drawn(recording):
+        still = encoded_figure(walk_picture(recording, appearance), "png")
+        (place / "walk.png").write_bytes(still)
+    page = web_page(recording, summary, pictures, still=still, appearance=appearance)
+    (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
 
 
 def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> None:

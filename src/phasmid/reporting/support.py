@@ -41,8 +41,10 @@ def support_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
     del legs
     parts, note = shown(runs)
     alone = len(parts) == 1
-    least = _least(parts[0]) if alone else ""
-    what = {margin_over_time(run.recording, run.source, _standing(run))[1] for run in parts}
+    margins = [_margins(run) for run in parts]
+    own = [found[_standing(run)] for run, found in zip(parts, margins, strict=True)]
+    least = _least(parts[0], own[0][0]) if alone else ""
+    what = {of_what for _, of_what in own}
     notes = [*who(parts), f"of the {' or the '.join(sorted(what))}", least, note]
     with styled():
         drawing = sheet(
@@ -50,10 +52,9 @@ def support_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
         )
         axis = drawing.axes[0]
         labels: list[tuple[str, str, object]] = []
-        for run in parts:
-            names = [n for n in WORDS if n in run.recording.data_vars]
-            for number, name in enumerate(names if alone else names[:1]):
-                margin, _ = margin_over_time(run.recording, run.source, name)
+        for run, found in zip(parts, margins, strict=True):
+            for number, name in enumerate(list(found) if alone else list(found)[:1]):
+                margin, _ = found[name]
                 colour = JOINT_COLOURS[2 * number] if alone else run.colour
                 dash = ("-", (0, (3.2, 1.8)))[number] if alone else run.dash
                 known = np.where(np.isfinite(margin), 1000 * margin, np.nan)
@@ -67,9 +68,7 @@ def support_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
         axis.set_ylabel("margin [mm]")
         time_axis(axis, parts[0].recording, shaded=False)
         if alone:
-            none = not np.isfinite(
-                margin_over_time(parts[0].recording, parts[0].source, _standing(parts[0]))[0]
-            ).all()
+            none = not np.isfinite(own[0][0]).all()
             axis.set_xlabel("time [s]" + ("   (shaded: fewer than three feet)" if none else ""))
         legend(drawing, labels if alone else entries(parts), columns=0 if alone else 1)
     return drawing.figure
@@ -103,8 +102,13 @@ def _standing(run: Run) -> str:
     return first_channel(run.recording, NEEDS[1])[0]
 
 
-def _least(run: Run) -> str:
-    margin, _ = margin_over_time(run.recording, run.source, _standing(run))
+def _margins(run: Run) -> dict[str, tuple[np.ndarray, str]]:
+    """What `margin_over_time` gives of each channel that tells which feet stand."""
+    names = [name for name in WORDS if name in run.recording.data_vars]
+    return {name: margin_over_time(run.recording, run.source, name) for name in names}
+
+
+def _least(run: Run, margin: np.ndarray) -> str:
     finite = np.where(np.isfinite(margin), margin, np.inf)
     at = int(np.argmin(finite))
     if not np.isfinite(finite[at]):

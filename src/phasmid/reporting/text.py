@@ -55,13 +55,13 @@ def print_summary(
     run = summary["run"]
     ended = str(run.get("ending", "")) or "no end recorded"
     style = "bold green" if ended == "COMPLETED" else "bold yellow"
-    for line in textwrap.wrap(_headline(summary), width):
+    for line in textwrap.wrap(headline(summary), width):
         console.print(Text(line, style="bold"))
     reason = plain(run.get("ending_reason", ""))
     for number, line in enumerate(textwrap.wrap(f"{ended}: {reason}" if reason else ended, width)):
         mark = len(ended) if number == 0 else 0
         console.print(Text(line[:mark], style=style).append(line[mark:], style="default"))
-    for label, fact in _facts(summary):
+    for label, fact in facts(summary):
         lines = textwrap.wrap(fact, max(width - LABEL_WIDTH, 20))
         for first, line in zip([label, *[""] * len(lines)], lines, strict=False):
             console.print(
@@ -78,9 +78,9 @@ def print_summary(
     table.add_row("", forces, "[mm]", *["peak / rms"] * 3, style="dim")
     for number in shown:
         name = names[number - 1].replace("_", " ")
-        table.add_row(*_leg_row(summary, number - 1, f"{number} {name}"))
+        table.add_row(*leg_row(summary, number - 1, f"{number} {name}"))
     console.print(table, width=width)
-    for line in textwrap.wrap(_note(summary), width, break_on_hyphens=False):
+    for line in textwrap.wrap(note(summary), width, break_on_hyphens=False):
         console.print(Text(line, style="dim"))
     for warning in summary.get("warnings", ()):
         for line in textwrap.wrap(
@@ -89,14 +89,15 @@ def print_summary(
             console.print(Text(line, style="bold yellow"))
 
 
-def _headline(summary: Summary) -> str:
+def headline(summary: Summary) -> str:
+    """Who walked how, on one line."""
     run, robot = summary["run"], summary["robot"]
     what = "analysis" if run.get("kind") == "model" else plain(run.get("kind", "recording"))
     parts = (run.get("scenario", ""), robot["name"], f"{run['gait']} gait", what)
     return " · ".join(plain(str(part)) for part in parts if part)
 
 
-def _facts(summary: Summary) -> Iterator[tuple[str, str]]:
+def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     """Label and text of each line above the table; lines of which nothing is known are left out."""
     way, run = summary.get("travel", {}), summary["run"]
     of_plan = ""
@@ -248,7 +249,14 @@ def _small(way: float) -> str:
     return f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
 
 
-def _leg_row(summary: Summary, leg: int, name: str) -> list[str]:
+def leg_row(summary: Summary, leg: int, name: str) -> list[str]:
+    """A leg's row of the table: its name, normal force [N], slip [mm] and torques [N·m].
+
+    Args:
+        summary: What `summarise` gave.
+        leg: Counted from 0.
+        name: As which the row begins.
+    """
     means = [kind.get("mean_in_stance") for kind in summary.get("normal_force", {}).values()]
     slips = summary.get("slip", {}).get("mean_by_leg")
     torque = _first(summary.get("torque", {}))
@@ -270,7 +278,7 @@ def _newtons(force: float | None) -> str:
     return f"{force:.{2 if size < 9.995 else 1 if size < 99.95 else 0}f}"
 
 
-def _note(summary: Summary) -> str:
+def note(summary: Summary) -> str:
     """What the table shows, and of which samples."""
     sentences = []
     if "normal_force" in summary:

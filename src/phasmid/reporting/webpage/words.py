@@ -1,0 +1,147 @@
+"""What a page says in sentences: what was run, what is claimed of it, how it is repeated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from phasmid import units
+from phasmid.reporting.sheet import short
+from phasmid.reporting.source import Source
+from phasmid.reporting.summary import Summary
+from phasmid.reporting.warnings import NOTABLE_SLIP, NOTABLE_SWING_LOAD
+
+ENDED = {
+    "COMPLETED": "It came to its end",
+    "FELL": "The robot fell",
+    "DIVERGED": "The simulation diverged",
+    "STOPPED": "It was stopped",
+    "CUT": "Its recording was cut off",
+}
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One thing that a walk should do, and whether it did.
+
+    Attributes:
+        what: The thing.
+        found: What was measured.
+        limit: Within which it holds.
+        holds: Whether it does.
+    """
+
+    what: str
+    found: str
+    limit: str
+    holds: bool
+
+
+def sentence(summary: Summary, source: Source) -> str:
+    """What was run, and how it ended, in a sentence or two."""
+    run, robot, way = summary["run"], summary["robot"], summary.get("travel", {})
+    stride, scenario = source.scenario.stride, source.scenario
+    verb = {"simulation": "simulated", "model": "computed"}.get(run.get("kind", ""), "recorded")
+    said = (
+        f"{run['duration']:.4g} s of the scenario “{short(scenario.name)}” {verb}: the robot "
+        f"{short(robot['name'])} with {len(robot['legs'])} legs and {robot['mass']:.3g} kg "
+    )
+    if run.get("follows") == "trajectory":
+        said += "follows a trajectory of its joints"
+    else:
+        step, period = units.text(stride.step_length, "mm"), units.text(stride.period, "s")
+        said += (
+            f"walks with the {short(source.gait.name)} gait, steps of {step} and {period} a cycle"
+        )
+    kind = scenario.terrain.kind
+    said += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
+    if run.get("drive"):
+        said += f", with {short(run['drive'])} drive"
+    said += f". {ENDED.get(run.get('ending', ''), 'It ended')}"
+    if run["planned_duration"] - run["duration"] > 1e-9:
+        said += f" at {run['duration']:.4g} s of {run['planned_duration']:.4g} s planned"
+    if "distance" in way:
+        said += f", {1000 * way['distance']:.0f} mm from where it began"
+        if way["commanded_distance"] > 1e-3:
+            said += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
+    return said + "."
+
+
+def claims(summary: Summary) -> Iterator[Claim]:
+    """What a walk should do, as far as is known; the limits are those of its warnings."""
+    run = summary["run"]
+    if run.get("ending"):
+        reason = str(run.get("ending_reason") or run["ending"].lower())
+        yield Claim("The walk comes to its end", reason, "", run["ending"] == "COMPLETED")
+    torque: dict[str, Any] = summary.get("torque", {})
+    kind = torque.get("simulation") or torque.get("model") or {}
+    servo = short(summary["robot"]["servo"])
+    if "largest_over_stall" in kind:
+        share = kind["largest_over_stall"]
+        yield Claim(
+            "Torques stay within the servos' stall",
+            f"{kind['largest']:.3f} N·m, {100 * share:.0f} % of stall",
+            f"{summary['robot']['stall_torque']:.3g} N·m ({servo})",
+            share < 1.005,
+        )
+    if "speed" in summary:
+        share = summary["speed"]["largest_over_no_load"]
+        yield Claim(
+            "Joints turn no faster than the servos can",
+            f"{summary['speed']['largest']:.2f} rad/s, {100 * share:.0f} % of no-load speed",
+            f"{summary['robot']['no_load_speed']:.3g} rad/s ({servo})",
+            share < 1.005,
+        )
+    margin = summary.get("support", {}).get("least_margin")
+    if margin is not None:
+        found = f"{1000 * margin:.1f} mm at the least" if math.isfinite(margin) else "none"
+        yield Claim(
+            "The centre of mass stays over the feet that stand", found, "0 mm", margin >= -5e-5
+        )
+    if "slip" in summary:
+        slip = summary["slip"]["mean"]
+        yield Claim(
+            "Feet stay where they stand",
+            f"{1000 * slip:.2f} mm slip a step on average",
+            f"{1000 * NOTABLE_SLIP:g} mm",
+            slip <= NOTABLE_SLIP,
+        )
+    swing = summary.get("normal_force", {}).get("simulation", {}).get("largest_in_swing")
+    if swing is not None:
+        limit = NOTABLE_SWING_LOAD * summary["robot"]["weight"]
+        yield Claim(
+            "Swinging legs touch nothing", f"up to {swing:.3g} N", f"{limit:.2g} N", swing <= limit
+        )
+
+
+def repeat(summary: Summary) -> list[tuple[str, str]]:
+    """What each command does that makes the run, its page or its data again, in its folder."""
+    found = []
+    if summary["run"].get("kind") in ("simulation", "model"):
+        follows = summary["run"].get("follows") == "trajectory"
+        more = " --trajectory FILE" if follows else ""
+        found.append(("Run it again", f"phasmid walk scenario.toml{more} --out ../again"))
+    found += [
+        ("Make this page again", "phasmid report recording.nc --out ../again"),
+        ("All data at full rate", "phasmid export recording.nc --format csv --out ../data.csv"),
+        ("Any figure", "phasmid plot recording.nc --list"),
+    ]
+    return found
+
+
+VERSIONS = {
+    "phasmid_version": "phasmid",
+    "simulator": "Simulator",
+    "mujoco_version": "MuJoCo",
+    "numpy_version": "NumPy",
+    "numba_version": "Numba",
+    "machine": "Machine",
+    "drive": "Drive",
+    "contact_law": "Contact",
+    "force_model": "Model's forces",
+    "servo": "Servo",
+    "time_step": "Time step [s]",
+}
+"""Attributes of a recording that a page tells, and what they are called there."""

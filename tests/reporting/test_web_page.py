@@ -1,0 +1,315 @@
+"""A run's page is one file that needs no network, and nothing in a user's file runs in it."""
+
+import base64
+import gzip
+import hashlib
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from phasmid import kinematics
+from phasmid.reporting import report, summarise
+from phasmid.reporting.machine import link_meshes, robot_mesh
+from phasmid.reporting.source import read_source
+from phasmid.reporting.style import LEG_COLOURS
+from phasmid.reporting.webpage import Picture, web_page
+from phasmid.reporting.webpage.packing import LARGEST, json_block, packed, unpacked
+from phasmid.reporting.webpage.replay import MOST_BYTES, frames, quaternions, replay
+from phasmid.reporting.webpage.table import data_table
+from phasmid.robot import load_robot, robot_to_toml
+from phasmid.scenario import load_scenario, scenario_to_toml
+
+NAME = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
+HOSTILE = f"{NAME}\u2028=1+1"
+VOID = {"meta", "link", "img", "input", "br"}
+LOADING = ("src", "href", "srcset", "poster", "data", "action", "background")
+
+
+class Reader(HTMLParser):
+    """Walks a page: its tags are balanced, and what they load is noted."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.tags, self.loads, self.handlers, self.text, self.ids = (
+            [],
+            [],
+            [],
+            [],
+            [],
+            [],
+        )
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        for name, value in attrs:
+            if name in LOADING:
+                self.loads.append(value)
+            if name.startswith("on") or name == "style":
+                self.handlers.append((tag, name))
+            if name == "id":
+                self.ids.append(value)
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+def read(page):
+    reader = Reader()
+    reader.feed(page)
+    reader.close()
+    assert reader.open == []
+    return reader
+
+
+def scene_of(page):
+    return json.loads(re.search(r'id="scene">(.*?)</script>', page, re.DOTALL).group(1))
+
+
+@pytest.fixture(scope="module")
+def folder(walk, tmp_path_factory):
+    """Of a walk of two seconds."""
+    with pytest.MonkeyPatch.context() as patch:
+        # A small picture is drawn as a large one is, but sooner.
+        patch.setattr("phasmid.reporting.drawing.DPI", 60)
+        return report(walk(duration=2.0, interval=0.01), tmp_path_factory.mktemp("page") / "walk")
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_loads_nothing_from_elsewhere(page):
+    reader = read(page)
+    assert reader.loads
+    for place in reader.loads:
+        assert place.startswith(("data:", "#")), place
+    style = re.search(r"<style>(.*?)</style>", page, re.DOTALL).group(1)
+    assert "url(" not in style
+    assert "@import" not in style
+    assert "default-src 'none'" in page
+
+
+def test_its_policy_admits_its_own_script_and_no_other(page):
+    own = page.rpartition("<script>")[2].partition("</script>")[0]
+    digest = base64.b64encode(hashlib.sha256(own.encode()).digest()).decode()
+    policy = next(a["content"] for t, a in read(page).tags if "http-equiv" in a)
+    assert f"script-src 'sha256-{digest}';" in policy
+    assert "unsafe" not in policy
+
+
+def test_names_are_unique_and_every_label_has_its_control(page):
+    reader = read(page)
+    assert len(set(reader.ids)) == len(reader.ids)
+    for tag, attributes in reader.tags:
+        if tag == "label" and "for" in attributes:
+            assert attributes["for"] in reader.ids
+        if tag == "a" and attributes["href"].startswith("#"):
+            assert attributes["href"][1:] in reader.ids
+        if tag == "img":
+            assert attributes["alt"]
+
+
+def test_every_figure_of_the_folder_and_those_beyond_the_papers_are_in_the_page(page, folder):
+    names = set(re.findall(r'<figure id="figure-([^"]*)"', page))
+    assert {path.stem for path in (folder / "figures").glob("*.svg")} <= names
+    beyond = {"gait-diagram", "support-margin", "servo-envelope", "friction-demand"}
+    assert names >= beyond | {"foot-path", "power", "residuals"}
+    drawn = re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
+    assert len(drawn) == len(names)
+    fig12 = (folder / "figures" / "fig12.svg").read_bytes()
+    assert fig12 in [base64.b64decode(text) for text in drawn]
+
+
+def test_without_scripts_the_still_picture_and_all_numbers_are_there(page, folder):
+    still = base64.b64encode((folder / "figures" / "walk.png").read_bytes()).decode()
+    assert 'class="still" alt="' in page
+    assert still in page
+    text = " ".join(read(page).text)
+    for words in (
+        "Torques stay within the servos' stall",
+        "phasmid walk scenario.toml",
+        "Distance",
+    ):
+        assert words in text
+
+
+def test_hostile_names_are_text_W11(walk):
+    robot = load_robot("phantomx-paper")
+    legs = (replace(robot.legs[0], name=NAME), *robot.legs[1:])
+    recording = walk(duration=2.0, interval=0.02)
+    scenario = load_scenario("paper").replace(description=HOSTILE, duration=2.0)
+    recording.attrs["robot"] = robot_to_toml(replace(robot, name=NAME, legs=legs))
+    recording.attrs["scenario"] = scenario_to_toml(scenario, "robot.toml")
+    recording.attrs["phasmid_version"] = HOSTILE
+    recording.attrs["ending_reason"] = HOSTILE
+    picture = Picture("fig12", HOSTILE, b"<svg xmlns='http://www.w3.org/2000/svg'/>")
+    page = web_page(recording, summarise(recording), [picture])
+    reader = read(page)
+    assert [tag for tag, _ in reader.tags].count("script") == 2
+    assert reader.handlers == []
+    assert not [a for t, a in reader.tags if t == "img" and a.get("src") == "x"]
+    assert "<img src=x onerror=alert(2)>" in " ".join(reader.text)
+
+
+def test_json_in_the_page_cannot_end_its_script():
+    value = {"name": HOSTILE, "&": ["<!--", "\u2029"]}
+    text = json_block(value)
+    assert not set("<>&\u2028\u2029") & set(text)
+    assert json.loads(text) == value
+
+
+def test_formulas_in_headings_of_the_table_are_quoted(walk):
+    robot = load_robot("phantomx-paper")
+    robot = replace(robot, legs=(replace(robot.legs[0], name="=1+1"), *robot.legs[1:]))
+    recording = walk(duration=1.0, interval=0.01, robot=robot)
+    table, rate = data_table(recording, read_source(recording))
+    heading, first, *_ = table.decode().splitlines()
+    # A heading is CHANNEL.LEG.JOINT, so that a leg's name never begins a cell; none is bare.
+    assert all(re.fullmatch(r'"[^=+\-@"][^"]*"', cell) for cell in heading.split(","))
+    assert len(first.split(",")) == len(heading.split(","))
+    assert rate == pytest.approx(50.0)
+
+
+def test_the_table_tells_the_recordings_numbers_to_six_digits(page, walk):
+    recording = walk(duration=2.0, interval=0.01)
+    packed_table = re.search(r'href="data:application/gzip;base64,([^"]*)"', page).group(1)
+    text = gzip.decompress(base64.b64decode(packed_table)).decode()
+    heading, *lines = text.splitlines()
+    names = [name.strip('"') for name in heading.split(",")]
+    numbers = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    x = recording["body_position"].values[::2, 0]
+    # Six digits: half a unit of the sixth is at most 5e-6 of the number.
+    assert numbers[:, names.index("body_position.x [m]")] == pytest.approx(x, rel=5e-6, abs=1e-12)
+
+
+def test_packed_numbers_are_within_half_a_step():
+    values = np.random.default_rng(0).normal(size=(50, 7, 3))
+    array = packed(values, "i16")
+    step = np.abs(values).max() / LARGEST
+    # Half a step, and the round-off of one product.
+    assert np.abs(unpacked(array) - values).max() <= step / 2 * (1 + 1e-9)
+    assert np.array_equal(unpacked(packed(np.arange(300), "u16")), np.arange(300))
+
+
+def test_quaternions_give_the_rotations_back():
+    q = np.random.default_rng(1).normal(size=(400, 4))
+    q[:4] = np.eye(4)
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    R = kinematics.quaternion_rotation(q)
+    # Ten operations of double precision.
+    assert kinematics.quaternion_rotation(quaternions(R)) == pytest.approx(R, abs=1e-14)
+
+
+@pytest.mark.parametrize("preset", ["phantomx-paper", "octopod"])
+def test_frames_decode_to_the_recordings_poses(walk, preset):
+    scenario = load_scenario("paper")
+    robot = load_robot(preset)
+    if len(robot.legs) != 6:
+        offsets = tuple(0.5 * (leg % 2) for leg in range(len(robot.legs)))
+        scenario = scenario.replace(
+            gait={"name": "alternating", "duty_factor": 0.5, "offsets": offsets}
+        )
+    recording = walk(duration=2.0, interval=0.01, robot=robot, scenario=scenario)
+    source = read_source(recording)
+    scene = replay(recording, source)
+    rows = frames(recording, len(robot.legs))
+    frame = len(rows) // 3
+    sample = recording.isel(time=rows[frame])
+    assert unpacked(scene["time"])[frame] == pytest.approx(float(sample["time"]), rel=1e-6)
+
+    p_body_link = unpacked(scene["link_position"])[frame]
+    R_body_link = kinematics.quaternion_rotation(unit(unpacked(scene["link_orientation"])[frame]))
+    R_world_body = kinematics.quaternion_rotation(unit(unpacked(scene["body_orientation"])[frame]))
+    p_world_body = unpacked(scene["body_position"])[frame]
+    corners = []
+    for piece in scene["pieces"]:
+        mesh = scene["meshes"][piece["mesh"]]
+        points = unpacked(mesh["vertices"])[unpacked(mesh["faces"]).astype(int)]
+        link = piece["link"]
+        if link >= 0:
+            points = points @ R_body_link[link].T + p_body_link[link]
+        corners.append(points @ R_world_body.T + p_world_body)
+    shown = np.concatenate(corners).reshape(-1, 3)
+    X_world_body = np.eye(4)
+    X_world_body[:3, :3] = kinematics.quaternion_rotation(sample["body_orientation"].values)
+    X_world_body[:3, 3] = sample["body_position"].values
+    truth = robot_mesh(source.robot, sample["joint_position"].values, X_world_body)
+    truth = truth.corners.reshape(-1, 3)
+    # Half a step of a vertex and of a link's place, each below 0.5 m over 32767, on each of three
+    # axes; and half a step of a quaternion's four entries, which turns by at most 4 / 32767 over
+    # an arm below 0.5 m, for the link and for the body.
+    allowed = np.sqrt(3) * (0.5 / LARGEST) + 2 * 0.5 * 4 / LARGEST
+    for low_or_high in (np.min, np.max):
+        assert low_or_high(shown, axis=0) == pytest.approx(low_or_high(truth, axis=0), abs=allowed)
+    assert shown.mean(axis=0) == pytest.approx(truth.mean(axis=0), abs=0.02)
+
+    feet = unpacked(scene["feet"])[frame] + p_world_body
+    assert feet == pytest.approx(sample["foot_position"].values, abs=scene["feet"]["step"])
+    forces = unpacked(scene["forces"])[frame]
+    assert forces == pytest.approx(sample["foot_force"].values, abs=scene["forces"]["step"])
+    assert np.array_equal(unpacked(scene["down"])[frame], sample["contact"].values)
+
+
+def unit(q):
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def test_a_robots_pieces_make_the_whole_robot():
+    robot = load_robot("octopod")
+    links = link_meshes(robot)
+    pieces = [*links.body, *(mesh for leg in links.legs for link in leg for mesh in link)]
+    whole = robot_mesh(robot, np.zeros((len(robot.legs), 3)), np.eye(4))
+    assert len(whole.corners) == sum(len(mesh.corners) for mesh in pieces)
+
+
+def test_legs_wear_the_colours_of_the_figures(page):
+    assert scene_of(page)["legs"] == list(LEG_COLOURS[:6])
+
+
+def test_a_long_run_has_fewer_frames_and_rows_and_a_page_of_bounded_size(walk):
+    recording = walk(duration=900.0, interval=0.02)
+    rows = frames(recording, 6)
+    scene = replay(recording, read_source(recording))
+    arrays = [value for value in scene.values() if isinstance(value, dict) and "data" in value]
+    held = sum(len(array["data"]) for array in arrays)
+    # Base64 has four letters for three bytes; the samples' grid keeps fewer, never more.
+    assert held <= 1.01 * MOST_BYTES * 4 / 3
+    assert len(rows) < 900 * 30
+    table, rate = data_table(recording, read_source(recording))
+    assert rate < 50
+    assert len(table) < 6e6
+
+
+def test_without_a_pose_the_page_says_so(walk):
+    recording = walk(duration=2.0, interval=0.02, drop=["body_position", "body_orientation"])
+    page = web_page(recording, summarise(recording), [])
+    assert scene_of(page) is None
+    assert "does not tell the robot's pose" in page
+    read(page)
+
+
+def test_without_figures_there_is_no_page(walk, tmp_path):
+    folder = report(walk(duration=2.0, interval=0.02), tmp_path / "walk", figures=False)
+    assert not (folder / "report.html").exists()
+
+
+def test_the_page_of_the_papers_run_is_below_5_MB(paper_walk):
+    page = web_page(paper_walk, summarise(paper_walk), [])
+    # Its thirteen figures have 1.2 MB in all, its still picture 0.4 MB; base64 adds a third.
+    assert len(page.encode()) + (1.2e6 + 0.4e6) * 4 / 3 < 5e6
