@@ -14,6 +14,7 @@ from phasmid.errors import InvalidInput, plain
 if TYPE_CHECKING:
     from phasmid.formats import Imported
     from phasmid.motion import Walk
+    from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
 
@@ -73,6 +74,8 @@ def _check_robot(imported: Imported, *, as_json: bool) -> int:
     from phasmid.formats import describe
 
     told = describe(imported)
+    if told["possible"] and imported.robot is not None:
+        told["findings"] += _plain_walk(imported.robot)
     if as_json:
         print(json.dumps(told, indent=2, ensure_ascii=False))
     else:
@@ -88,6 +91,27 @@ def _check_robot(imported: Imported, *, as_json: bool) -> int:
     error = imported.error
     print(f"phasmid: {InvalidInput(what, hint=error.hint if error else '')}", file=sys.stderr)
     return 2
+
+
+def _plain_walk(robot: Robot) -> list[dict[str, str]]:
+    """What hinders the walk that ``phasmid walk --robot`` tries first, as a finding."""
+    from phasmid.errors import PhasmidError
+    from phasmid.gait import GAITS
+    from phasmid.motion import plan
+    from phasmid.scenario import load_scenario
+    from phasmid.simulation import check_time_step
+
+    gaits = GAITS.get(len(robot.legs))
+    if gaits is None:
+        return []
+    try:
+        scenario = load_scenario("paper")
+        scenario = scenario.replace(robot=robot, gait=next(iter(gaits)))
+        check_time_step(scenario, plan(scenario))
+    except PhasmidError as error:
+        said = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
+        return [{"severity": "note", "where": "", "hint": f"phasmid walk {error.hint}", **said}]
+    return []
 
 
 def _print_robot(robot: dict[str, Any]) -> None:
