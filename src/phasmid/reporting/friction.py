@@ -76,7 +76,8 @@ def friction_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
                 axis.set_xlabel(f"time [s]{shaded}")
                 axis.tick_params(labelbottom=True)
         drawing.axes[0].set_ylim(0.0, 1.12 * highest)
-        drawing.axes[0].set_xlim(parts[0].time[0], parts[0].time[-1])
+        if len(parts[0].time) > 1:
+            drawing.axes[0].set_xlim(parts[0].time[0], parts[0].time[-1])
         limit_entry = ("coefficient of friction", LIMIT_COLOUR, LIMIT_DASH)
         demand_entry = (f"tangential over normal force{found[0][2]}", leg_colour(0), "-")
         told = [demand_entry] if alone else entries(parts)

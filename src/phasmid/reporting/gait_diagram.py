@@ -41,7 +41,8 @@ def gait_diagram(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
                 words = " · ".join(word for word in (run.label, _agreement(run, legs)) if word)
                 shrunk(axis.set_title(words), 0.95 * float(axis.bbox.width), least=6.5)
         drawing.axes[-1].set_xlabel("time [s]")
-        drawing.axes[-1].set_xlim(parts[0].time[0], parts[0].time[-1])
+        if len(parts[0].time) > 1:
+            drawing.axes[-1].set_xlim(parts[0].time[0], parts[0].time[-1])
         names = {str(name) for run in parts for name in run.recording.data_vars}
         entries = [("stance as planned", paler(FAINT), "-")] if "stance" in names else []
         entries += [("contact as seen", FAINT, "-")] if "contact" in names else []

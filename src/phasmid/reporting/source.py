@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -74,8 +75,7 @@ def read_source(recording: Recording, appearance: Appearance | None = None) -> S
         InvalidInput: The recording carries none, or not one that fits its channels.
     """
     check_recording(recording)
-    scenario, base = recorded_scenario(recording.attrs)
-    robot = scenario.vary(base)
+    scenario, robot = _read(*(str(recording.attrs.get(n, "")) for n in ("scenario", "robot")))
     if appearance is not None:
         robot = replace(robot, appearance=appearance)
     legs = recording.sizes.get("leg")
@@ -86,6 +86,13 @@ def read_source(recording: Recording, appearance: Appearance | None = None) -> S
         )
     gait = scenario.load_gait(len(robot.legs))
     return Source(robot, scenario, gait, robot.mass * scenario.model.gravity)
+
+
+@lru_cache(maxsize=4)
+def _read(scenario: str, robot: str) -> tuple[Scenario, Robot]:
+    """Both as they were run; each figure of a report asks for them."""
+    experiment, base = recorded_scenario({"scenario": scenario, "robot": robot})
+    return experiment, experiment.vary(base)
 
 
 def channel(recording: Recording, name: str) -> np.ndarray | None:
