@@ -87,7 +87,8 @@ def _check_robot(imported: Imported, *, as_json: bool) -> int:
             print("possible.")
         return 0
     count = sum(finding["severity"] == "impossible" for finding in told["findings"])
-    what = told["why_not"] or f"it cannot walk as it is: {count} findings are impossible."
+    counted = "1 finding is" if count == 1 else f"{count} findings are"
+    what = told["why_not"] or f"it cannot walk as it is: {counted} impossible."
     error = imported.error
     print(f"phasmid: {InvalidInput(what, hint=error.hint if error else '')}", file=sys.stderr)
     return 2

@@ -278,7 +278,7 @@ def _scenario(options: argparse.Namespace) -> Scenario:
 
 def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
     """The scenario with its robot read, so that a foreign file is read once and judged aloud."""
-    from phasmid.formats import ROBOT_SUFFIXES, import_robot, possible
+    from phasmid.formats import ROBOT_SUFFIXES, Severity, import_robot, possible
 
     source = scenario.robot
     if not isinstance(source, str) or Path(source).suffix.lower() not in ROBOT_SUFFIXES[1:]:
@@ -286,8 +286,13 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
     imported = import_robot(source, scenario.robot_import.options())
     robot = possible(imported, source)
     if not quiet:
+        notes = [f for f in imported.findings if f.severity is Severity.NOTE]
         for finding in imported.findings:
-            print(f"phasmid: {finding.severity.value}: {plain(finding.sentence)}", file=sys.stderr)
+            if finding.severity is not Severity.NOTE:
+                print(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
+        if notes:
+            told = f"phasmid check {plain(str(source))}"
+            print(f"phasmid: {len(notes)} notes on the robot; {told} tells them.", file=sys.stderr)
     return scenario.replace(robot=robot)
 
 

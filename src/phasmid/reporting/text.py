@@ -70,15 +70,23 @@ def print_summary(
     console.print()
 
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="cyan")
-    table.add_column("leg", no_wrap=True, overflow="ellipsis")
-    for title in ("normal [N]", "slip", "coxa", "femur", "tibia"):
-        table.add_column(title, justify="right", no_wrap=True)
     both = len(summary.get("normal_force", {})) == 2
-    forces = "sim / model" if both else "mean"
-    table.add_row("", forces, "[mm]", *["peak / rms"] * 3, style="dim")
-    for number in shown:
-        name = names[number - 1].replace("_", " ")
-        table.add_row(*leg_row(summary, number - 1, f"{number} {name}"))
+    heads = ("normal [N]", "slip", "coxa", "femur", "tibia")
+    units = ("sim / model" if both else "mean", "[mm]", *["peak / rms"] * 3)
+    rows = [
+        leg_row(summary, number - 1, f"{number} {names[number - 1].replace('_', ' ')}")
+        for number in shown
+    ]
+    columns = zip(heads, units, *(row[1:] for row in rows), strict=True)
+    needed = [max(len(str(cell)) for cell in column) for column in columns]
+    # A long name gives way, never a number.
+    room = max(width - sum(needed) - 2 * len(needed), 2)
+    table.add_column("leg", no_wrap=True, overflow="ellipsis", max_width=room)
+    for title, least in zip(heads, needed, strict=True):
+        table.add_column(title, justify="right", no_wrap=True, min_width=least)
+    table.add_row("", *units, style="dim")
+    for row in rows:
+        table.add_row(*row)
     console.print(table, width=width)
     for line in textwrap.wrap(note(summary), width, break_on_hyphens=False):
         console.print(Text(line, style="dim"))
