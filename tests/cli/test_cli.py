@@ -45,6 +45,7 @@ def test_walk_writes_its_folder_whole(here, capsys):
         "recording.nc",
         "summary.json",
         "figures",
+        "report.html",
     }
     figures = {p.name for p in (folder / "figures").iterdir()}
     for number in range(12, 17):
