@@ -8,7 +8,7 @@ import pytest
 from phasmid.errors import InvalidRobot
 from phasmid.formats import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.kinematics import leg_frames
-from phasmid.robot import load_robot, preset_names
+from phasmid.robot import JOINTS, load_robot, preset_names
 
 
 def links(*names: str) -> dict[str, TreeLink]:
@@ -56,8 +56,9 @@ def test_the_tree_of_a_robot_has_the_frames_of_its_legs(preset: str) -> None:
     for leg in robot.legs:
         q = rng.uniform(-1, 1, 3)
         X, name = np.eye(4), tree.root.name
-        for angle in (*q, 0.0):
-            (step,) = [j for j in tree.joints_from(name) if j.child.startswith(f"{leg.name}_")]
+        joints = (*(f"{leg.name}_{joint}" for joint in JOINTS), f"{leg.name}_foot_joint")
+        for angle, joint in zip((*q, 0.0), joints, strict=True):
+            (step,) = [j for j in tree.joints_from(name) if j.name == joint]
             turn = np.eye(4)
             turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
             X, name = X @ step.X_parent_child @ turn, step.child

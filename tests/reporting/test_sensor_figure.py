@@ -15,7 +15,7 @@ def test_a_recording_with_sensors_has_their_figure(short_walk):
     figure = figures(told)["sensors"]
     labels = [axis.get_ylabel() for axis in figure.axes]
     # The synthetic walk knows no angular velocity, so that there is no inertial sensor.
-    assert labels == ["femur [°]", "femur load", "foot [N]"]
+    assert labels == ["femur [°]", "femur load [1]", "foot [N]"]
     assert figure.axes[0].get_xlim() == (2.0, 4.0)
 
 

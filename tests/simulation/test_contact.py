@@ -101,10 +101,10 @@ def test_four_points_lie_flat_under_each_foot_at_its_neutral_place(preset):
         assert points[:, 2] == pytest.approx([POINT_RADIUS] * 4, abs=1e-12)
         middle = data.site(f"{leg.name}.foot").xpos
         assert points[:, :2].mean(axis=0) == pytest.approx(middle[:2], abs=1e-12)
-        side = PAPER.contact.tip_width / 2
-        assert np.abs(points[:, :2] - middle[:2]).max() == pytest.approx(
-            side * np.sqrt(2) if leg.mount_yaw % (np.pi / 2) > 1e-6 else side, abs=1e-9
-        )
+        # The farthest corner along x or y of a square that is turned with its leg.
+        corner = leg.mount_yaw + np.pi / 4 + np.arange(4) * np.pi / 2
+        reach = PAPER.contact.tip_width / np.sqrt(2) * np.abs(np.cos(corner)).max()
+        assert np.abs(points[:, :2] - middle[:2]).max() == pytest.approx(reach, abs=1e-9)
 
 
 def test_four_points_lie_flat_under_the_foot_of_a_tilted_hip():

@@ -27,9 +27,9 @@ xy, xz, yz) and of the legs' own angular momentum about it (3), and its accelera
 LEGS = 51
 """Where in a row the legs begin."""
 
-TURNING, TIP, AXIS, LEG = 48, 54, 57, 60
+TURNING, TIP, AXIS, COXA_AXIS, LEG = 48, 54, 57, 60, 63
 """Of one leg, after the cubics of its points: angular velocity of the tibia at both ends of the
-step, tip, axis of femur and tibia; and how many numbers it has in all."""
+step, tip, axis of femur and tibia, axis of the coxa; and how many numbers it has in all."""
 
 
 class Legs(NamedTuple):
@@ -60,7 +60,7 @@ def leg_rows(
     Returns:
         A row for each of the N steps: the cubics of the whole robot, those of the legs, and
         positions, speeds and accelerations of the joints where the step begins; shape
-        (N, 51 + 60 L + 9 L).
+        (N, 51 + 63 L + 9 L).
     """
     count, legs = len(joints.q) - 1, len(robot.legs)
     points = np.stack([foot_points(leg, tip_width) for leg in robot.legs])
@@ -85,7 +85,8 @@ def leg_rows(
     part[..., TURNING : TURNING + 3] = turning[:-1]
     part[..., TURNING + 3 : TIP] = turning[1:]
     part[..., TIP:AXIS] = (frames.position[:, :, 2] + tibia[..., 0] * _lengths(robot))[:-1]
-    part[..., AXIS:] = tibia[:-1, ..., 2]
+    part[..., AXIS:COXA_AXIS] = tibia[:-1, ..., 2]
+    part[..., COXA_AXIS:] = frames.rotation[:-1, :, 0, :, 2]
     return rows
 
 

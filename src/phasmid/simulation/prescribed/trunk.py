@@ -34,6 +34,7 @@ from phasmid.simulation.prescribed.legs import (
     AXIS,
     COM,
     COM_ACCELERATION,
+    COXA_AXIS,
     INERTIA,
     LEG,
     LEGS,
@@ -283,13 +284,14 @@ def looked(
     c0, c1, c2 = row[COM], row[COM + 4], row[COM + 8]
     for leg in range(legs):
         at = LEGS + leg * LEG
-        tip, axis, foot = row[at + TIP : at + AXIS], row[at + AXIS : at + LEG], feet[leg]
+        tip, axis, foot = row[at + TIP : at + AXIS], row[at + AXIS : at + COXA_AXIS], feet[leg]
+        hip = row[at + COXA_AXIS : at + LEG]
         f0, f1, f2 = foot[1], foot[2], foot[3]
         r0, r1, r2 = tip[0] - c0, tip[1] - c1, tip[2] - c2
         m0 = foot[4] - (r1 * f2 - r2 * f1)
         m1 = foot[5] - (r2 * f0 - r0 * f2)
         m2 = foot[6] - (r0 * f1 - r1 * f0)
-        turns[3 * leg] = m2
+        turns[3 * leg] = hip[0] * m0 + hip[1] * m1 + hip[2] * m2
         turns[3 * leg + 1] = turns[3 * leg + 2] = axis[0] * m0 + axis[1] * m1 + axis[2] * m2
         sensors[4 * leg] = foot[0]
         for a in range(3):
