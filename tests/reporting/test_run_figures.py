@@ -279,8 +279,8 @@ def test_foot_paths_in_the_body_do_not_depend_on_where_the_body_goes(short_walk)
         short_walk,
         foot_position=short_walk["foot_position"].values @ R.T + away,
         body_position=short_walk["body_position"].values @ R.T + away,
+        body_orientation=np.array([math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]),
     )
-    moved["body_orientation"][:] = [math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]
     np.testing.assert_allclose(feet_in_body(moved), expected, atol=1e-14)
     above, world, side, _ = plot(moved, "foot-path").axes
     for leg in range(6):
