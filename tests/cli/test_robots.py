@@ -52,6 +52,8 @@ def test_a_sound_urdf_is_possible_and_walks(here, capsys):
     arguments = ["walk", "--robot", MARK_4, "--duration", "2", "--out", "mk4", "--no-figures"]
     status, _, err = answered(capsys, *arguments)
     assert status == 0
+    # Its meshes lie beside it, and go on with whoever walks it again.
+    assert phasmid.load_robot("mk4/robot.toml").appearance.body
     run = phasmid.load_recording("mk4")
     # One stroke of 40 mm a second, after the first step from rest (scenario `paper`).
     travelled = float(run["body_position"][-1, 0] - run["body_position"][0, 0])

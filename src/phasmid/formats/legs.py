@@ -32,6 +32,9 @@ from phasmid.robot.table import LONGEST_NAME
 THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""
 
+MESHES = "robot.glb"
+"""What the meshes of a robot are called that a run or a robot file keeps beside it."""
+
 
 # Foreign numbers may be beyond any measure; what overflows is refused by its size.
 @np.errstate(over="ignore", invalid="ignore")
@@ -370,4 +373,4 @@ def body_size(
 
 def _appearance(pieces: Sequence[Weighed]) -> Appearance | None:
     parts = {f"{p.leg}.{p.joint}" if p.leg else "body": p.parts for p in pieces if p.parts}
-    return Appearance.of(parts) if parts else None
+    return Appearance.of(parts, MESHES) if parts else None
