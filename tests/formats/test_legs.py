@@ -34,7 +34,7 @@ from phasmid.formats import (
     tree_of,
 )
 from phasmid.kinematics import joint_angles
-from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot
+from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot, load_servo
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
@@ -463,7 +463,16 @@ def test_servos_come_from_a_name_or_from_the_file() -> None:
     assert (own.stall_torque, own.no_load_speed) == (3.0, 4.0)
     # In proportion to the AX-12A's 9.2 N·m/rad at 1.5 N·m.
     assert own.stiffness == pytest.approx(18.4)
-    nothing = with_joints(TREE, lambda j: replace(j, effort=None))
+    slow = robot_from_tree(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=None)))
+    assert slow.robot is not None
+    assert slow.robot.servo.no_load_speed == load_servo("AX-12A").no_load_speed
+    assert (
+        "servo: the file gives efforts and no speeds; 6.178 rad/s, the AX-12A's no-load speed, was "
+        "assumed."
+    ) in said(slow, Severity.NOTE)
+    fast = with_joints(TREE, lambda j: replace(j, effort=None, velocity=4.0))
+    assert refusal(fast) == "the joints have no effort, so their servos are not known."
+    nothing = with_joints(TREE, lambda j: replace(j, effort=None, velocity=None))
     assert refusal(nothing) == (
         "the joints have no effort and speed, so their servos are not known."
     )

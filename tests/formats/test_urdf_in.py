@@ -228,6 +228,19 @@ def test_i8_limits_in_degrees_are_refused(
     assert (error.where, error.hint) == ("robot.urdf, line 19", hint)
 
 
+@pytest.mark.parametrize(
+    ("rpy", "hint"),
+    [("0 0 -45", "0 0 -0.7854"), ("90 0 45", "1.5708 0 0.7854")],
+)
+def test_i8_angles_of_an_origin_in_degrees_are_named(tmp_path: Path, rpy: str, hint: str) -> None:
+    error = refused(tmp_path, 'rpy="0 0 1.5707963267948966"', f'rpy="{rpy}"')
+    assert error.what == (f"<origin>: rpy {rpy} rad is more than a turn; URDF angles are radians.")
+    assert (error.where, error.hint) == (
+        "robot.urdf, line 5",
+        f'rpy="{hint}", if these are degrees',
+    )
+
+
 def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> None:
     old = 'lower="-1" upper="1.5"'
     (joint,) = read(LEG.replace(old, 'lower="-6.2832" upper="6.2832"'), tmp_path).joints

@@ -23,7 +23,7 @@ from phasmid.formats.masses import Weighed, weighed
 from phasmid.formats.mounts import Mount, body_frame, hip_rotation, mount_of
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.rigid import RigidLink, inverse, moved
-from phasmid.formats.servos import servo_of
+from phasmid.formats.servos import missing, servo_of
 from phasmid.formats.standing import Stance, standing_feet
 from phasmid.formats.tree import Inertial, Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
@@ -113,7 +113,7 @@ def _robot(
         )
     if servo is None:
         raise InvalidRobot(
-            "the joints have no effort and speed, so their servos are not known.",
+            f"the joints have {missing(bones.chains)}, so their servos are not known.",
             hint="--servo-model AX-12A",
         )
     made = tuple(

@@ -43,6 +43,9 @@ OWN_SHAPE = "phasmid_"
 UNLIMITED = 1e9
 """Efforts and speeds from here on say that there is no limit [N·m, rad/s]."""
 
+WHOLE_TURN = 2.02 * math.pi
+"""A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
+
 _LARGEST_LIMIT = 1000.0
 """Angles that joints' limits give to say that there is no limit begin here [rad]."""
 
@@ -105,11 +108,22 @@ def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:
 
     Args:
         element: The origin; without one the pose is none.
+
+    Raises:
+        InvalidInput: An angle is more than a turn, as degrees are.
     """
     X = np.eye(4)
     if element is None:
         return X
     roll, pitch, yaw = element.numbers("rpy", 3, (0.0, 0.0, 0.0))
+    if max(abs(roll), abs(pitch), abs(yaw)) > WHOLE_TURN:
+        turned = " ".join(f"{angle:.5g}" for angle in np.radians([roll, pitch, yaw]))
+        raise InvalidInput(
+            f"<origin>: rpy {roll:g} {pitch:g} {yaw:g} rad is more than a turn; "
+            "URDF angles are radians.",
+            where=element.where,
+            hint=f'rpy="{turned}", if these are degrees',
+        )
     if roll or pitch or yaw:
         X[:3, :3] = rotation(roll, pitch, yaw)
     X[:3, 3] = element.numbers("xyz", 3, (0.0, 0.0, 0.0))
@@ -341,8 +355,7 @@ class _Reader:
                 lower if lower > -_LARGEST_LIMIT else -math.inf,
                 upper if upper < _LARGEST_LIMIT else math.inf,
             )
-        # A turn and a hundredth: limits of ±6.28 or ±6.3 rad are in use.
-        if largest > 2.02 * math.pi:
+        if largest > WHOLE_TURN:
             if lower == -upper:
                 shown, hint = f"±{upper:g}", f"{math.radians(upper):.5g}"
             else:
