@@ -253,7 +253,7 @@ def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> 
     tree = read(LEG.replace(f"<limit {old}", "<mimic"), tmp_path)
     assert tree.joints[0].lower == -np.inf
     assert tree.findings[0].what == (
-        "joint coxa_1 is revolute and has no <limit>; it may move without end."
+        "no <limit>, which revolute joints must have; it may move without end."
     )
 
 
@@ -376,3 +376,23 @@ def test_an_inertial_without_an_inertia_is_suspect(tmp_path: Path) -> None:
     assert found.severity is Severity.SUSPECT
     assert found.what == "link tibia_3 has an <inertial> without <inertia>; 0 was taken."
     assert found.hint == "--masses geometry"
+
+
+def test_every_link_whose_mesh_is_missing_is_told(tmp_path: Path) -> None:
+    mesh = '<visual><geometry><mesh filename="b.stl"/></geometry></visual>'
+    text = LEG.replace('<box size="0.1 0.2 0.3"/>', '<mesh filename="b.stl"/>')
+    text = text.replace('<link name="base"/>', f'<link name="base">{2 * mesh}</link>')
+    first, second = read(text, tmp_path).findings
+    assert (first.subject, second.subject) == ("link base", "link tibia_3")
+    assert first.what == second.what == 'mesh "b.stl" is not there; it was left out.'
+
+
+def test_a_package_in_no_folder_is_refused(tmp_path: Path) -> None:
+    error = refused(
+        tmp_path,
+        '<box size="0.1 0.2 0.3"/>',
+        '<mesh filename="package://my_bot/b.stl"/>',
+        ImportOptions(packages={"my_bot": "nonexistent"}),
+    )
+    assert error.what == "no such folder: nonexistent."
+    assert error.where.endswith("option --package my_bot")

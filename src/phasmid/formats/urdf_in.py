@@ -155,7 +155,7 @@ class _Reader:
     findings: list[Finding] = field(default_factory=list)
     files: meshes.MeshFiles = field(init=False)
     colors: dict[str, meshes.Color] = field(default_factory=dict)
-    missing: set[str] = field(default_factory=set)
+    missing: set[tuple[str, str]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.files = meshes.MeshFiles(self.options.mesh_unit)
@@ -261,19 +261,21 @@ class _Reader:
         with located(shape.where):
             path = named_file(self.path, written, "mesh", self.options.packages)
             if not path.is_file():
-                if written not in self.missing:
-                    what = f'mesh "{short(written)}" is not there; it was left out.'
-                    self.note(Severity.SUSPECT, f"link {link.need_name()}", what, shape.where)
-                self.missing.add(written)
+                what = f'mesh "{short(written)}" is not there; it was left out.'
+                self._miss(link, what, shape.where)
                 return ()
             try:
                 return self.files.meshes(path, scale)
             except meshes.UnreadMesh as error:
-                if written not in self.missing:
-                    subject = f"link {link.need_name()}"
-                    self.note(Severity.SUSPECT, subject, error.what, shape.where, error.hint)
-                self.missing.add(written)
+                self._miss(link, error.what, shape.where, error.hint)
                 return ()
+
+    def _miss(self, link: Element, what: str, where: str, hint: str = "") -> None:
+        """Say once of each link that a mesh is missing; findings alike are grouped later."""
+        subject = f"link {link.need_name()}"
+        if (subject, what) not in self.missing:
+            self.missing.add((subject, what))
+            self.note(Severity.SUSPECT, subject, what, where, hint)
 
     def joint(self, element: Element) -> TreeJoint:
         name = element.need_name()
@@ -330,7 +332,7 @@ class _Reader:
             effort, velocity = _strength(limit, name, "effort"), _strength(limit, name, "velocity")
         if kind in {"revolute", "prismatic"}:
             if limit is None:
-                what = f"joint {name} is {kind} and has no <limit>; it may move without end."
+                what = f"no <limit>, which {kind} joints must have; it may move without end."
                 self.note(Severity.SUSPECT, f"joint {name}", what, element.where)
             else:
                 lower, upper = (
