@@ -19,7 +19,7 @@ from phasmid.formats.grouping import grouped
 from phasmid.formats.load import Standing, judge_load
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
 from phasmid.gait.support import support_margin
-from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
+from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Robot
 from phasmid.robot.link import LONGEST_LENGTH
 
@@ -32,6 +32,12 @@ make a few hundredths."""
 
 LIGHTEST, HEAVIEST = 0.05, 200.0
 """Weights of walking robots with servos [kg]; a single small servo has 0.01, `Link` refuses 200."""
+
+NARROWEST_RANGE = math.radians(5)
+"""Ranges of joints narrower than this are hardly a leg's [rad]."""
+
+SHORTEST_STRIDE = 0.010
+"""Strides shorter than this are hardly a walk [m]."""
 
 LEANING = 0.1
 """Part of the half track by which the centre of mass may lie off the middle."""
@@ -103,7 +109,7 @@ def judge_robot(robot: Robot) -> tuple[Finding, ...]:
         for leg in robot.legs
     }
     found = _copies(legs) + _uneven(legs, robot.arrays.p_body_hip)
-    return grouped([*found, *judge_standing(robot), *_look(robot)])
+    return grouped([*found, *judge_standing(robot), *_narrow(robot), *_look(robot)])
 
 
 def judge_standing(robot: Robot) -> tuple[Finding, ...]:
@@ -196,10 +202,9 @@ def mass_slip(tree: Tree) -> Finding | None:
     total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
     if not HEAVIEST < total <= 1000 * HEAVIEST:
         return None
-    before = sum(f.severity is Severity.IMPOSSIBLE for f in _bodies(tree))
-    after = sum(
-        f.severity is Severity.IMPOSSIBLE
-        for f in _bodies(scaled_masses(tree, 1e-3, inertias=False))
+    light = scaled_masses(tree, 1e-3, inertias=False)
+    before, after = (
+        sum(f.severity is Severity.IMPOSSIBLE for f in _bodies(each)) for each in (tree, light)
     )
     if after >= before:
         return None
@@ -230,6 +235,34 @@ def length_slip(tree: Tree) -> list[Finding]:
     )
     hint = "divide every length by 1000: xyz of all origins are metres"
     return [Finding(Severity.IMPOSSIBLE, "robot", what, tree.file, hint)]
+
+
+def _narrow(robot: Robot) -> list[Finding]:
+    """Joints that hardly turn, or legs that hardly step, as of radians taken for degrees."""
+    found = []
+    for leg in robot.legs:
+        for joint, (low, high) in zip(JOINTS, leg.joint_limits, strict=True):
+            if high - low >= NARROWEST_RANGE:
+                continue
+            ends = f"[{math.degrees(low):.4g}°, {math.degrees(high):.4g}°]"
+            what = f"turns by {math.degrees(high - low):.3g}° in all, {ends}."
+            hint = "limits of TOML files are degrees: coxa_deg = [-50, 50]"
+            found.append(Finding(Severity.SUSPECT, f"joint {leg.name}.{joint}", what, hint=hint))
+    if found:
+        return found
+    try:
+        stride = min(longest_stride(robot), longest_stride(robot, math.pi / 2))
+    except PhasmidError:
+        # A foot out of reach is told already.
+        return []
+    if 0 < stride < SHORTEST_STRIDE:
+        what = (
+            f"its longest stride is {1000 * stride:.3g} mm; a walking robot's is "
+            f"{1000 * SHORTEST_STRIDE:g} mm or more."
+        )
+        hint = "wider joint limits, or a neutral foot amid the reach"
+        found.append(Finding(Severity.SUSPECT, "robot", what, hint=hint))
+    return found
 
 
 def _by_number(tree: Tree, bones: Skeleton) -> dict[str, Chain]:

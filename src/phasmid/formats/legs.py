@@ -101,7 +101,7 @@ def _robot(
         tree = _mended(tree, findings)
     bones = skeleton(tree, upright=extension is None)
     findings += bones.findings
-    findings += judge(_on_a_scale(tree, options), bones, masses=given)
+    findings += judge(_on_a_scale(tree, options) if given else tree, bones, masses=given)
     legs = _legs(bones.chains, extension, options, findings)
     hips = np.array([leg.plan.X_trunk_hip for leg in legs])
     # With an extension the file is this project's own, and its root link is the body.
