@@ -8,8 +8,21 @@ import numpy as np
 import pytest
 
 from formats.trees import block, with_joint, with_joints, with_link
-from phasmid.formats import Finding, Inertial, Severity, Tree, TreeLink, judge, judge_robot, tree_of
+from phasmid.formats import (
+    Finding,
+    ImportOptions,
+    Inertial,
+    Severity,
+    Tree,
+    TreeJoint,
+    TreeLink,
+    judge,
+    judge_robot,
+    robot_from_tree,
+    tree_of,
+)
 from phasmid.formats.bodies import bounds, judge_body, possible
+from phasmid.formats.judge import scaled_masses
 from phasmid.robot import load_robot, preset_names
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
@@ -194,6 +207,39 @@ def test_what_a_whole_robot_weighs_is_plausible() -> None:
     ]
 
 
+def in_grams() -> Tree:
+    """N4: masses in grams, inertias in kg m²."""
+    return scaled_masses(TREE, 1e3, inertias=False)
+
+
+def test_masses_in_grams_are_one_finding_and_not_one_of_every_link() -> None:
+    assert [f.what for f in faults(in_grams())] == [
+        "weighs 3216 kg in all, and its inertias are those of 3.216 kg; masses must be in "
+        "kilograms, and these look like grams."
+    ]
+
+
+def test_masses_in_grams_are_judged_as_a_person_weighed_them() -> None:
+    """N4: the links' inertias are in the proportion of their masses, 3.2 kg to 3.216 kg."""
+    imported = robot_from_tree(in_grams(), ImportOptions(total_mass=3.2))
+    subjects = [f.subject for f in imported.findings if f.severity is not Severity.NOTE]
+    assert not [subject for subject in subjects if subject.startswith(("link", "robot:"))]
+    assert imported.facts is not None
+    assert imported.facts.mass == pytest.approx(3.2, rel=1e-12)
+
+
+def test_lengths_in_millimetres_are_one_finding() -> None:
+    def longer(joint: TreeJoint) -> TreeJoint:
+        X = joint.X_parent_child.copy()
+        X[:3, 3] *= 1000
+        return replace(joint, X_parent_child=X)
+
+    (found,) = faults(with_joints(TREE, longer))
+    assert found.subject == "robot"
+    assert found.what.endswith("lengths above 2 m are refused. They look like millimetres.")
+    assert found.hint == "divide every length by 1000: xyz of all origins are metres"
+
+
 def test_limits_and_strengths_of_joints_are_possible() -> None:
     name = "left_rear_femur"
     assert [f.what for f in faults(with_joint(TREE, name, lower=0.0, upper=0.0))] == [
@@ -275,3 +321,29 @@ def test_a_tree_without_legs_is_judged_all_the_same() -> None:
         "mass is -1 kg; it must be greater than 0.",
         "bar has 0 chains of three hinges that leave bar; a walking robot here has 4 legs or more.",
     ]
+
+
+def test_radians_for_degrees_in_joint_limits_are_suspect() -> None:
+    """N11: coxa_deg = [-1.3, 1.3] is 2.6° in all."""
+    legs = []
+    for leg in MK4.legs:
+        limits = leg.joint_limits.copy()
+        limits[0] = np.radians([-1.3, 1.3])
+        legs.append(replace(leg, joint_limits=limits))
+    (found,) = [f for f in judge_robot(replace(MK4, legs=tuple(legs))) if "turns" in f.what]
+    assert found.severity is Severity.SUSPECT
+    assert found.subject.startswith("joints right_front.coxa, right_middle.coxa, ")
+    assert found.what == "turns by 2.6° in all, [-1.3°, 1.3°]."
+
+
+def test_a_stride_of_some_millimetres_is_suspect() -> None:
+    """The coxae turn by 5.2° in all about neutral feet 150 mm out: ±2.6° are ±6.8 mm, and the
+    stride ahead of the corner legs is less as they stand aslant."""
+    legs = []
+    for leg in MK4.legs:
+        limits = leg.joint_limits.copy()
+        limits[0] = np.radians([-0.6, 4.6])
+        legs.append(replace(leg, joint_limits=limits))
+    (found,) = [f for f in judge_robot(replace(MK4, legs=tuple(legs))) if "stride" in f.what]
+    assert found.severity is Severity.SUSPECT
+    assert found.what.endswith("a walking robot's is 10 mm or more.")

@@ -34,7 +34,7 @@ from phasmid.formats import (
     tree_of,
 )
 from phasmid.kinematics import joint_angles
-from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot
+from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot, load_servo
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
@@ -463,7 +463,67 @@ def test_servos_come_from_a_name_or_from_the_file() -> None:
     assert (own.stall_torque, own.no_load_speed) == (3.0, 4.0)
     # In proportion to the AX-12A's 9.2 N·m/rad at 1.5 N·m.
     assert own.stiffness == pytest.approx(18.4)
-    nothing = with_joints(TREE, lambda j: replace(j, effort=None))
+    slow = robot_from_tree(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=None)))
+    assert slow.robot is not None
+    assert slow.robot.servo.no_load_speed == load_servo("AX-12A").no_load_speed
+    assert (
+        "servo: the file gives efforts and no speeds; 6.178 rad/s, the AX-12A's no-load speed, was "
+        "assumed."
+    ) in said(slow, Severity.NOTE)
+    fast = with_joints(TREE, lambda j: replace(j, effort=None, velocity=4.0))
+    assert refusal(fast) == "the joints have no effort, so their servos are not known."
+    nothing = with_joints(TREE, lambda j: replace(j, effort=None, velocity=None))
     assert refusal(nothing) == (
         "the joints have no effort and speed, so their servos are not known."
     )
+
+
+def test_the_error_is_the_first_impossible_finding() -> None:
+    """N5: not what a later check says of another link in other words."""
+    tree = TREE
+    for link in TREE.links.values():
+        m = link.inertial
+        if m is None:
+            continue
+        tree = with_link(tree, link.name, inertial=Inertial(m.mass, m.com, 1000 * m.inertia))
+    imported = robot_from_tree(tree)
+    bad = [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]
+    assert imported.error is not None
+    assert imported.error.what == bad[0].sentence
+    assert imported.error.what.startswith("link base_link: inertia ")
+    assert imported.error.hint == bad[0].hint
+
+
+def test_joints_without_limits_are_told_in_one_line() -> None:
+    endless = with_joints(
+        TREE,
+        lambda j: (
+            replace(j, kind="continuous", lower=-np.inf, upper=np.inf)
+            if j.kind == "revolute"
+            else j
+        ),
+    )
+    endless = replace(endless, extension="")
+    first = "joints right_front_coxa, right_front_femur, right_front_tibia and 15 more"
+    assert f"{first}: no limits in the file; ±180° was assumed." in said(
+        robot_from_tree(endless), Severity.NOTE
+    )
+
+
+def test_neutral_feet_are_changed_by_way_of_a_toml_file() -> None:
+    imported = robot_from_tree(replace(TREE, extension="", file="a.urdf"))
+    (note,) = [f for f in imported.findings if f.subject == "neutral feet"]
+    assert note.hint == "phasmid convert a.urdf robot.toml, and change neutral_foot_mm there"
+
+
+def test_a_shared_total_mass_is_told_as_what_it_is() -> None:
+    tree = with_link(replace(TREE, extension=""), "left_rear_femur_link", inertial=None)
+    imported = robot_from_tree(tree, ImportOptions(masses="geometry", total_mass=3.0))
+    assert imported.robot is not None
+    assert imported.robot.mass == pytest.approx(3.0, rel=1e-12)
+    masses = [text for text in said(imported, Severity.NOTE) if text.startswith("masses: ")]
+    assert masses == [
+        "masses: 1 fault in the file's masses and inertias, which are not used.",
+        "masses: 1 of 19 links without a mass in the file: all 3 kg were shared among the links "
+        "by the volume of their boxes, and spread over these.",
+    ]

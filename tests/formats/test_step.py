@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from phasmid.cad.drawing import DrawnPart, read_drawing
 from phasmid.cad.step import write_step
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats import robot_from_tree
+from phasmid.formats.extension import extension_of
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.step import first_guess, read_step, sidecar_of, step_files, tree_of_parts
 from phasmid.formats.step_sidecar import read_sidecar, sidecar_text
@@ -161,6 +163,21 @@ def test_the_sidecars_servo_is_the_robots_with_its_own_law(
     table, content = read_sidecar(path)
     motor = load_servo("XL430-W250")
     imported = robot_from_tree(tree_of_parts(path, table, content, drawing, motor))
+    assert imported.robot is not None
+    assert imported.robot.servo == motor
+
+
+def test_a_servo_of_no_maker_comes_back_from_the_extension(
+    assembly: Assembly, drawing: tuple[DrawnPart, ...], tmp_path: Path
+) -> None:
+    """N1: a robot from a URDF file has a servo that no table of servos knows."""
+    motor = replace(ROBOT.servo, name="as in the file", stall_torque=1.7)
+    robot = replace(ROBOT, servo=motor)
+    path = tmp_path / "robot.step"
+    sidecar_of(path).write_text(sidecar_text(robot, assembly, extension_of(robot)), "utf-8")
+    table, content = read_sidecar(path)
+    assert not table.servo
+    imported = robot_from_tree(tree_of_parts(path, table, content, drawing, None))
     assert imported.robot is not None
     assert imported.robot.servo == motor
 

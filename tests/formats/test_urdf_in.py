@@ -228,6 +228,19 @@ def test_i8_limits_in_degrees_are_refused(
     assert (error.where, error.hint) == ("robot.urdf, line 19", hint)
 
 
+@pytest.mark.parametrize(
+    ("rpy", "hint"),
+    [("0 0 -45", "0 0 -0.7854"), ("90 0 45", "1.5708 0 0.7854")],
+)
+def test_i8_angles_of_an_origin_in_degrees_are_named(tmp_path: Path, rpy: str, hint: str) -> None:
+    error = refused(tmp_path, 'rpy="0 0 1.5707963267948966"', f'rpy="{rpy}"')
+    assert error.what == (f"<origin>: rpy {rpy} rad is more than a turn; URDF angles are radians.")
+    assert (error.where, error.hint) == (
+        "robot.urdf, line 5",
+        f'rpy="{hint}", if these are degrees',
+    )
+
+
 def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> None:
     old = 'lower="-1" upper="1.5"'
     (joint,) = read(LEG.replace(old, 'lower="-6.2832" upper="6.2832"'), tmp_path).joints
@@ -240,7 +253,7 @@ def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> 
     tree = read(LEG.replace(f"<limit {old}", "<mimic"), tmp_path)
     assert tree.joints[0].lower == -np.inf
     assert tree.findings[0].what == (
-        "joint coxa_1 is revolute and has no <limit>; it may move without end."
+        "no <limit>, which revolute joints must have; it may move without end."
     )
 
 
@@ -363,3 +376,23 @@ def test_an_inertial_without_an_inertia_is_suspect(tmp_path: Path) -> None:
     assert found.severity is Severity.SUSPECT
     assert found.what == "link tibia_3 has an <inertial> without <inertia>; 0 was taken."
     assert found.hint == "--masses geometry"
+
+
+def test_every_link_whose_mesh_is_missing_is_told(tmp_path: Path) -> None:
+    mesh = '<visual><geometry><mesh filename="b.stl"/></geometry></visual>'
+    text = LEG.replace('<box size="0.1 0.2 0.3"/>', '<mesh filename="b.stl"/>')
+    text = text.replace('<link name="base"/>', f'<link name="base">{2 * mesh}</link>')
+    first, second = read(text, tmp_path).findings
+    assert (first.subject, second.subject) == ("link base", "link tibia_3")
+    assert first.what == second.what == 'mesh "b.stl" is not there; it was left out.'
+
+
+def test_a_package_in_no_folder_is_refused(tmp_path: Path) -> None:
+    error = refused(
+        tmp_path,
+        '<box size="0.1 0.2 0.3"/>',
+        '<mesh filename="package://my_bot/b.stl"/>',
+        ImportOptions(packages={"my_bot": "nonexistent"}),
+    )
+    assert error.what == "no such folder: nonexistent."
+    assert error.where.endswith("option --package my_bot")

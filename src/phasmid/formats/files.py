@@ -110,6 +110,11 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     package = found.group(1)
     rest = name[found.end() :]
     if package in packages:
+        if not Path(packages[package]).is_dir():
+            raise InvalidInput(
+                f"no such folder: {plain(packages[package][:200])}.",
+                where=f"option --package {plain(package[:100])}",
+            )
         return inside(Path(packages[package]).absolute(), rest, noun)
     for height, parent in enumerate(_above(file.absolute().parent)):
         # Farther up a folder of that name is more likely a person's than a package's.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -18,7 +19,7 @@ from phasmid.formats.grouping import grouped
 from phasmid.formats.load import Standing, judge_load
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
 from phasmid.gait.support import support_margin
-from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
+from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Robot
 from phasmid.robot.link import LONGEST_LENGTH
 
@@ -31,6 +32,12 @@ make a few hundredths."""
 
 LIGHTEST, HEAVIEST = 0.05, 200.0
 """Weights of walking robots with servos [kg]; a single small servo has 0.01, `Link` refuses 200."""
+
+NARROWEST_RANGE = math.radians(5)
+"""Ranges of joints narrower than this are hardly a leg's [rad]."""
+
+SHORTEST_STRIDE = 0.010
+"""Strides shorter than this are hardly a walk [m]."""
 
 LEANING = 0.1
 """Part of the half track by which the centre of mass may lie off the middle."""
@@ -56,14 +63,20 @@ def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> 
             bones = skeleton(tree)
         except PhasmidError as error:
             found.append(Finding(Severity.IMPOSSIBLE, "robot", error.what, error.where, error.hint))
+    long = length_slip(tree)
+    if long:
+        found += long
+    else:
+        weights += _bodies(tree)
     for link in tree.links.values():
-        if link.inertial is not None:
-            joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
-            box = bounds(link.parts, joints)
-            weights += judge_body(f"link {link.name}", link.inertial, box, link.where)
         found += _mesh_size(link)
-    weights += _total(tree)
-    found += _joints(tree)
+    heavy = mass_slip(tree)
+    if heavy is not None:
+        # Of masses in grams, what is said of each link is a consequence.
+        weights = [heavy, *_bodies(scaled_masses(tree, 1e-3, inertias=False))]
+    else:
+        weights += _total(tree)
+    found += _joints(tree, placed=not long)
     if bones is not None:
         weights += _without_mass(bones)
         chains = _by_number(tree, bones)
@@ -79,7 +92,8 @@ def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> 
     if masses:
         return grouped([*weights, *found])
     if weights:
-        what = f"{len(weights)} faults in the file's masses and inertias, which are not used."
+        faults = "1 fault" if len(weights) == 1 else f"{len(weights)} faults"
+        what = f"{faults} in the file's masses and inertias, which are not used."
         found.append(Finding(Severity.NOTE, "masses", what))
     return grouped(found)
 
@@ -95,7 +109,7 @@ def judge_robot(robot: Robot) -> tuple[Finding, ...]:
         for leg in robot.legs
     }
     found = _copies(legs) + _uneven(legs, robot.arrays.p_body_hip)
-    return grouped([*found, *judge_standing(robot), *_look(robot)])
+    return grouped([*found, *judge_standing(robot), *_narrow(robot), *_look(robot)])
 
 
 def judge_standing(robot: Robot) -> tuple[Finding, ...]:
@@ -147,6 +161,108 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
             )
         )
     return tuple(found)
+
+
+def _bodies(tree: Tree) -> list[Finding]:
+    """What is wrong with the links' masses and inertias, one by one."""
+    found: list[Finding] = []
+    for link in tree.links.values():
+        if link.inertial is not None:
+            joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
+            box = bounds(link.parts, joints)
+            found += judge_body(f"link {link.name}", link.inertial, box, link.where)
+    return found
+
+
+def scaled_masses(tree: Tree, factor: float, *, inertias: bool) -> Tree:
+    """The tree with other masses, and its inertias scaled as they are or kept.
+
+    Args:
+        tree: The tree.
+        factor: Of every mass.
+        inertias: Whether inertias are scaled with the masses.
+    """
+    links = {}
+    for name, link in tree.links.items():
+        inertial = link.inertial
+        if inertial is not None:
+            inertia = factor * inertial.inertia if inertias else inertial.inertia
+            inertial = Inertial(factor * inertial.mass, inertial.com, inertia)
+        links[name] = replace(link, inertial=inertial)
+    return replace(tree, links=links)
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def mass_slip(tree: Tree) -> Finding | None:
+    """That all masses are a thousand times too large, if their own inertias say so.
+
+    Args:
+        tree: As it was read.
+    """
+    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
+    if not HEAVIEST < total <= 1000 * HEAVIEST:
+        return None
+    light = scaled_masses(tree, 1e-3, inertias=False)
+    before, after = (
+        sum(f.severity is Severity.IMPOSSIBLE for f in _bodies(each)) for each in (tree, light)
+    )
+    if after >= before:
+        return None
+    return Finding(
+        Severity.IMPOSSIBLE,
+        "robot",
+        f"weighs {total:.4g} kg in all, and its inertias are those of {total / 1000:.4g} kg; "
+        "masses must be in kilograms, and these look like grams.",
+        tree.file,
+        "divide every mass by 1000, or --total-mass-g as on a scale",
+    )
+
+
+def length_slip(tree: Tree) -> list[Finding]:
+    """That lengths are millimetres, where most joints stand farther off than any robot's.
+
+    Args:
+        tree: As it was read.
+    """
+    away = [float(np.linalg.norm(j.X_parent_child[:3, 3])) for j in tree.joints]
+    away = [length for length in away if length > 0]
+    far = [length for length in away if length > LONGEST_LENGTH]
+    if not far or 2 * len(far) < len(away) or not max(far) <= 1000 * LONGEST_LENGTH:
+        return []
+    what = (
+        f"{len(far)} of its joints stand {min(far):.4g} to {max(far):.4g} m from their parents' "
+        f"frames; lengths above {LONGEST_LENGTH:g} m are refused. They look like millimetres."
+    )
+    hint = "divide every length by 1000: xyz of all origins are metres"
+    return [Finding(Severity.IMPOSSIBLE, "robot", what, tree.file, hint)]
+
+
+def _narrow(robot: Robot) -> list[Finding]:
+    """Joints that hardly turn, or legs that hardly step, as of radians taken for degrees."""
+    found = []
+    for leg in robot.legs:
+        for joint, (low, high) in zip(JOINTS, leg.joint_limits, strict=True):
+            if high - low >= NARROWEST_RANGE:
+                continue
+            ends = f"[{math.degrees(low):.4g}°, {math.degrees(high):.4g}°]"
+            what = f"turns by {math.degrees(high - low):.3g}° in all, {ends}."
+            hint = "limits of TOML files are degrees: coxa_deg = [-50, 50]"
+            found.append(Finding(Severity.SUSPECT, f"joint {leg.name}.{joint}", what, hint=hint))
+    if found:
+        return found
+    try:
+        stride = min(longest_stride(robot), longest_stride(robot, math.pi / 2))
+    except PhasmidError:
+        # A foot out of reach is told already.
+        return []
+    if 0 < stride < SHORTEST_STRIDE:
+        what = (
+            f"its longest stride is {1000 * stride:.3g} mm; a walking robot's is "
+            f"{1000 * SHORTEST_STRIDE:g} mm or more."
+        )
+        hint = "wider joint limits, or a neutral foot amid the reach"
+        found.append(Finding(Severity.SUSPECT, "robot", what, hint=hint))
+    return found
 
 
 def _by_number(tree: Tree, bones: Skeleton) -> dict[str, Chain]:
@@ -204,12 +320,12 @@ def _mesh_size(link: TreeLink) -> list[Finding]:
     return [Finding(Severity.SUSPECT, f"link {link.name}", what, link.where, "--mesh-unit mm")]
 
 
-def _joints(tree: Tree) -> list[Finding]:
+def _joints(tree: Tree, *, placed: bool) -> list[Finding]:
     found: list[Finding] = []
     for joint in tree.joints:
         subject = f"joint {joint.name}"
         away = float(np.linalg.norm(joint.X_parent_child[:3, 3]))
-        if away > LONGEST_LENGTH and joint.kind not in FREE:
+        if placed and away > LONGEST_LENGTH and joint.kind not in FREE:
             what = (
                 f"it stands {away:.4g} m from its parent's frame; lengths above "
                 f"{LONGEST_LENGTH:g} m are refused. In millimetres it would be {away:.4g} mm."

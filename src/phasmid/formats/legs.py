@@ -17,13 +17,13 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.found import FoundLeg, found_leg, named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.imported import Imported, ImportFacts, LegFacts
-from phasmid.formats.judge import judge, judge_standing
+from phasmid.formats.judge import judge, judge_standing, mass_slip, scaled_masses
 from phasmid.formats.load import Standing, judge_load
 from phasmid.formats.masses import Weighed, weighed
 from phasmid.formats.mounts import Mount, body_frame, hip_rotation, mount_of
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.rigid import RigidLink, inverse, moved
-from phasmid.formats.servos import servo_of
+from phasmid.formats.servos import missing, servo_of
 from phasmid.formats.standing import Stance, standing_feet
 from phasmid.formats.tree import Inertial, Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
@@ -65,7 +65,33 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
         if not any(finding.severity is Severity.IMPOSSIBLE for finding in findings):
             found = Finding(Severity.IMPOSSIBLE, "robot", error.what, error.where, error.hint)
             findings.append(found)
+        error = _first(findings, error)
     return Imported(robot, grouped(findings), error, facts[0] if facts else None)
+
+
+def _mended(tree: Tree, findings: list[Finding]) -> Tree:
+    """The tree with masses in kilograms, where a person gives the total and they are grams."""
+    if mass_slip(tree) is None:
+        return tree
+    what = "were taken for grams, which the inertias bear out; the inertias were kept."
+    findings.append(Finding(Severity.NOTE, "masses", what, tree.file))
+    return scaled_masses(tree, 1e-3, inertias=False)
+
+
+def _on_a_scale(tree: Tree, options: ImportOptions) -> Tree:
+    """The tree as heavy as a person says it is, which is what the judge shall see."""
+    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
+    if options.total_mass is None or not (total > 0 and options.total_mass > 0):
+        return tree
+    return scaled_masses(tree, options.total_mass / total, inertias=True)
+
+
+def _first(findings: Sequence[Finding], error: PhasmidError) -> PhasmidError:
+    """The first of what is impossible as the error: the one that came up may only follow of it."""
+    first = next(f for f in grouped(findings) if f.severity is Severity.IMPOSSIBLE)
+    if error.what in (first.what, first.sentence, f"{first.subject} {first.what}"):
+        return error
+    return InvalidRobot(first.sentence, where=first.where or error.where, hint=first.hint)
 
 
 def _robot(
@@ -73,9 +99,12 @@ def _robot(
 ) -> Robot:
     """The robot; what is found and what became what are taken down on the way."""
     extension = read_extension(tree.extension, tree.file) if tree.extension else None
+    given = options.masses == "as-given"
+    if given and options.total_mass is not None:
+        tree = _mended(tree, findings)
     bones = skeleton(tree, upright=extension is None)
     findings += bones.findings
-    findings += judge(tree, bones, masses=options.masses == "as-given")
+    findings += judge(_on_a_scale(tree, options) if given else tree, bones, masses=given)
     legs = _legs(bones.chains, extension, options, findings)
     hips = np.array([leg.plan.X_trunk_hip for leg in legs])
     # With an extension the file is this project's own, and its root link is the body.
@@ -88,7 +117,7 @@ def _robot(
         if tilt:
             findings.append(_levelled(number, tilt, leg))
         mounts.append(mount)
-    feet, foot_source = _feet(legs, mounts, findings)
+    feet, foot_source = _feet(legs, mounts, tree.file or "FILE", findings)
     motor = extension.motor if extension else None
     servo, servo_source = servo_of(bones.chains, options.servo, motor or tree.servo, findings)
     pieces = _weighed(bones.trunk, legs, X_body_up @ bones.X_up_trunk, mounts, extension)
@@ -116,7 +145,7 @@ def _robot(
         )
     if servo is None:
         raise InvalidRobot(
-            "the joints have no effort and speed, so their servos are not known.",
+            f"the joints have {missing(bones.chains)}, so their servos are not known.",
             hint="--servo-model AX-12A",
         )
     made = tuple(
@@ -152,6 +181,8 @@ def _legs(
     for number, (name, chain, said) in enumerate(named_chains(chains, extension, findings), 1):
         try:
             legs.append(found_leg(number, name, chain, said, options.foot, findings))
+            if said is None:
+                findings += _unlimited(chain)
         except PhasmidError as error:
             errors.append(error)
             subject = f"leg {number}"
@@ -160,6 +191,19 @@ def _legs(
     if errors:
         raise errors[0]
     return legs
+
+
+def _unlimited(chain: Chain) -> list[Finding]:
+    return [
+        Finding(
+            Severity.NOTE,
+            f"joint {joint.name}",
+            "no limits in the file; ±180° was assumed.",
+            where=joint.where,
+        )
+        for joint in chain.joints
+        if joint.kind == "continuous" or math.isinf(joint.upper - joint.lower)
+    ]
 
 
 def _of_leg(index: int) -> slice:
@@ -202,7 +246,7 @@ def _levelled(number: int, tilt: float, leg: FoundLeg) -> Finding:
 
 
 def _feet(
-    legs: Sequence[FoundLeg], mounts: Sequence[Mount], findings: list[Finding]
+    legs: Sequence[FoundLeg], mounts: Sequence[Mount], file: str, findings: list[Finding]
 ) -> tuple[Float[np.ndarray, "legs 3"] | None, str]:
     """Neutral feet in the hip frames, and where they come from."""
     said = [leg.said.neutral_foot for leg in legs if leg.said is not None]
@@ -223,7 +267,7 @@ def _feet(
                 f"stand {1000 * level[0]:.0f} mm out from the coxa axes and "
                 f"{-1000 * (level[2] + mounts[0].position[2]):.0f} mm below the body's origin: "
                 "an assumption.",
-                hint="neutral_foot_mm in the robot's TOML file",
+                hint=f"phasmid convert {file} robot.toml, and change neutral_foot_mm there",
             )
         )
     return feet, "assumed in proportion to the legs"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -64,6 +65,13 @@ def weighed(
     if options.masses == "geometry":
         chosen = [_spread(link) for link in _with_shares(chosen, options)]
         note = "every link keeps its mass, spread over its box; the file's inertias were not used."
+        if options.total_mass is not None and not all(map(_has_mass, links)):
+            count = sum(not _has_mass(link) for link in links)
+            note = (
+                f"{count} of {len(links)} links without a mass in the file: all "
+                f"{options.total_mass:.4g} kg were shared among the links by the volume of their "
+                "boxes, and spread over these."
+            )
     elif options.masses != "as-given":
         with located("option --masses"):
             donor = load_robot(options.masses)
@@ -85,6 +93,8 @@ def weighed(
     if not total > 0:
         raise InvalidRobot("no link has a mass that could be scaled.", hint="--masses geometry")
     factor = options.total_mass / total
+    if math.isclose(factor, 1.0, rel_tol=1e-12):
+        return chosen
     findings.append(
         Finding(
             Severity.NOTE,
@@ -95,9 +105,13 @@ def weighed(
     return [_scaled(link, factor) for link in chosen]
 
 
+def _has_mass(link: Weighed) -> bool:
+    return bool(link.inertial and link.inertial.mass)
+
+
 def _with_shares(links: list[Weighed], options: ImportOptions) -> list[Weighed]:
     """Links with masses; where one has none, the total is shared by the volume of their boxes."""
-    if options.total_mass is None or all(link.inertial and link.inertial.mass for link in links):
+    if options.total_mass is None or all(map(_has_mass, links)):
         return links
     volumes = [float(np.prod(high - low)) for low, high in map(box_of, links)]
     return [

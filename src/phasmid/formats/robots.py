@@ -89,7 +89,7 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
     tree = reader(Path(source), options)
     if options.strict and tree.findings:
         first = tree.findings[0]
-        raise InvalidInput(first.what, where=first.where or Path(source).name, hint=first.hint)
+        raise InvalidInput(first.sentence, where=first.where or Path(source).name, hint=first.hint)
     return robot_from_tree(tree, options)
 
 

@@ -11,7 +11,8 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.robot import Servo, load_servo
 
 LIKE = "AX-12A"
-"""Hobby servo whose stiffness, rotor and friction stand in for what a file leaves out."""
+"""Hobby servo whose stiffness, rotor and friction stand in for what a file leaves out, and its
+speed where a format, such as MJCF, has no word for it."""
 
 
 def servo_of(
@@ -40,11 +41,12 @@ def servo_of(
     joints = [joint for chain in chains for joint in chain.joints]
     efforts = [j.effort for j in joints if j.effort and math.isfinite(j.effort)]
     speeds = [j.velocity for j in joints if j.velocity and math.isfinite(j.velocity)]
-    if not efforts or not speeds:
+    if not efforts:
         return None, ""
-    torque, speed = min(efforts), min(speeds)
+    like = load_servo(LIKE)
+    torque, speed = min(efforts), min(speeds, default=like.no_load_speed)
     for what, unit, values in (("efforts", "N·m", efforts), ("speeds", "rad/s", speeds)):
-        if max(values) > min(values):
+        if values and max(values) > min(values):
             findings.append(
                 Finding(
                     Severity.NOTE,
@@ -53,7 +55,6 @@ def servo_of(
                     "was given the least.",
                 )
             )
-    like = load_servo(LIKE)
     given = {
         "friction": max(joint.friction for joint in joints),
         "damping": max(joint.damping for joint in joints),
@@ -61,11 +62,22 @@ def servo_of(
     }
     assumed = [name for name, value in given.items() if not value]
     stiffness = like.stiffness * torque / like.stall_torque
+    if not speeds:
+        findings.append(
+            Finding(
+                Severity.NOTE,
+                "servo",
+                f"the file gives efforts and no speeds; {speed:.4g} rad/s, the {LIKE}'s no-load "
+                "speed, was assumed.",
+                hint="--servo-model AX-12A, to take all from a data sheet",
+            )
+        )
+    own = f"{torque:.4g} N·m and {speed:.4g} rad/s are" if speeds else f"{torque:.4g} N·m is"
     findings.append(
         Finding(
             Severity.NOTE,
             "servo",
-            f"{torque:.4g} N·m and {speed:.4g} rad/s are the file's; the stiffness, "
+            f"{own} the file's; the stiffness, "
             f"{stiffness:.3g} N·m/rad, was assumed in proportion to the {LIKE}'s"
             + (f", its {' and '.join(assumed)} are that servo's." if assumed else "."),
             hint="--servo-model AX-12A, to take all from a data sheet",
@@ -83,4 +95,10 @@ def servo_of(
         armature=numbers["armature"],
         friction=numbers["friction"],
     )
-    return servo, "efforts and speeds of the file"
+    return servo, "efforts and speeds of the file" if speeds else "efforts of the file"
+
+
+def missing(chains: Sequence[Chain]) -> str:
+    """What the joints of a file without a servo do not say, in words."""
+    speeds = any(j.velocity for chain in chains for j in chain.joints)
+    return "no effort" if speeds else "no effort and speed"

@@ -12,7 +12,7 @@ from annotated_types import Gt, Le, Len
 from phasmid.cad import Assembly
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import joint_angles
-from phasmid.robot import JOINTS, Body, Link, Robot
+from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
 from phasmid.robot.table import Limits, Name, Tensor, Vector
 from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml, toml_key, toml_string
@@ -129,8 +129,10 @@ def sidecar_text(
         f"# What {_plain(robot.name)} is made of: which part of the drawing belongs to which link,",
         "# what parts weigh, and where the joints' axes are.",
         f"name = {toml_string(robot.name)}",
-        f"servo = {toml_string(robot.servo.name)}",
     ]
+    if robot.servo.name in servo_names():
+        # Servos of no maker stand in the extension alone.
+        lines.append(f"servo = {toml_string(robot.servo.name)}")
     if extension:
         lines.append(f"extension = {toml_string(extension)}")
     keep = masses == "file"

@@ -43,6 +43,9 @@ OWN_SHAPE = "phasmid_"
 UNLIMITED = 1e9
 """Efforts and speeds from here on say that there is no limit [N·m, rad/s]."""
 
+WHOLE_TURN = 2.02 * math.pi
+"""A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
+
 _LARGEST_LIMIT = 1000.0
 """Angles that joints' limits give to say that there is no limit begin here [rad]."""
 
@@ -105,11 +108,22 @@ def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:
 
     Args:
         element: The origin; without one the pose is none.
+
+    Raises:
+        InvalidInput: An angle is more than a turn, as degrees are.
     """
     X = np.eye(4)
     if element is None:
         return X
     roll, pitch, yaw = element.numbers("rpy", 3, (0.0, 0.0, 0.0))
+    if max(abs(roll), abs(pitch), abs(yaw)) > WHOLE_TURN:
+        turned = " ".join(f"{angle:.5g}" for angle in np.radians([roll, pitch, yaw]))
+        raise InvalidInput(
+            f"<origin>: rpy {roll:g} {pitch:g} {yaw:g} rad is more than a turn; "
+            "URDF angles are radians.",
+            where=element.where,
+            hint=f'rpy="{turned}", if these are degrees',
+        )
     if roll or pitch or yaw:
         X[:3, :3] = rotation(roll, pitch, yaw)
     X[:3, 3] = element.numbers("xyz", 3, (0.0, 0.0, 0.0))
@@ -141,7 +155,7 @@ class _Reader:
     findings: list[Finding] = field(default_factory=list)
     files: meshes.MeshFiles = field(init=False)
     colors: dict[str, meshes.Color] = field(default_factory=dict)
-    missing: set[str] = field(default_factory=set)
+    missing: set[tuple[str, str]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.files = meshes.MeshFiles(self.options.mesh_unit)
@@ -247,19 +261,21 @@ class _Reader:
         with located(shape.where):
             path = named_file(self.path, written, "mesh", self.options.packages)
             if not path.is_file():
-                if written not in self.missing:
-                    what = f'mesh "{short(written)}" is not there; it was left out.'
-                    self.note(Severity.SUSPECT, f"link {link.need_name()}", what, shape.where)
-                self.missing.add(written)
+                what = f'mesh "{short(written)}" is not there; it was left out.'
+                self._miss(link, what, shape.where)
                 return ()
             try:
                 return self.files.meshes(path, scale)
             except meshes.UnreadMesh as error:
-                if written not in self.missing:
-                    subject = f"link {link.need_name()}"
-                    self.note(Severity.SUSPECT, subject, error.what, shape.where, error.hint)
-                self.missing.add(written)
+                self._miss(link, error.what, shape.where, error.hint)
                 return ()
+
+    def _miss(self, link: Element, what: str, where: str, hint: str = "") -> None:
+        """Say once of each link that a mesh is missing; findings alike are grouped later."""
+        subject = f"link {link.need_name()}"
+        if (subject, what) not in self.missing:
+            self.missing.add((subject, what))
+            self.note(Severity.SUSPECT, subject, what, where, hint)
 
     def joint(self, element: Element) -> TreeJoint:
         name = element.need_name()
@@ -316,7 +332,7 @@ class _Reader:
             effort, velocity = _strength(limit, name, "effort"), _strength(limit, name, "velocity")
         if kind in {"revolute", "prismatic"}:
             if limit is None:
-                what = f"joint {name} is {kind} and has no <limit>; it may move without end."
+                what = f"no <limit>, which {kind} joints must have; it may move without end."
                 self.note(Severity.SUSPECT, f"joint {name}", what, element.where)
             else:
                 lower, upper = (
@@ -341,8 +357,7 @@ class _Reader:
                 lower if lower > -_LARGEST_LIMIT else -math.inf,
                 upper if upper < _LARGEST_LIMIT else math.inf,
             )
-        # A turn and a hundredth: limits of ±6.28 or ±6.3 rad are in use.
-        if largest > 2.02 * math.pi:
+        if largest > WHOLE_TURN:
             if lower == -upper:
                 shown, hint = f"±{upper:g}", f"{math.radians(upper):.5g}"
             else:
