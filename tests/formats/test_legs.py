@@ -111,6 +111,18 @@ def test_i13_there_are_four_legs() -> None:
     )
 
 
+def test_i13_there_are_at_most_a_hundred_legs() -> None:
+    """Six legs, and 95 hinges more on the trunk."""
+    tree = tree_of(MK4)
+    more = [f"more_{number}" for number in range(95)]
+    links = dict(tree.links) | {name: TreeLink(name) for name in more}
+    joints = tuple(TreeJoint(name, "revolute", "base_link", name, np.eye(4)) for name in more)
+    assert refusal(replace(tree, links=links, joints=tree.joints + joints)) == (
+        "phantomx-mk4 has 101 moving joints that leave base_link; "
+        "a robot here has at most 100 legs."
+    )
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_names_and_order_of_links_and_joints_mean_nothing(seed: int) -> None:
     rng = np.random.default_rng(seed)
