@@ -298,6 +298,19 @@ def test_limits_are_ours_and_joints_without_are_whole_turns() -> None:
     np.testing.assert_allclose(limits[1:], MK4.legs[0].joint_limits[1:], atol=1e-15)
 
 
+def test_a_limit_on_one_side_is_kept_and_the_other_is_half_a_turn() -> None:
+    joint = next(j for j in TREE.joints if j.name == "right_front_femur")
+    own = MK4.legs[0].joint_limits[1]
+    # The file's axis may point either way; which, its own limits tell.
+    same = joint.lower == pytest.approx(own[0], abs=1e-12)
+    above = robot_of(with_joint(TREE, joint.name, lower=-np.inf)).legs[0].joint_limits[1]
+    below = robot_of(with_joint(TREE, joint.name, upper=np.inf)).legs[0].joint_limits[1]
+    if not same:
+        above, below = below, above
+    np.testing.assert_allclose(above, [-math.pi, own[1]], atol=1e-15)
+    np.testing.assert_allclose(below, [own[0], math.pi], atol=1e-15)
+
+
 def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even() -> None:
     """Limits of 30° to 90° about a zero that lies 60° aside: the hip turns, not the leg."""
     aside = math.radians(60)
