@@ -111,6 +111,18 @@ def test_i13_there_are_four_legs() -> None:
     )
 
 
+def test_i13_there_are_at_most_a_hundred_legs() -> None:
+    """Six legs, and 95 hinges more on the trunk."""
+    tree = tree_of(MK4)
+    more = [f"more_{number}" for number in range(95)]
+    links = dict(tree.links) | {name: TreeLink(name) for name in more}
+    joints = tuple(TreeJoint(name, "revolute", "base_link", name, np.eye(4)) for name in more)
+    assert refusal(replace(tree, links=links, joints=tree.joints + joints)) == (
+        "phantomx-mk4 has 101 moving joints that leave base_link; "
+        "a robot here has at most 100 legs."
+    )
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_names_and_order_of_links_and_joints_mean_nothing(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -284,6 +296,19 @@ def test_limits_are_ours_and_joints_without_are_whole_turns() -> None:
     limits = robot_of(tree).legs[0].joint_limits
     np.testing.assert_array_equal(limits[0], [-math.pi, math.pi])
     np.testing.assert_allclose(limits[1:], MK4.legs[0].joint_limits[1:], atol=1e-15)
+
+
+def test_a_limit_on_one_side_is_kept_and_the_other_is_half_a_turn() -> None:
+    joint = next(j for j in TREE.joints if j.name == "right_front_femur")
+    own = MK4.legs[0].joint_limits[1]
+    # The file's axis may point either way; which, its own limits tell.
+    same = joint.lower == pytest.approx(own[0], abs=1e-12)
+    above = robot_of(with_joint(TREE, joint.name, lower=-np.inf)).legs[0].joint_limits[1]
+    below = robot_of(with_joint(TREE, joint.name, upper=np.inf)).legs[0].joint_limits[1]
+    if not same:
+        above, below = below, above
+    np.testing.assert_allclose(above, [-math.pi, own[1]], atol=1e-15)
+    np.testing.assert_allclose(below, [own[0], math.pi], atol=1e-15)
 
 
 def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even() -> None:

@@ -274,6 +274,28 @@ def test_what_is_no_step_file_gets_one_sentence(tmp_path: Path, raw: bytes, said
         read_drawing(tmp_path / "bad.step")
 
 
+@pytest.mark.parametrize("name", ["../away/secret.stp", "/away/secret.stp", "beside.stp"])
+def test_i3_parts_in_other_files_are_not_fetched(folder: Path, tmp_path: Path, name: str) -> None:
+    lines = (folder / "robot.step").read_text(encoding="utf-8").splitlines()
+    product = next(line.split()[0] for line in lines if "= PRODUCT_DEFINITION(" in line)
+    text = "\n".join(lines).replace(
+        "ENDSEC;\nEND-ISO",
+        f"#900001 = DOCUMENT_TYPE('');\n#900002 = DOCUMENT_FILE('{name}','',$,#900001,'',$);\n"
+        "#900003 = IDENTIFICATION_ROLE('external document id and location',$);\n"
+        f"#900004 = EXTERNAL_SOURCE(IDENTIFIER('{name}'));\n"
+        f"#900005 = APPLIED_EXTERNAL_IDENTIFICATION_ASSIGNMENT('{name}',#900003,#900004,"
+        "(#900002));\n"
+        f"#900006 = APPLIED_DOCUMENT_REFERENCE(#900002,'',({product}));\n"
+        "ENDSEC;\nEND-ISO",
+    )
+    (tmp_path / "robot.step").write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput) as refused:
+        read_drawing(tmp_path / "robot.step")
+    assert refused.value.what == (
+        f"robot.step has parts in other files, such as {name}; write all parts into one."
+    )
+
+
 def test_a_file_that_is_too_large_is_not_opened(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

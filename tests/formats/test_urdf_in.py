@@ -190,6 +190,19 @@ def test_a_package_around_the_file_is_found_by_itself(by_name: bool, tmp_path: P
         assert len(read(text, folder / "urdf").links["tibia_3"].parts[0].faces) == 4
 
 
+def test_i3_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path: Path) -> None:
+    """A file in home/alice/robots asks for what lies in home/bob."""
+    folder = tmp_path / "home" / "alice" / "robots"
+    folder.mkdir(parents=True)
+    (tmp_path / "home" / "bob").mkdir()
+    (tmp_path / "home" / "bob" / "secret.stl").write_bytes(binary_stl(CORNERS[FACES]))
+    box = '<box size="0.1 0.2 0.3"/>'
+    error = refused(folder, box, '<mesh filename="package://home/bob/secret.stl"/>')
+    assert str(error) == (
+        'package "home" is unknown.\n  in   robot.urdf, line 11\n  try  --package home=PATH'
+    )
+
+
 def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
     two = '<mesh filename="a.dae"/></geometry></visual><visual><geometry><mesh filename="b.stl"/>'
     (tmp_path / "a.dae").write_text("<COLLADA/>")
@@ -249,6 +262,16 @@ def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> 
     assert tree.joints[0].upper == np.inf
     assert tree.findings[0].what == (
         "joint coxa_1: limits -1e+16 to 1e+16 rad were taken for none."
+    )
+    tree = read(LEG.replace(old, 'lower="-2000" upper="0.5"'), tmp_path)
+    assert (tree.joints[0].lower, tree.joints[0].upper) == (-np.inf, 0.5)
+    assert tree.findings[0].what == (
+        "joint coxa_1: lower limit -2000 rad was taken for none; the upper one, 0.5 rad, holds."
+    )
+    tree = read(LEG.replace(old, 'lower="-0.25" upper="1e9"'), tmp_path)
+    assert (tree.joints[0].lower, tree.joints[0].upper) == (-0.25, np.inf)
+    assert tree.findings[0].what == (
+        "joint coxa_1: upper limit 1e+09 rad was taken for none; the lower one, -0.25 rad, holds."
     )
     tree = read(LEG.replace(f"<limit {old}", "<mimic"), tmp_path)
     assert tree.joints[0].lower == -np.inf

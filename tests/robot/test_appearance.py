@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import struct
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
 
 from phasmid.errors import InvalidInput, InvalidRobot
-from phasmid.robot import Appearance, Part, load_robot, robot_to_toml
+from phasmid.robot import Appearance, Part, appearance, load_robot, robot_to_toml
 from phasmid.robot.appearance import glb, read_glb
 
 TRIANGLE = Part(
@@ -47,6 +51,105 @@ def test_a_damaged_file_gets_one_sentence(tmp_path: Path, cut: int) -> None:
     path.write_bytes(glb({"body": (TRIANGLE,)})[:cut])
     with pytest.raises(InvalidInput, match=r"look\.glb is no binary glTF file"):
         read_glb(path)
+
+
+def told_otherwise(change: Callable[[dict[str, Any]], object]) -> bytes:
+    """A file of one triangle whose description is changed, its data not."""
+    raw = glb({"body": (TRIANGLE,)})
+    length = struct.unpack_from("<I", raw, 12)[0]
+    told = json.loads(raw[20 : 20 + length])
+    change(told)
+    text = json.dumps(told).encode()
+    text += b" " * (-len(text) % 4)
+    rest = raw[20 + length :]
+    size = 20 + len(text) + len(rest)
+    return struct.pack("<4sIIII", b"glTF", 2, size, len(text), 0x4E4F534A) + text + rest
+
+
+def nodes(count: int, **keys: object) -> Callable[[dict[str, Any]], object]:
+    return lambda told: told["nodes"].extend({"name": f"body/{n}", **keys} for n in range(count))
+
+
+def nest(levels: int) -> Callable[[dict[str, Any]], object]:
+    """Nodes each of which holds the next."""
+    first = 1000
+
+    def change(told: dict[str, Any]) -> None:
+        told["nodes"] = [{} for _ in range(first)]
+        told["nodes"] += [{"children": [first + n + 1]} for n in range(levels)] + [{}]
+
+    return change
+
+
+def accessor(**keys: object) -> Callable[[dict[str, Any]], object]:
+    return lambda told: told["accessors"][0].update(keys)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            lambda told: told["accessors"].append(
+                {"componentType": 5126, "count": 40_000_000, "type": "VEC3"}
+            ),
+            "look.glb is no binary glTF file: an array has no data in the file.",
+        ),
+        (
+            accessor(count=40_000_000),
+            "look.glb is no binary glTF file: an array lies outside the file.",
+        ),
+        (
+            accessor(count=-3),
+            "look.glb is no binary glTF file: a size in it is no whole number.",
+        ),
+        (
+            accessor(bufferView=99),
+            "look.glb is no binary glTF file: its description does not hold together.",
+        ),
+        (
+            lambda told: told["bufferViews"][0].update(byteLength=10_000),
+            "look.glb is no binary glTF file: an array lies outside the file.",
+        ),
+        (
+            lambda told: told["buffers"][0].update(uri="/etc/passwd"),
+            "look.glb names other files, which are not opened.",
+        ),
+        (
+            lambda told: told.update(images=[{"uri": "https://example.org/a.png"}]),
+            "look.glb names other files, which are not opened.",
+        ),
+        (nodes(4001), "look.glb holds more than 4000 nodes; such files are refused."),
+        (nest(64), "look.glb holds more than 64 levels of nodes; such files are refused."),
+        (
+            lambda told: told["nodes"].extend([{"children": [len(told["nodes"])]}]),
+            "look.glb is no binary glTF file: its nodes stand in a ring.",
+        ),
+        (
+            nodes(2, children=[0]),
+            "look.glb is no binary glTF file: a node stands in two others.",
+        ),
+    ],
+)
+def test_what_a_file_claims_is_weighed_before_it_is_unpacked(
+    tmp_path: Path, change: Callable[[dict[str, Any]], object], said: str
+) -> None:
+    path = tmp_path / "look.glb"
+    path.write_bytes(told_otherwise(change))
+    with pytest.raises(InvalidInput) as refused:
+        read_glb(path)
+    assert refused.value.what == said
+
+
+def test_a_mesh_counts_as_often_as_it_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "look.glb"
+    path.write_bytes(told_otherwise(nodes(6, mesh=0)))
+    # The triangle itself and its 6 copies have 21 corners.
+    monkeypatch.setattr(appearance, "MOST_FACES", 20)
+    with pytest.raises(InvalidInput) as refused:
+        read_glb(path)
+    assert refused.value.what == ("look.glb holds more than 20 corners; such files are refused.")
 
 
 def test_points_without_triangles_are_no_look(tmp_path: Path) -> None:

@@ -108,9 +108,21 @@ def _opened(file: str) -> tuple[Any, Any]:
     static.SetIVal_s("read.stepcaf.subshapes.name", 1)
     if reader.ReadFile(file) != occt("IFSelect").IFSelect_RetDone:
         raise Refused(NO_STEP, "is no STEP file, or a damaged one")
+    if files := _other_files(reader):
+        raise Refused(
+            NO_STEP, f"has parts in other files, such as {files[0]}; write all parts into one"
+        )
     if not reader.Transfer(document):
         raise Refused(NO_STEP, "holds no shapes that can be read")
     return document, tools.ShapeTool_s(document.Main())
+
+
+def _other_files(reader: Any) -> list[str]:
+    """Files that a transfer would open too, wherever they lie."""
+    found = occt("STEPConstruct").STEPConstruct_ExternRefs(reader.Reader().WS())
+    found.LoadExternRefs()
+    names = [found.FileName(number) or "" for number in range(1, found.NbExternRefs() + 1)]
+    return ["".join(c for c in name if c.isprintable())[:100] or "one" for name in names]
 
 
 def _words(text: str) -> Any:

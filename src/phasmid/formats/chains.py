@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
+from phasmid.formats.extension import MOST_LEGS
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.rigid import RigidLink, fixed_to, rigid_link
 from phasmid.formats.tree import HINGES, Tree, TreeJoint
@@ -91,10 +92,16 @@ def skeleton(tree: Tree, *, upright: bool = True) -> Skeleton:
 
     Raises:
         InvalidRobot: There are fewer than four chains of three hinges, or one leg of a pair has
-            another number of them.
+            another number of them; or there are more than `MOST_LEGS`.
     """
     root, findings = _trunk(tree)
     trunk = rigid_link(tree, root)
+    # Legs are compared with each other, so that time grows with the square of their number.
+    if len(trunk.joints) > MOST_LEGS:
+        raise InvalidRobot(
+            f"{tree.file or tree.name} has {len(trunk.joints)} moving joints that leave {root}; "
+            f"a robot here has at most {MOST_LEGS} legs."
+        )
     legs: list[tuple[TreeJoint, ...]] = []
     odd: list[tuple[TreeJoint, list[TreeJoint]]] = []
     extra: list[TreeJoint] = []

@@ -116,9 +116,13 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
                 where=f"option --package {plain(package[:100])}",
             )
         return inside(Path(packages[package]).absolute(), rest, noun)
+    own = model_folder(file)
     for height, parent in enumerate(_above(file.absolute().parent)):
-        # Farther up a folder of that name is more likely a person's than a package's.
-        if (height <= 2 and parent.name == package) or _package_name(parent) == package:
+        # A folder of that name alone may be a person's, with all that is theirs.
+        by_name = parent.name == package and (
+            parent == own or (height <= 2 and (parent / "package.xml").is_file())
+        )
+        if by_name or _package_name(parent) == package:
             return inside(parent, rest, noun)
     shown = plain(package[:100])
     raise InvalidInput(f'package "{shown}" is unknown.', hint=f"--package {shown}=PATH")

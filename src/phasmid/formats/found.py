@@ -116,12 +116,20 @@ def _middle(chain: Chain) -> float:
 
 
 def _limits(chain: Chain, plan: Planar) -> Float[np.ndarray, "3 2"]:
-    """Limits in our angles: a range that turns more than once is one turn."""
+    """Limits in our angles: a range that turns more than once is one turn, and one that has no end
+    on one side ends there at half a turn.
+    """
     limits = np.empty((3, 2))
     for row, joint, sign, offset in zip(
         limits, chain.joints, plan.signs, plan.offsets, strict=True
     ):
         ends = sorted((sign * joint.lower + offset, sign * joint.upper + offset))
+        bounded = [math.isfinite(end) for end in ends]
+        if joint.kind != "continuous" and bounded[0] != bounded[1]:
+            end = math.remainder(ends[bounded.index(True)], 2 * math.pi)
+            row[:] = (end, math.pi) if bounded[0] else (-math.pi, end)
+            if row[0] < row[1]:
+                continue
         if joint.kind == "continuous" or not ends[1] - ends[0] < 2 * math.pi:
             row[:] = -math.pi, math.pi
             continue

@@ -352,6 +352,16 @@ class _Reader:
         largest = max(-lower, upper)
         if largest >= _LARGEST_LIMIT:
             what = f"joint {name}: limits {lower:.4g} to {upper:.4g} rad were taken for none."
+            if upper < _LARGEST_LIMIT:
+                what = (
+                    f"joint {name}: lower limit {lower:.4g} rad was taken for none; the upper one, "
+                    f"{upper:.4g} rad, holds."
+                )
+            elif lower > -_LARGEST_LIMIT:
+                what = (
+                    f"joint {name}: upper limit {upper:.4g} rad was taken for none; the lower one, "
+                    f"{lower:.4g} rad, holds."
+                )
             self.note(Severity.NOTE, f"joint {name}", what, limit.where)
             return (
                 lower if lower > -_LARGEST_LIMIT else -math.inf,

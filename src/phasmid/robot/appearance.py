@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Integer
 
 from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.robot.gltf import check_glb
 
 LARGEST_FILE = 64_000_000
 """Files of meshes above this many bytes are refused."""
@@ -135,6 +136,7 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
         raise InvalidInput(f"cannot read {path}: {reason}.") from None
     if len(raw) > LARGEST_FILE:
         raise InvalidInput(f"{path} holds more than {LARGEST_FILE} bytes; such files are refused.")
+    check_glb(raw, path.name, most_bytes=LARGEST_FILE, most_faces=MOST_FACES)
     try:
         scene: Any = trimesh.load_scene(io.BytesIO(raw), file_type="glb", process=False)
         found = [(node, *scene.graph[node]) for node in sorted(scene.graph.nodes_geometry)]
