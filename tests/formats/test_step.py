@@ -18,6 +18,7 @@ from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats import robot_from_tree
 from phasmid.formats.extension import extension_of
 from phasmid.formats.options import ImportOptions
+from phasmid.formats.solids import file_names
 from phasmid.formats.step import first_guess, read_step, sidecar_of, step_files, tree_of_parts
 from phasmid.formats.step_sidecar import read_sidecar, sidecar_text
 from phasmid.formats.tree import Tree
@@ -126,6 +127,36 @@ def test_a_converted_robot_keeps_the_numbers_of_its_file(tmp_path: Path) -> None
             assert np.abs(link.com - given.com).max() < 1e-9
             assert np.abs(link.inertia - given.inertia).max() < 1e-6 * given.inertia.max()
     assert robot.body.mass == pytest.approx(ROBOT.body.mass, rel=1e-12)
+
+
+def test_a_round_trip_keeps_legs_of_any_name(tmp_path: Path) -> None:
+    """Names that are patterns, paths, the trunk's, another's, not of the first plane, and long."""
+    names = ["leg[1]*?", "a/b", "a_b", "body", 'ü\U0001f600"', 64 * "l"]
+    legs = tuple(replace(leg, name=name) for leg, name in zip(ROBOT.legs, names, strict=True))
+    for name, data in step_files(replace(ROBOT, legs=legs), "own.step").items():
+        (tmp_path / name).write_bytes(data)
+    robot = robot_from_tree(read_step(tmp_path / "own.step")).robot
+    assert robot is not None
+    assert list(robot.leg_names) == names
+    assert robot.appearance is not None
+    assert ROBOT.appearance is not None
+    for leg, own in zip(robot.legs, ROBOT.legs, strict=True):
+        assert np.abs(leg.lengths - own.lengths).max() < 1e-6
+        for joint in JOINTS:
+            # Each link shows the solids that were drawn for it.
+            drawn = ROBOT.appearance.link(own.name, joint)
+            assert len(robot.appearance.link(leg.name, joint)) == len(drawn)
+    assert len(robot.appearance.body) == len(ROBOT.appearance.body)
+
+
+def test_files_of_links_have_names_of_their_own() -> None:
+    assert file_names(("body", "a b.coxa", "a_b.coxa", "a/b.coxa", "A_B.coxa")) == {
+        "body": "body",
+        "a b.coxa": "a_b.coxa",
+        "a_b.coxa": "a_b.coxa_2",
+        "a/b.coxa": "a_b.coxa_3",
+        "A_B.coxa": "A_B.coxa_4",
+    }
 
 
 def tree(folder: Path, drawing: tuple[DrawnPart, ...], text: str) -> Tree:

@@ -159,7 +159,7 @@ def _below(
     if level > MOST_LEVELS:
         raise Refused(TOO_MANY, f"holds assemblies more than {MOST_LEVELS} deep")
     if not shapes.IsAssembly_s(label):
-        yield _unique("/".join(path), taken), label, X
+        yield unique("/".join(path), taken), label, X
         return
     for component in _labels(lambda found: shapes.GetComponents_s(label, found)):
         referred = occt("TDF").TDF_Label()
@@ -167,14 +167,20 @@ def _below(
             referred = component
         own, product = _name(component), _name(referred)
         name = product if _generic(own) and product else own or "part"
-        inner = (*path, name.replace("/", "_"))
+        inner = (*path, step_of(name))
         below = X @ _pose(shapes, component)
         if shapes.IsAssembly_s(referred):
-            inner = tuple(_unique("/".join(inner), taken).split("/"))
+            inner = tuple(unique("/".join(inner), taken).split("/"))
         yield from _below(shapes, referred, inner, below, taken, level + 1)
 
 
-def _unique(path: str, taken: set[str]) -> str:
+def step_of(name: str) -> str:
+    """A name as a step of a path."""
+    return name.replace("/", "_")
+
+
+def unique(path: str, taken: set[str]) -> str:
+    """A path, numbered where it is taken; it is taken from now on."""
     name, number = path, 1
     while name in taken:
         number += 1
@@ -193,11 +199,11 @@ def _name(label: Any) -> str:
     found = data.TDataStd_Name()
     if not label.FindAttribute(data.TDataStd_Name.GetID_s(), found):
         return ""
-    text = found.Get()
-    units = [text.Value(number) for number in range(1, text.Length() + 1)]
-    raw = "".join(unit if isinstance(unit, str) else chr(unit) for unit in units)
-    # Two halves of UTF-16 are one character.
-    raw = raw.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
+    try:
+        # As UTF-8; the kernel's own characters are halves of UTF-16.
+        raw = str(occt("TCollection").TCollection_AsciiString(found.Get(), "\0").ToCString())
+    except UnicodeDecodeError:
+        return ""
     return "".join(c for c in raw if c.isprintable()).strip()[:200]
 
 

@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from phasmid.cad.assembly import Assembly, Solid, location
 from phasmid.cad.library import build123d, occt
+from phasmid.cad.reader import step_of, unique
 from phasmid.errors import OutputError
 from phasmid.recording.file import write_whole
 
@@ -59,6 +60,24 @@ def step_text(assembly: Assembly) -> bytes:
         _place(shapes, owner, group, joint, assembly.poses[link])
     shapes.UpdateAssemblies()
     return _text(document, assembly.name)
+
+
+def part_paths(assembly: Assembly) -> dict[str, tuple[str, ...]]:
+    """Path of each part by link, as `read_drawing` gives it to the assembly's STEP file.
+
+    Args:
+        assembly: The solids; ``body`` comes first in it.
+    """
+    taken: set[str] = set()
+    owners: dict[str, str] = {}
+    paths: dict[str, tuple[str, ...]] = {}
+    for link, parts in assembly.links.items():
+        leg, _, joint = link.rpartition(".")
+        if leg and leg not in owners:
+            owners[leg] = unique(step_of(leg), taken)
+        above = unique(f"{owners[leg]}/{joint}" if leg else joint, taken)
+        paths[link] = tuple(unique(f"{above}/{step_of(part.name)}", taken) for part in parts)
+    return paths
 
 
 def _document() -> Any:

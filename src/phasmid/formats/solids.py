@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,8 +52,9 @@ def write_solids(
     announce("solids")
     assembly = build(robot)
     looks = meshes(assembly)
-    for link in looks:
-        files[folder / "stl" / f"{file_name(link)}.stl"] = f"mesh of {link}, in metres"
+    stls = {link: folder / "stl" / f"{name}.stl" for link, name in file_names(tuple(looks)).items()}
+    for link, path in stls.items():
+        files[path] = f"mesh of {link}, in metres"
     _check(tuple(files), force=force)
     for place in (folder, folder / "stl"):
         try:
@@ -67,7 +68,7 @@ def write_solids(
     announce("meshes")
     write_whole(folder / f"{name}.glb", glb(looks))
     for link, parts in looks.items():
-        write_whole(folder / "stl" / f"{file_name(link)}.stl", stl(parts))
+        write_whole(stls[link], stl(parts))
     table = f"# {robot.name}: masses\n\n{mass_table(robot, assembly)}"
     write_whole(folder / f"{name}-masses.md", table.encode())
     return files
@@ -95,6 +96,22 @@ def file_name(name: str) -> str:
     """A name as the name of a file, without what some system refuses."""
     plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
     return plain.strip(".") or "robot"
+
+
+def file_names(names: Sequence[str]) -> dict[str, str]:
+    """Names of files by the names of what they hold; those that would be one file are numbered."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        plain = numbered = file_name(name)
+        number = 1
+        # Some systems hold capital and small letters for the same.
+        while numbered.casefold() in taken:
+            number += 1
+            numbered = f"{plain}_{number}"
+        taken.add(numbered.casefold())
+        found[name] = numbered
+    return found
 
 
 def stl(parts: tuple[Part, ...]) -> bytes:

@@ -11,6 +11,7 @@ import numpy as np
 
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.cad.servo_case import CASES
+from phasmid.formats.step_sidecar import literal
 from phasmid.robot import JOINTS
 from phasmid.toml import toml_key, toml_string
 
@@ -120,14 +121,9 @@ def _link_of(path: str) -> tuple[str, str, str]:
             held = depth < len(names) - 1
             above = "_".join(names[:depth])
             leg = "_".join(filter(None, (above, rest))) if not above or not held else above
-            pattern = "/".join(_literal(n) for n in names[: depth + 1])
+            pattern = "/".join(literal(n) for n in names[: depth + 1])
             return leg or "leg", joint, f"{pattern}/*" if held else pattern
     return "", "", ""
-
-
-def _literal(name: str) -> str:
-    """A name as a pattern that fits nothing else."""
-    return re.sub(r"([*?[])", r"[\1]", name)
 
 
 def _servos(parts: tuple[DrawnPart, ...]) -> list[str]:
@@ -139,7 +135,7 @@ def _servos(parts: tuple[DrawnPart, ...]) -> list[str]:
             stem = re.sub(r"[^a-z0-9]", "", servo.lower())
             if bare and (stem in bare or stem.rstrip("a") in bare):
                 lines += [
-                    f"[parts.{toml_key(_literal(product))}]",
+                    f"[parts.{toml_key(literal(product))}]",
                     f"mass_g = {1000 * case.mass:g}  # {servo}",
                     "",
                 ]
@@ -170,7 +166,7 @@ def _joint(parent: str, child: str, axis: Axis | None) -> list[str]:
             "# direction = [0, 0, 1]",
         ]
     else:
-        found = [f"axis_of = {toml_string(_literal(axis.part.path))}"]
+        found = [f"axis_of = {toml_string(literal(axis.part.path))}"]
         if axis.face.name:
             found.append(f"face = {toml_string(axis.face.name)}")
         else:

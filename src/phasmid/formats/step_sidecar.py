@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +12,7 @@ import numpy as np
 from annotated_types import Gt, Le, Len
 
 from phasmid.cad import Assembly
+from phasmid.cad.step import part_paths
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
@@ -20,10 +23,14 @@ from phasmid.toml import read_toml, toml_key, toml_string
 LONGEST_PATTERN = 400
 """Patterns of more characters than this are refused."""
 
+LONGEST_LINK = 200
+"""Links and joints of longer names are refused; such names hold that of a leg and more."""
+
 MOST_LINKS = 400
 """More links or joints than this are refused."""
 
 Direction = Annotated[list[Number], Len(3, 3)]
+LinkName = Annotated[str, Len(1, LONGEST_LINK)]
 Pattern = Annotated[str, Len(1, LONGEST_PATTERN)]
 
 
@@ -83,9 +90,9 @@ class Sidecar(Table):
     density: Annotated[Density, Gt(0), Le(30_000)] | None = None
     frame: FrameTable = FrameTable()
     parts: dict[Pattern, PartTable] = {}
-    links: Annotated[dict[Name, StepLinkTable], Len(1, MOST_LINKS)]
-    joints: Annotated[dict[Name, StepJointTable], Len(0, MOST_LINKS)] = {}
-    feet: Annotated[dict[Name, FootTable], Len(0, MOST_LINKS)] = {}
+    links: Annotated[dict[LinkName, StepLinkTable], Len(1, MOST_LINKS)]
+    joints: Annotated[dict[LinkName, StepJointTable], Len(0, MOST_LINKS)] = {}
+    feet: Annotated[dict[LinkName, FootTable], Len(0, MOST_LINKS)] = {}
 
 
 def sidecar_of(path: Path) -> Path:
@@ -137,11 +144,13 @@ def sidecar_text(
         lines.append(f"extension = {toml_string(extension)}")
     keep = masses == "file"
     known = _given(robot.body, assembly.poses["body"]) if keep else []
-    lines += ["", *_weights(assembly), *_link("base_link", "body/*", known)]
+    paths = part_paths(assembly)
+    lines += ["", *_weights(assembly), *_link("base_link", paths["body"], known)]
     for leg in robot.legs:
         for joint, link in zip(JOINTS, leg.links, strict=True):
             known = _given(link, assembly.poses[f"{leg.name}.{joint}"]) if keep else []
-            lines += _link(f"{leg.name}_{joint}_link", f"{leg.name}/{joint}/*", known)
+            own = paths[f"{leg.name}.{joint}"]
+            lines += _link(f"{leg.name}_{joint}_link", own, known)
     for leg in robot.legs:
         q = joint_angles(leg, leg.neutral_foot)
         parent = "base_link"
@@ -152,7 +161,7 @@ def sidecar_text(
                 f"[joints.{toml_key(f'{leg.name}_{joint}')}]",
                 f"parent = {toml_string(parent)}",
                 f"child = {toml_string(child)}",
-                f"axis_of = {toml_string(_axle(assembly, leg.name, joint))}",
+                f"axis_of = {toml_string(literal(_axle(assembly, paths, leg.name, joint)))}",
                 'face = "axis"',
                 f"direction = {_row(X_drawing_child[:3, 2])}",
                 f"drawn_at_rad = {float(q[number])!r}",
@@ -170,6 +179,11 @@ def sidecar_text(
     return "\n".join(lines)
 
 
+def literal(name: str) -> str:
+    """A name as a pattern that fits nothing else."""
+    return re.sub(r"([*?[])", r"[\1]", name)
+
+
 def _plain(name: str) -> str:
     return "".join(c if c.isprintable() else " " for c in name)
 
@@ -178,7 +192,9 @@ def _row(values: np.ndarray) -> str:
     return "[" + ", ".join(repr(float(v)) for v in values) + "]"
 
 
-def _link(name: str, pattern: str, known: list[str]) -> list[str]:
+def _link(name: str, paths: tuple[str, ...], known: list[str]) -> list[str]:
+    """A link of all parts of one assembly."""
+    pattern = f"{literal(paths[0].rpartition('/')[0])}/*"
     return [f"[links.{toml_key(name)}]", f"parts = [{toml_string(pattern)}]", *known, ""]
 
 
@@ -206,15 +222,23 @@ def _weights(assembly: Assembly) -> list[str]:
                 )
             else:
                 said[solid.name] = f"mass_kg = {solid.mass!r}"
-    return [line for name, what in said.items() for line in (f"[parts.{name}]", what, "")]
+    return [
+        line
+        for name, what in said.items()
+        for line in (f"[parts.{toml_key(literal(name))}]", what, "")
+    ]
 
 
-def _axle(assembly: Assembly, leg: str, joint: str) -> str:
+def _axle(assembly: Assembly, paths: Mapping[str, tuple[str, ...]], leg: str, joint: str) -> str:
     """The servo on whose horn the joint turns, as a path of the drawing."""
-    if joint == "coxa":
-        return f"body/{leg}_servo"
-    name = "femur_servo" if joint == "femur" else "knee_servo"
-    for link in ("femur", "tibia"):
-        if any(placed.name == name for placed in assembly.links[f"{leg}.{link}"]):
-            return f"{leg}/{link}/{name}"
+    sought = {
+        "coxa": ("body", f"{leg}_servo"),
+        "femur": (f"{leg}.femur", "femur_servo"),
+        "tibia": (f"{leg}.femur", "knee_servo"),
+    }
+    link, name = sought[joint]
+    for owner in (link, f"{leg}.tibia"):
+        for placed, path in zip(assembly.links[owner], paths[owner], strict=True):
+            if placed.name == name:
+                return path
     raise AssertionError(name)
