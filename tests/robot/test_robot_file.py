@@ -377,6 +377,12 @@ def test_names_that_would_harm_a_terminal_are_refused(tmp_path, name):
     assert str(error).replace("\n", "").isprintable()
 
 
+@pytest.mark.parametrize("name", [" a", "a ", " "])
+def test_names_do_not_begin_or_end_with_a_blank(tmp_path, name):
+    error = said(tmp_path, swapped('name = "phantomx-paper"', f'name = "{name}"'))
+    assert error.what == f"the name '{name}' must not begin or end with a blank."
+
+
 def test_a_leg_that_points_inwards_is_refused(tmp_path):
     error = said(tmp_path, with_leg_line("neutral_foot_mm = [-150, 0, -100]"))
     assert error.what == (

@@ -39,6 +39,9 @@ def _printable(name: Any) -> Any:
             f"the name {name[:LONGEST_NAME]!r} cannot be used; it must be 1 to {LONGEST_NAME} "
             "printable characters."
         )
+    # Formats of XML know no blanks there.
+    if isinstance(name, str) and name != name.strip():
+        raise InvalidInput(f"the name {name!r} must not begin or end with a blank.")
     return name
 
 
