@@ -11,7 +11,7 @@ import pytest
 
 from general_robot import general_robot
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.formats import ImportOptions, Tree, tree_of
+from phasmid.formats import ImportOptions, Tree, import_robot, tree_of
 from phasmid.formats.mjcf_in import read_mjcf
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.outgoing import neutral_angles
@@ -415,6 +415,30 @@ def test_what_copies_bodies_and_other_files_is_refused(tmp_path: Path) -> None:
     assert error.what == (
         "robot.xml line 1: the file holds a <robot>; an MJCF file holds a <mujoco>."
     )
+
+
+@pytest.mark.parametrize(
+    ("root", "said"),
+    [
+        (
+            "PhysicalModelingXMLFile",
+            "the file holds a <PhysicalModelingXMLFile> of SimMechanics, which is not read; "
+            "robots are read from URDF, a <robot>, and MJCF, a <mujoco>.",
+        ),
+        (
+            "SimscapeMultibodyImportXML",
+            "the file holds a <SimscapeMultibodyImportXML> of SimMechanics, which is not read; "
+            "robots are read from URDF, a <robot>, and MJCF, a <mujoco>.",
+        ),
+        ("assembly", "the file holds a <assembly>; an MJCF file holds a <mujoco>."),
+    ],
+)
+def test_i14_other_xml_of_cad_programs_is_named(tmp_path: Path, root: str, said: str) -> None:
+    path = tmp_path / "assembly.xml"
+    path.write_text(f'<{root} version="1.0"><RootAssembly/></{root}>', encoding="utf-8")
+    with pytest.raises(InvalidInput) as refused:
+        import_robot(path)
+    assert refused.value.what == f"assembly.xml line 1: {said}"
 
 
 def test_i9_a_mesh_in_millimetres_is_refused_and_mended(tmp_path: Path) -> None:

@@ -77,6 +77,9 @@ _SILENT = {
 _SECTIONS = {"equality", "tendon", "sensor", "keyframe", "contact", "deformable"}
 """Sections whose entries are counted under the section's name."""
 
+SIMMECHANICS = {"PhysicalModelingXMLFile", "SimscapeMultibodyImportXML"}
+"""Root elements of what CAD programs export for SimMechanics and its successor."""
+
 _REFUSED = {"attach", "replicate"}
 """What makes more of a robot than the file says."""
 
@@ -163,6 +166,12 @@ def check_mjcf(path: Path, options: ImportOptions) -> Checked:
             folder, or a number cannot be used.
     """
     root = load_xml(path)
+    if root.tag in SIMMECHANICS:
+        raise InvalidInput(
+            f"{root.file} line {root.line}: the file holds a <{short(root.tag)}> of SimMechanics, "
+            "which is not read; robots are read from URDF, a <robot>, and MJCF, a <mujoco>.",
+            hint="export the assembly as URDF or STEP",
+        )
     if root.tag != "mujoco":
         raise InvalidInput(
             f"{root.file} line {root.line}: the file holds a <{short(root.tag)}>; "
