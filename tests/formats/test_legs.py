@@ -386,7 +386,7 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh() -> None:
     tree = without_feet()
     assert refusal(tree) == (
         "leg 1: nothing says where its foot is; right_front_tibia_link has neither a fixed link "
-        "at its end nor a mesh."
+        "at its end nor a shape."
     )
     length = MK4.legs[0].tibia.length
     assert robot_of(tree, foot=f"{length},0,0").legs[0].tibia.length == pytest.approx(length)
@@ -552,3 +552,25 @@ def test_a_shared_total_mass_is_told_as_what_it_is() -> None:
         "masses: 1 of 19 links without a mass in the file: all 3 kg were shared among the links "
         "by the volume of their boxes, and spread over these.",
     ]
+
+
+def test_a_ball_at_the_end_of_the_last_link_is_its_foot() -> None:
+    """N6: a ball of 12 mm about a point 120 mm from the tibia's axis touches at 132 mm."""
+    tree = replace(TREE, extension="")
+    feet = {name for name in tree.links if name.endswith("_foot")}
+    links = {name: link for name, link in tree.links.items() if name not in feet}
+    for name, link in links.items():
+        if name.endswith("_tibia_link"):
+            links[name] = replace(link, balls=((0.12, 0.0, 0.0, 0.012),))
+    bare = replace(tree, links=links, joints=tuple(j for j in tree.joints if j.child not in feet))
+    imported = robot_from_tree(bare)
+    assert imported.robot is not None
+    for leg in imported.robot.legs:
+        assert leg.tibia.length == pytest.approx(0.132, abs=1e-12)
+    (note,) = [f for f in imported.findings if "collision sphere" in f.what]
+    assert note.severity is Severity.NOTE
+    assert note.sentence == (
+        "legs 1 to 6: no foot in the file; taken from the far end of the collision sphere of its "
+        "last link, at (132.0, 0.0, 0.0) mm, 132.0 mm from the tibia's axis."
+    )
+    assert note.hint.startswith("--foot 0.132,0,0, in metres")

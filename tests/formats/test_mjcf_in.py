@@ -67,8 +67,8 @@ def test_a_written_robot_comes_back_with_every_number(name: str, tmp_path: Path)
     extension = 'a = "\\\\n"\n[b]\nc = "<&>\\u1234"\n'
     ours = tree_of(robot, extension)
     files = mjcf_files(ours, "robot", home=neutral_angles(robot), servo=robot.servo)
-    (tmp_path / "meshes").mkdir()
     for file, raw in files.items():
+        (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_bytes(raw)
     theirs = read_mjcf(tmp_path / "robot.xml", ImportOptions(strict=True))
     assert theirs.name == robot.name

@@ -228,7 +228,8 @@ class _Reader:
         else:
             self._add_joints(body, joints)
         shift = self.shifts.setdefault(body, np.zeros(3))
-        self._add_link(name, self._inertial(body, shift), self._parts(body, shift), element.where)
+        inertial, parts = self._inertial(body, shift), self._parts(body, shift)
+        self._add_link(name, inertial, parts, element.where, self._balls(body, shift))
         self._add_feet(body, root)
 
     def _add_link(
@@ -237,10 +238,11 @@ class _Reader:
         inertial: Inertial | None = None,
         parts: tuple[Part, ...] = (),
         where: str = "",
+        balls: tuple[tuple[float, float, float, float], ...] = (),
     ) -> None:
         if name in self.links:
             raise InvalidRobot(f"two links are called {short(name)}.", where=where)
-        self.links[name] = TreeLink(name, inertial, parts, where)
+        self.links[name] = TreeLink(name, inertial, parts, where, balls)
 
     def _inertial(self, body: int, shift: Float[np.ndarray, "3"]) -> Inertial | None:
         model = self.model
@@ -348,6 +350,22 @@ class _Reader:
             name = name if name.isprintable() else ""
             parts.append(Part(mesh.vertices, mesh.faces, rgba, name).at(X))
         return tuple(parts)
+
+    def _balls(
+        self, body: int, shift: Float[np.ndarray, "3"]
+    ) -> tuple[tuple[float, float, float, float], ...]:
+        """Centres and radii of the spheres with which a body touches others."""
+        import mujoco
+
+        model = self.model
+        first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+        balls = []
+        for geom in range(first, first + count):
+            touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
+            if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_SPHERE) and touches:
+                x, y, z = (model.geom_pos[geom] - shift).tolist()
+                balls.append((x, y, z, float(model.geom_size[geom, 0])))
+        return tuple(balls)
 
     def _color(self, geom: int) -> meshes.Color:
         model = self.model

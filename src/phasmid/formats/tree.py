@@ -43,12 +43,15 @@ class TreeLink:
         inertial: Its mass; None where the file gives none.
         parts: Its look, in the link's frame.
         where: File and line.
+        balls: Centre in the link's frame and radius of its collision spheres [m], four numbers
+            each.
     """
 
     name: str
     inertial: Inertial | None = None
     parts: tuple[Part, ...] = ()
     where: str = ""
+    balls: tuple[tuple[float, float, float, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from phasmid.formats import meshes
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
+from phasmid.formats.origins import WHOLE_TURN, pose_of, rotation
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import Element, load_xml, short
 from phasmid.robot import Part
@@ -42,9 +43,6 @@ OWN_SHAPE = "phasmid_"
 
 UNLIMITED = 1e9
 """Efforts and speeds from here on say that there is no limit [N·m, rad/s]."""
-
-WHOLE_TURN = 2.02 * math.pi
-"""A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
 
 _LARGEST_LIMIT = 1000.0
 """Angles that joints' limits give to say that there is no limit begin here [rad]."""
@@ -103,48 +101,6 @@ def _extension(root: Element) -> str:
     return found[0].text + "\n" if found and found[0].text else ""
 
 
-def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:
-    """The pose of an ``<origin>``: turned by Rz(yaw) Ry(pitch) Rx(roll), then moved.
-
-    Args:
-        element: The origin; without one the pose is none.
-
-    Raises:
-        InvalidInput: An angle is more than a turn, as degrees are.
-    """
-    X = np.eye(4)
-    if element is None:
-        return X
-    roll, pitch, yaw = element.numbers("rpy", 3, (0.0, 0.0, 0.0))
-    if max(abs(roll), abs(pitch), abs(yaw)) > WHOLE_TURN:
-        turned = " ".join(f"{angle:.5g}" for angle in np.radians([roll, pitch, yaw]))
-        raise InvalidInput(
-            f"<origin>: rpy {roll:g} {pitch:g} {yaw:g} rad is more than a turn; "
-            "URDF angles are radians.",
-            where=element.where,
-            hint=f'rpy="{turned}", if these are degrees',
-        )
-    if roll or pitch or yaw:
-        X[:3, :3] = rotation(roll, pitch, yaw)
-    X[:3, 3] = element.numbers("xyz", 3, (0.0, 0.0, 0.0))
-    return X
-
-
-def rotation(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
-    """Rz(yaw) Ry(pitch) Rx(roll), angles in radians.
-
-    Source: the URDF specification, element origin.
-    """
-    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
 @dataclass
 class _Reader:
     """One file being read: its materials, its meshes, and what was found."""
@@ -189,6 +145,7 @@ class _Reader:
             None if inertial is None else self._inertial(inertial, name),
             parts,
             element.where,
+            _balls(element),
         )
 
     def _inertial(self, element: Element, link: str) -> Inertial:
@@ -408,6 +365,19 @@ def _rgba(color: Element) -> meshes.Color:
     if not all(0 <= c <= 1 for c in (r, g, b, a)):
         raise InvalidInput("<color>: rgba must be four numbers from 0 to 1.", where=color.where)
     return r, g, b, a
+
+
+def _balls(link: Element) -> tuple[tuple[float, float, float, float], ...]:
+    """Centres and radii of a link's collision spheres, besides those of our own export."""
+    balls = []
+    for collision in link.all("collision"):
+        geometry = collision.find("geometry")
+        sphere = geometry.find("sphere") if geometry is not None else None
+        if sphere is None or collision.attributes.get("name", "").startswith(OWN_SHAPE):
+            continue
+        x, y, z = pose_of(collision.find("origin"))[:3, 3].tolist()
+        balls.append((x, y, z, _sizes(sphere, "radius")[0]))
+    return tuple(balls)
 
 
 def _primitive(shape: Element) -> meshes.Mesh:

@@ -1,0 +1,56 @@
+"""Poses as URDF files write them: a place, and three angles in radians."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput
+from phasmid.formats.xml import Element
+
+WHOLE_TURN = 2.02 * math.pi
+"""A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
+
+
+def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:
+    """The pose of an ``<origin>``: turned by Rz(yaw) Ry(pitch) Rx(roll), then moved.
+
+    Args:
+        element: The origin; without one the pose is none.
+
+    Raises:
+        InvalidInput: An angle is more than a turn, as degrees are.
+    """
+    X = np.eye(4)
+    if element is None:
+        return X
+    roll, pitch, yaw = element.numbers("rpy", 3, (0.0, 0.0, 0.0))
+    if max(abs(roll), abs(pitch), abs(yaw)) > WHOLE_TURN:
+        turned = " ".join(f"{angle:.5g}" for angle in np.radians([roll, pitch, yaw]))
+        raise InvalidInput(
+            f"<origin>: rpy {roll:g} {pitch:g} {yaw:g} rad is more than a turn; "
+            "URDF angles are radians.",
+            where=element.where,
+            hint=f'rpy="{turned}", if these are degrees',
+        )
+    if roll or pitch or yaw:
+        X[:3, :3] = rotation(roll, pitch, yaw)
+    X[:3, 3] = element.numbers("xyz", 3, (0.0, 0.0, 0.0))
+    return X
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
+    """Rz(yaw) Ry(pitch) Rx(roll), angles in radians.
+
+    Source: the URDF specification, element origin.
+    """
+    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
