@@ -7,11 +7,21 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.errors import PhasmidError
 from phasmid.motion import Motion, SampledMotion
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
 
 if TYPE_CHECKING:
     import mujoco
+
+
+class LostConstraints(PhasmidError):
+    """The engine made no constraint for some of the joints that constraints hold."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "the engine left out constraints that hold joints, whose torques are therefore unknown."
+        )
 
 
 @runtime_checkable
@@ -33,7 +43,11 @@ class Drive(Protocol):
         """Start the walk with joint speeds [rad/s], shape (3 L,), after all has settled."""
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Torques of the last step, leg by leg [N·m], shape (3 L,)."""
+        """Torques of the last step, leg by leg [N·m], shape (3 L,).
+
+        Raises:
+            LostConstraints: There are none.
+        """
 
     def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
         """The drive's name, and the arrays on which `command` works, for its machine code."""
@@ -89,8 +103,14 @@ class PrescribedDrive(Memoryless):
         self._angle[:] = target
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Forces of the constraints, which stand first among the engine's constraint forces."""
+        """Forces of the constraints, which stand first among the engine's constraint forces.
+
+        Raises:
+            LostConstraints: The engine left some of them out.
+        """
         force: np.ndarray = self._data.efc_force[: self._count]
+        if self._data.ne < self._count or len(force) < self._count:
+            raise LostConstraints
         return force
 
     def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:

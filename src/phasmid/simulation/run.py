@@ -6,6 +6,7 @@ import base64
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion
 from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.simulation.complaint import collected_complaints
-from phasmid.simulation.drive import Drive, IdealServoDrive, PrescribedDrive
+from phasmid.simulation.drive import Drive, IdealServoDrive, LostConstraints, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.ground import Footing
 from phasmid.simulation.model import build_model
@@ -78,6 +79,7 @@ class Run:
         self.trouble: Trouble | None = None
         self._one_cycle = self._repeated_targets()
         self._complaints: list[str] = []
+        self._lost: LostConstraints | None = None
         self._rows = self.buffer.rows()
         self._place(walk.sample(np.zeros(1)))
         self._unlocked = self._unlocked_loop() if beside else None
@@ -322,6 +324,8 @@ class Run:
         if self._complaints:
             said = f"the engine says: {self._complaints[0]}"
             return Trouble(Ending.DIVERGED, max(0, count - 1), said)
+        if self._lost:
+            return Trouble(Ending.DIVERGED, max(0, count - 1), self._lost.what.rstrip("."))
         return None
 
     # A state that is not finite is for the watch to find.
@@ -349,10 +353,12 @@ class Run:
             if interrupted:
                 return 0
             with collected_complaints(self._complaints):
-                made, error = self._unlocked.advance(targets, len(targets) - last)
-            if error:
-                self._complaints.append(" ".join(error.split()))
-            return made
+                block = self._unlocked.advance(targets, len(targets) - last)
+            if block.error:
+                self._complaints.append(" ".join(block.error.split()))
+            if block.lost:
+                self._lost = LostConstraints()
+            return block.steps
         # All names are local, and views of memory are copied, which is quicker than arrays: the
         # loop below is the simulation's whole cost beside the engine.
         model, data, step, end = self.model, self.data, mujoco.mj_step, len(targets) - last
@@ -382,6 +388,8 @@ class Run:
                     made += 1
             except mujoco.FatalError as error:
                 self._complaints.append(" ".join(str(error).split()))
+            except LostConstraints as error:
+                self._lost = error
         return made
 
     def _keep(self, count: int, keep: Keep) -> None:
@@ -393,14 +401,21 @@ class Run:
 
 
 def unlocked_loop() -> type[UnlockedLoop] | None:
-    """The kind of loop that runs side by side use; None where numba is missing.
+    """The kind of loop that runs side by side use; None where it cannot be had.
 
     Its machine code is readied when it is first asked for, which is to be in one thread.
     """
-    if numba() is None:
-        return None
-    from phasmid.simulation.unlocked import UnlockedLoop
+    return None if numba() is None else _readied_loop()
 
+
+@cache
+def _readied_loop() -> type[UnlockedLoop] | None:
+    """That kind of loop; None where this engine or this numba is not one that it knows."""
+    try:
+        from phasmid.simulation.unlocked import UnlockedLoop
+    except Exception:
+        # The loop reaches into numba, whose errors are of many kinds; the plain loop needs neither.
+        return None
     return UnlockedLoop
 
 

@@ -35,6 +35,9 @@ FIELDS = (
 joint [N·m] of this step; temperature [°C]; time at the largest output [s]; why it shut down; steps
 until it next looks at the position; position error [ticks] and its smoothed change [ticks/s]."""
 
+NUMBERS = 28
+"""How many numbers `servo_numbers` gives."""
+
 RUNNING, OVERLOADED, OVERHEATED = 0.0, 1.0, 2.0
 """Whether a servo runs, and why it shut down."""
 
@@ -253,6 +256,7 @@ class ServoDrive:
         self._numbers = servo_numbers(
             servo, model.opt.timestep, table.voltage, table.ambient_temperature
         )
+        assert self._numbers.shape == (NUMBERS,)  # As many as the machine code reads.
         self._names = [f"{leg.name}.{joint}" for leg in walk.robot.legs for joint in JOINTS]
         self._angle, self._speed = data.qpos[7:], data.qvel[6:]
         self._applied = data.qfrc_applied[6:]

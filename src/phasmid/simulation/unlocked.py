@@ -2,7 +2,8 @@
 
 Threads that each step a robot wait for one another wherever they need that lock. In this loop
 neither the engine nor what stands around it needs it: a block of steps is one call. It does what
-`Run._advance` does, with the same bits. Importing this module needs numba.
+`Run._advance` does, with the same bits. Importing this module needs numba, and an engine of the
+version whose structures are known here.
 
 The engine itself calls the loop, as a function on one of the simulations of a batch of its own: so
 its errors come back as they do from its Python functions, and do not end the process.
@@ -16,7 +17,7 @@ from functools import cache
 from importlib import import_module
 from inspect import unwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -25,10 +26,31 @@ from jaxtyping import Float
 from phasmid.simulation.compiled import compiled, heed_sources
 from phasmid.simulation.drive import Drive
 from phasmid.simulation.samples import Samples
-from phasmid.simulation.servo import FIELDS, servo_step
+from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+ENGINE = (4, 0)
+"""The engine's version whose functions and structures are used here by their addresses."""
+
+DATA_SIZE = 162120
+"""Size of the structure of the engine's state in that version [bytes]."""
+
+
+def check_engine() -> None:
+    """Refuse an engine of another version, before anything of it is touched.
+
+    Raises:
+        ImportError: The engine's package or its library is of another version.
+    """
+    package = tuple(mujoco.__version__.split(".")[:2])
+    library = divmod(mujoco.mj_version() // 1000, 1000)
+    if package != tuple(map(str, ENGINE)) or library != ENGINE:
+        raise ImportError(f"MuJoCo {mujoco.__version__} may be laid out in another way")
+
+
+check_engine()
 
 numba: Any = import_module("numba")
 ir: Any = import_module("llvmlite.ir")
@@ -37,10 +59,24 @@ ROWS = 4
 """Arrays that are copied at each step: angles, speeds, sensors, the drive's state."""
 
 MODEL, DATA, STEP, FORWARD, COUNT, END, MADE, JOINTS, TARGETS, COMMAND, MEMORY = range(11)
-TORQUE, TORQUE_MOVES, TO_TORQUE = range(11, 14)
-FROM, TO, WIDTH = 14, 14 + ROWS, 14 + 2 * ROWS
+TORQUE, TORQUE_MOVES, TO_TORQUE, EQUALITIES, CONSTRAINTS, LOST = range(11, 17)
+FROM, TO, WIDTH = 17, 17 + ROWS, 17 + 2 * ROWS
 SIZE = WIDTH + ROWS
 """Places in the table of numbers and addresses that the loop is given, and their number."""
+
+
+class Made(NamedTuple):
+    """What became of a block of steps.
+
+    Attributes:
+        steps: Number of steps made.
+        error: The engine's error, or nothing.
+        lost: Whether it made no constraint for some of the joints that constraints hold.
+    """
+
+    steps: int
+    error: str
+    lost: bool
 
 
 class UnlockedLoop:
@@ -53,7 +89,8 @@ class UnlockedLoop:
         buffer: Takes a sample of each step.
 
     Raises:
-        OSError: The engine's library is not where its package is.
+        OSError: The engine's library is not where its package is, or its state is laid out in
+            another way.
     """
 
     def __init__(
@@ -61,6 +98,8 @@ class UnlockedLoop:
     ) -> None:
         name, memory = drive.memory()
         torque = drive.torque()
+        if len(torque) != buffer.torque.shape[1]:
+            raise OSError(f"{len(torque)} torques for {buffer.torque.shape[1]} joints")
         sources = data.qpos, data.qvel, data.sensordata, drive.state
         goals = buffer.qpos, buffer.qvel, buffer.sensors, buffer.drive
         addresses = [array.ctypes.data for array in memory]
@@ -74,6 +113,8 @@ class UnlockedLoop:
         if name == "prescribed":
             # The engine lays its constraints anew at each step, wherever there is room.
             table[TORQUE], table[TORQUE_MOVES] = _place_of(torque.ctypes.data, data._address), 1
+            table[EQUALITIES] = data._address + _offset_of("ne")
+            table[CONSTRAINTS] = data._address + _offset_of("nefc")
         table[FROM : FROM + ROWS] = [array.ctypes.data for array in sources]
         table[TO : TO + ROWS] = [array.ctypes.data for array in goals]
         table[WIDTH : WIDTH + ROWS] = [array.size for array in sources]
@@ -81,7 +122,7 @@ class UnlockedLoop:
         self._batch = _new_batch()
         weakref.finalize(self, _library().mjb_deleteBatch, self._batch)
 
-    def advance(self, targets: Float[np.ndarray, "samples joints"], end: int) -> tuple[int, str]:
+    def advance(self, targets: Float[np.ndarray, "samples joints"], end: int) -> Made:
         """Make a step for each target; its sample goes into the buffer.
 
         Args:
@@ -89,14 +130,14 @@ class UnlockedLoop:
             end: Number of the target that is measured and not stepped, if there is such a one.
 
         Returns:
-            Number of steps made, and the engine's error, or nothing.
+            What became of it.
         """
         targets, table, library = np.ascontiguousarray(targets), self._table, _library()
-        table[COUNT], table[END], table[MADE] = len(targets), end, 0
+        table[COUNT], table[END], table[MADE], table[LOST] = len(targets), end, 0, 0
         table[TARGETS] = targets.ctypes.data
         failed = library.mjb_apply(self._batch, None, 1, steps.address, table.ctypes.data, 0)
         error = library.mjb_error(self._batch, 0).decode() if failed else ""
-        return int(table[MADE]), error
+        return Made(int(table[MADE]), error, bool(table[LOST]))
 
 
 class _Config(ctypes.Structure):
@@ -139,23 +180,40 @@ def _new_batch() -> int:
     return int(made)
 
 
-_OFFSETS = [0]
-"""The last that `_place_of` found; it is the same for all structures of a kind."""
+def _bytes(structure: int) -> bytes:
+    """A copy of a state of the engine."""
+    return ctypes.string_at(structure, DATA_SIZE)
 
 
 def _place_of(address: int, structure: int) -> int:
-    """Where in a structure of the engine an address stands; it must stand there."""
-    place = structure + _OFFSETS[-1]
-    if _number_at(place) != address:
-        place = structure
-        while _number_at(place) != address:
-            place += ctypes.sizeof(ctypes.c_int64)
-        _OFFSETS[-1] = place - structure
-    return place
+    """Where in a state of the engine an address stands.
+
+    Raises:
+        OSError: It stands there nowhere, or more than once.
+    """
+    found = np.flatnonzero(np.frombuffer(_bytes(structure), np.int64) == address)
+    if not address or len(found) != 1:
+        raise OSError("the engine's state is laid out in another way")
+    return structure + 8 * int(found[0])
 
 
-def _number_at(place: int) -> int:
-    return ctypes.c_int64.from_address(place).value
+@cache
+def _offset_of(name: str) -> int:
+    """How far into a state of the engine one of its counts stands, found by changing it.
+
+    Raises:
+        OSError: It stands there nowhere, or more than once.
+    """
+    data = mujoco.MjData(mujoco.MjModel.from_xml_string("<mujoco/>"))
+    found = np.ones(DATA_SIZE // 4, dtype=bool)
+    for mark in (0x5EA0F00D, 0x1CEB00DA):
+        setattr(data, name, mark)
+        found &= np.frombuffer(_bytes(data._address), np.int32) == mark
+    setattr(data, name, 0)
+    places = np.flatnonzero(found)
+    if len(places) != 1:
+        raise OSError("the engine's state is laid out in another way")
+    return 4 * int(places[0])
 
 
 def intrinsic(function: Callable[..., Any]) -> Any:
@@ -244,6 +302,12 @@ def steps(_model: Any, _data: Any, _simulation: Any, given: Any) -> None:
         torque = table[TORQUE]
         if table[TORQUE_MOVES]:
             torque = numba.carray(pointer(torque), (1,), np.int64)[0]
+            equalities = numba.carray(pointer(table[EQUALITIES]), (1,), np.int32)[0]
+            constraints = numba.carray(pointer(table[CONSTRAINTS]), (1,), np.int32)[0]
+            # An engine without room leaves constraints out; what lies there is then not ours.
+            if torque == 0 or equalities < joints or constraints < joints:
+                table[LOST] = 1
+                return
         copy(torque, table[TO_TORQUE] + 8 * k * joints, joints)
         table[MADE] += 1
 
@@ -288,7 +352,7 @@ def command_servo(target: Any, memory: Any) -> None:
         numba.carray(pointer(places[0]), (joints,), np.float64),
         numba.carray(pointer(places[1]), (joints,), np.float64),
         numba.carray(pointer(places[2]), (2, joints), np.float64),
-        numba.carray(pointer(places[3]), (28,), np.float64),
+        numba.carray(pointer(places[3]), (NUMBERS,), np.float64),
         numba.carray(pointer(places[4]), (SERVO_ROWS, joints), np.float64),
         numba.carray(pointer(places[5]), (joints,), np.float64),
     )
