@@ -79,7 +79,11 @@ def servo_of(
             "servo",
             f"{own} the file's; the stiffness, "
             f"{stiffness:.3g} N·m/rad, was assumed in proportion to the {LIKE}'s"
-            + (f", its {' and '.join(assumed)} are that servo's." if assumed else "."),
+            + (
+                f"; {' and '.join(assumed)} {'is' if len(assumed) == 1 else 'are'} that servo's."
+                if assumed
+                else "."
+            ),
             hint="--servo-model AX-12A, to take all from a data sheet",
         )
     )
