@@ -177,7 +177,7 @@ def test_an_engine_of_another_version_is_refused_before_it_is_touched(
         "mujoco.__version__ = '4.1.0'",
         "sys.modules['numba.core.ccallback'] = None",
         "import numba.extending; numba.extending.intrinsic = None",
-        "import numba; numba.core.ccallback.CFunc.compile = lambda self: int([])",
+        "import numba.core.ccallback as c; c.CFunc.compile = lambda self: int([])",
     ],
 )
 def test_runs_take_the_plain_loop_where_the_machine_code_cannot_be_had(change):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from phasmid.arguments import check_number, check_type
+
 
 @dataclass(frozen=True)
 class ImportOptions:
@@ -21,6 +23,9 @@ class ImportOptions:
         packages: Folders by the name of the package that ``package://`` names.
         mesh_unit: Unit of mesh files: ``m`` or ``mm``; empty as the file says.
         strict: Whether anything that was ignored is an error.
+
+    Raises:
+        InvalidInput: A value is of a wrong kind.
     """
 
     foot: str = ""
@@ -30,3 +35,14 @@ class ImportOptions:
     packages: Mapping[str, str] = field(default_factory=dict)
     mesh_unit: str = ""
     strict: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("foot", "masses", "servo", "mesh_unit"):
+            check_type(name, getattr(self, name), (str,), "text")
+        check_type("strict", self.strict, (bool,), "true or false")
+        check_type("packages", self.packages, (Mapping,), "folders by the names of packages")
+        for name, folder in self.packages.items():
+            check_type("a name in packages", name, (str,), "text")
+            check_type(f'packages["{name}"]', folder, (str,), "a folder's path, as text")
+        if self.total_mass is not None:
+            check_number("total_mass", self.total_mass)

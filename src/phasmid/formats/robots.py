@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from phasmid.arguments import described
+from phasmid.arguments import check_type, described, path_of
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
@@ -37,6 +37,7 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
         InvalidInput: There is no such preset or file, or it is not well formed.
         InvalidRobot: No machine could have these numbers, or it is none that this model knows.
     """
+    _check_options(options)
     if _reader(source) is None:
         # Judging takes a moment, and such a robot is possible by construction.
         return load_own_robot(source)
@@ -81,6 +82,7 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
             is ignored, and the options are strict.
         InvalidRobot: Its links and joints form no tree, or a ``.toml`` robot is impossible.
     """
+    _check_options(options)
     reader = _reader(source)
     if reader is None:
         robot = load_own_robot(source)
@@ -91,6 +93,11 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
         first = tree.findings[0]
         raise InvalidInput(first.sentence, where=first.where or Path(source).name, hint=first.hint)
     return robot_from_tree(tree, options)
+
+
+def _check_options(options: object) -> None:
+    if options is not None:
+        check_type("options", options, (ImportOptions,), "ImportOptions, or None")
 
 
 _Reader = Callable[[Path, ImportOptions], Tree]
@@ -151,7 +158,8 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
             extra is missing.
         OutputError: A file cannot be written.
     """
-    path = Path(path)
+    check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
+    path = path_of("path", path)
     if path.suffix.lower() not in ROBOT_SUFFIXES:
         raise InvalidInput(
             f"{path.name} does not end as a robot file does.",

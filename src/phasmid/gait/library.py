@@ -64,9 +64,10 @@ def load_gait(name: str, leg_count: int = 6) -> Gait:
         leg_count: Number of legs of the robot that shall walk.
 
     Raises:
-        InvalidGait: There is no such gait for that number of legs.
+        InvalidGait: There is no such gait for that number of legs, or it is no number.
     """
     check_type("gait", name, (str,), "the name of a gait", error=InvalidGait)
+    check_type("leg_count", leg_count, (int,), "a whole number", error=InvalidGait)
     known = GAITS.get(leg_count, {})
     if name in known:
         return known[name]

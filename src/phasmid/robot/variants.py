@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
+from phasmid.arguments import check_type, described
+from phasmid.errors import InvalidInput
 from phasmid.robot.leg import Leg
 from phasmid.robot.link import Link
 from phasmid.robot.robot import Robot
 
 MassModel = Literal["as-given", "mid-length"]
 MountLayout = Literal["as-given", "perpendicular"]
+
+
+def _check(robot: object, name: str, value: object, known: tuple[str, ...]) -> None:
+    """Refuse what is no robot, and a word that is none of these."""
+    check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
+    if not isinstance(value, str) or value not in known:
+        raise InvalidInput(f"{name} is {described(value)}; it must be {' or '.join(known)}.")
 
 
 def with_mass_model(robot: Robot, model: MassModel) -> Robot:
@@ -24,8 +33,12 @@ def with_mass_model(robot: Robot, model: MassModel) -> Robot:
         model: ``as-given`` changes nothing. ``mid-length`` puts each link's centre of mass at the
             middle of its length and keeps only the diagonal of its inertia.
 
+    Raises:
+        InvalidInput: There is no such model, or it is no robot.
+
     Source: Table 2 against Eq. 10.
     """
+    _check(robot, "mass_model", model, get_args(MassModel))
     if model == "as-given":
         return robot
 
@@ -48,7 +61,11 @@ def with_mounts(robot: Robot, layout: MountLayout) -> Robot:
         layout: ``as-given`` changes nothing. ``perpendicular`` turns right legs to -90 degrees
             and left legs to +90 degrees; each foot keeps its distance from its hip, and each hip
             its tilt.
+
+    Raises:
+        InvalidInput: There is no such layout, or it is no robot.
     """
+    _check(robot, "mounts", layout, get_args(MountLayout))
     if layout == "as-given":
         return robot
 
