@@ -126,6 +126,17 @@ def test_an_option_of_reading_is_checked(here, capsys, options, said):
     assert said in err
 
 
+def test_options_of_reading_are_refused_where_nothing_is_read_so(capsys):
+    status, _, err = answered(capsys, "check", "phantomx-paper", "--total-mass-g", "5000")
+    assert status == 2
+    assert err == (
+        "phasmid: phantomx-paper says all of its robot itself; options of reading are for URDF, "
+        "MJCF and STEP files.\n  try  phasmid convert phantomx-paper robot.toml, and change it "
+        "there\n"
+    )
+    assert answered(capsys, "check", "phantomx-paper", "--strict")[0] == 0
+
+
 def test_a_missing_file_gets_a_sentence(here, capsys):
     for name in ("none.urdf", "none.xml", "none.toml"):
         status, _, err = answered(capsys, "check", name)

@@ -278,10 +278,10 @@ def _scenario(options: argparse.Namespace) -> Scenario:
 
 def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
     """The scenario with its robot read, so that a foreign file is read once and judged aloud."""
-    from phasmid.formats import ROBOT_SUFFIXES, Severity, import_robot, possible
+    from phasmid.formats import Severity, import_robot, is_foreign, possible
 
     source = scenario.robot
-    if not isinstance(source, str) or Path(source).suffix.lower() not in ROBOT_SUFFIXES[1:]:
+    if not isinstance(source, str) or not is_foreign(source):
         return scenario
     imported = import_robot(source, scenario.robot_import.options())
     robot = possible(imported, source)

@@ -9,7 +9,14 @@ from phasmid.formats.legs import robot_from_tree
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
-from phasmid.formats.robots import ROBOT_SUFFIXES, import_robot, load_robot, possible, save_robot
+from phasmid.formats.robots import (
+    ROBOT_SUFFIXES,
+    import_robot,
+    is_foreign,
+    load_robot,
+    possible,
+    save_robot,
+)
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
@@ -29,6 +36,7 @@ __all__ = [
     "describe",
     "extension_of",
     "import_robot",
+    "is_foreign",
     "judge",
     "judge_robot",
     "load_robot",

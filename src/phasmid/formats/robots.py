@@ -25,6 +25,11 @@ ROBOT_SUFFIXES = (".toml", ".urdf", ".xml", ".mjcf", ".step", ".stp")
 """Endings of files that hold a robot; an ``.xml`` is MJCF or URDF by its root element."""
 
 
+def is_foreign(source: str | Path) -> bool:
+    """Whether a robot is read from a format of others, whose files do not say all of it."""
+    return str(source) not in preset_names() and (Path(source).suffix.lower() in ROBOT_SUFFIXES[1:])
+
+
 def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robot:
     """Load a robot from a preset or a file.
 
@@ -39,6 +44,7 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
     """
     _check_options(options)
     if _reader(source) is None:
+        _refuse_options(source, options)
         # Judging takes a moment, and such a robot is possible by construction.
         return load_own_robot(source)
     return possible(import_robot(source, options), source)
@@ -85,6 +91,7 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
     _check_options(options)
     reader = _reader(source)
     if reader is None:
+        _refuse_options(source, options)
         robot = load_own_robot(source)
         return Imported(robot, judge_robot(robot))
     options = options or ImportOptions()
@@ -100,6 +107,16 @@ def _check_options(options: object) -> None:
         check_type("options", options, (ImportOptions,), "ImportOptions, or None")
 
 
+def _refuse_options(source: str | Path, options: ImportOptions | None) -> None:
+    """Refuse options for a robot that is read as it stands."""
+    if options is not None and replace(options, strict=False) != ImportOptions():
+        raise InvalidInput(
+            f"{source} says all of its robot itself; options of reading are for URDF, MJCF and "
+            "STEP files.",
+            hint=f"phasmid convert {source} robot.toml, and change it there",
+        )
+
+
 _Reader = Callable[[Path, ImportOptions], Tree]
 
 
@@ -111,7 +128,7 @@ def _reader(source: str | Path) -> _Reader | None:
             hint='phasmid.load_robot("phantomx-paper")',
         )
     suffix = Path(source).suffix.lower()
-    if str(source) in preset_names() or suffix not in ROBOT_SUFFIXES[1:]:
+    if not is_foreign(source):
         return None
     if suffix in (".step", ".stp"):
         from phasmid.formats.step import read_step

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from phasmid.formats import is_foreign
 from phasmid.robot import Robot
+from phasmid.scenario.robot_import import RobotImportTable
 from phasmid.scenario.scenario import Scenario, option_keys
 from phasmid.scenario.sensors import SensorsTable
 from phasmid.scenario.servo import ServoTable
@@ -57,6 +59,7 @@ TERRAINS: Counts = {
     "tile": {"ice"},
 }
 
+IMPORTS: Counts = {name: set() for name in RobotImportTable.model_fields}
 OWN_DRIVE: Counts = {name: {"servo"} for name in ServoTable.model_fields}
 MEASURED: Counts = {
     name: {"everything"} for name in SensorsTable.model_fields if name != "measured"
@@ -87,6 +90,8 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
         *_idle("contact", contact, CONTACT_LAWS, "contact_law", contact.contact_law),
         *_idle("terrain", scenario.terrain, TERRAINS, "terrain", kind),
     ]
+    if robot is None and isinstance(scenario.robot, str) and not is_foreign(scenario.robot):
+        found += _idle("robot_import", scenario.robot_import, IMPORTS, "robot", scenario.robot)
     if kind == "flat" and not scenario.terrain.patches:
         only: Counts = {"terrain_yaw": set(), "planned_on": set()}
         found += _idle("terrain", scenario.terrain, only, "terrain", kind)

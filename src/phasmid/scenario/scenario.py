@@ -11,7 +11,7 @@ from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, InvalidInput, nearest
-from phasmid.formats import load_robot
+from phasmid.formats import is_foreign, load_robot
 from phasmid.gait import Gait, load_gait
 from phasmid.recording.channels import MOST_RECORDED
 from phasmid.robot import Robot, with_mass_model, with_mounts, with_neutral_foot
@@ -212,7 +212,9 @@ class Scenario(Table):
         """
         if isinstance(self.robot, Robot):
             return self.robot
-        return load_robot(self.robot, self.robot_import.options())
+        # What a robot needed once, its own file says in the folder of a run.
+        options = self.robot_import.options() if is_foreign(self.robot) else None
+        return load_robot(self.robot, options)
 
     def vary(self, robot: Robot) -> Robot:
         """A robot as this scenario's variants make it.
