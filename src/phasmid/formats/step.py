@@ -15,6 +15,7 @@ from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
+from phasmid.formats.rigid import inverse
 from phasmid.formats.solids import step_files
 from phasmid.formats.step_guess import first_guess
 from phasmid.formats.step_sidecar import (
@@ -105,7 +106,7 @@ def tree_of_parts(
             raise InvalidInput(f"feet.{name} is called as a link is.", where=where)
         links[name] = TreeLink(name, where=where)
         X = np.eye(4)
-        X[:3, 3] = (_inverse(poses[foot.link]) @ np.array([*foot.point, 1.0]))[:3]
+        X[:3, 3] = (inverse(poses[foot.link]) @ np.array([*foot.point, 1.0]))[:3]
         joints.append(TreeJoint(f"{name}_joint", "fixed", foot.link, name, X, where=where))
     return Tree(
         sidecar.name, links, tuple(joints), path.name, sidecar.extension, tuple(findings), servo
@@ -173,7 +174,7 @@ def _mass(
 ) -> Inertial | None:
     """Mass of a link's parts in its frame; None where none of them encloses anything."""
     table = sidecar.links[name]
-    X_link_drawing = _inverse(X_drawing_link)
+    X_link_drawing = inverse(X_drawing_link)
     if table.com is not None or table.inertia is not None:
         return _given(name, table, X_link_drawing)
     weighed = table.mass
@@ -368,7 +369,7 @@ def _joint(
     c, s = math.cos(table.drawn_at), math.sin(table.drawn_at)
     back = np.eye(4)
     back[:2, :2] = [[c, s], [-s, c]]
-    X = _inverse(poses[table.parent]) @ poses[table.child] @ back
+    X = inverse(poses[table.parent]) @ poses[table.child] @ back
     lower, upper = table.limits
     if not lower < upper:
         raise InvalidInput(f"joints.{name}: its lower limit is above its upper one.", where=where)
@@ -392,12 +393,5 @@ def _joint(
 
 def _look(part: DrawnPart, X_drawing_link: np.ndarray) -> Part:
     assert part.look is not None
-    moved = part.look.at(_inverse(X_drawing_link) @ part.X_drawing_part)
+    moved = part.look.at(inverse(X_drawing_link) @ part.X_drawing_part)
     return Part(moved.vertices, moved.faces, moved.color, part.path.rpartition("/")[2])
-
-
-def _inverse(X: np.ndarray) -> np.ndarray:
-    inverted = np.eye(4)
-    inverted[:3, :3] = X[:3, :3].T
-    inverted[:3, 3] = -X[:3, :3].T @ X[:3, 3]
-    return inverted
