@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from phasmid.simulation.compiled import compiled
+from phasmid.compiled import compiled
 from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step
 
 

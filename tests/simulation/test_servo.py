@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from phasmid.compiled import compiled
 from phasmid.robot import load_servo, servo_names
-from phasmid.simulation.compiled import compiled
 from phasmid.simulation.servo import FIELDS, longest_servo_step, servo_numbers, servo_step
 from simulation.servo_bench import Bench
 

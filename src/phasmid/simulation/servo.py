@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.compiled import compiled
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.compiled import compiled
 
 if TYPE_CHECKING:
     import mujoco

@@ -23,7 +23,7 @@ import mujoco
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.simulation.compiled import compiled, heed_sources
+from phasmid.compiled import compiled, heed_sources
 from phasmid.simulation.drive import Drive
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
@@ -261,7 +261,7 @@ def _machine_code(*kinds: Any) -> Callable[[Callable[..., Any]], Any]:
             kind = import_module("numba.core.ccallback").CFunc
             callback = kind(function, (kinds, nothing), locals={}, options=options)
             callback.enable_caching()
-            heed_sources(callback)
+            heed_sources(callback, function)
             callback.compile()
         except (RuntimeError, OSError, AttributeError):
             # No folder can be written to, or this numba keeps its cache in another way.

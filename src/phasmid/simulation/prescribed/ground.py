@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.simulation.compiled import compiled
+from phasmid.compiled import compiled
 from phasmid.simulation.contact import CONTACT_POINTS
 from phasmid.simulation.prescribed.law import friction_coefficient, normal_force
 from phasmid.simulation.prescribed.legs import COM, INERTIA, LEG, LEGS, MOMENTUM, TURNING

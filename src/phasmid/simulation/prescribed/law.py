@@ -6,7 +6,7 @@ the paper's Figs. 9 to 11).
 
 from __future__ import annotations
 
-from phasmid.simulation.compiled import compiled
+from phasmid.compiled import compiled
 
 KINETIC_FROM = 1.5
 """From this many thresholds of speed on, friction is kinetic."""

@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from phasmid.simulation.compiled import compiled
+from phasmid.compiled import compiled
 from phasmid.simulation.prescribed.ground import (
     cubic,
     cubic_rate,

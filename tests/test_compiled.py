@@ -2,7 +2,7 @@
 
 import importlib.util
 
-from phasmid.simulation import compiled
+from phasmid import compiled
 
 CODE = "def twice(x):\n    return 2.0 * x\n"
 
@@ -23,5 +23,5 @@ def test_a_change_of_any_file_of_the_room_is_noticed_by_the_cache(tmp_path, monk
     path.write_text(CODE)
     assert made_anew(path).cache_misses
     assert made_anew(path).cache_hits
-    monkeypatch.setattr(compiled, "sources", lambda: (("law.py", 0, 0),))
+    monkeypatch.setattr(compiled, "_sources", lambda room: ((str(room), 0, 0),))
     assert made_anew(path).cache_misses

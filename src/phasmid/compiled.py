@@ -28,7 +28,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     options = {"nogil": True, "error_model": "numpy"}
     try:
         made = module.njit(cache=True, **options)(function)
-        heed_sources(made)
+        heed_sources(made, function)
     except (RuntimeError, AttributeError):
         # No folder can be written to, neither the package's own nor the user's; or this numba's
         # cache is another one, which would take old code for new.
@@ -36,23 +36,34 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     return made
 
 
-def heed_sources(made: Any) -> None:
-    """Let numba's cache of a function notice changes of any file of this room.
+def heed_sources(made: Any, function: Callable[..., Any]) -> None:
+    """Let numba's cache of a function notice changes of any file of the function's room.
 
     By itself it looks at the function's own file, not at those of the functions that it calls.
 
     Args:
         made: What numba makes of a function, with a cache.
+        function: That function.
 
     Raises:
         AttributeError: This numba keeps its cache in another way.
     """
     index = made._cache._cache_file
-    index._source_stamp = (index._source_stamp, sources())
+    index._source_stamp = (
+        index._source_stamp,
+        _sources(_room(Path(function.__code__.co_filename))),
+    )
+
+
+def _room(file: Path) -> Path:
+    """The room of phasmid in which a file stands; the folder of a file elsewhere."""
+    house = Path(__file__).resolve().parent
+    file = file.resolve()
+    return house / file.relative_to(house).parts[0] if house in file.parents else file.parent
 
 
 @cache
-def sources() -> tuple[tuple[str, int, int], ...]:
-    """This room's files, when they were changed, and their sizes."""
-    found = [(path, path.stat()) for path in sorted(Path(__file__).parent.rglob("*.py"))]
+def _sources(room: Path) -> tuple[tuple[str, int, int], ...]:
+    """A room's files, when they were changed, and their sizes."""
+    found = [(path, path.stat()) for path in sorted(room.rglob("*.py"))]
     return tuple((path.name, stat.st_mtime_ns, stat.st_size) for path, stat in found)
