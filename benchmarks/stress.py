@@ -82,6 +82,13 @@ def interrupt(folder: Path, moment: float, options: list[str]) -> tuple[str, int
     # Before Python itself is up, its own status for it is 1 or that of the signal.
     expected = {"folder": (0, 130), "log": (130,), "nothing": (130, 1, -signal.SIGINT)}[what]
     wrong = [] if process.returncode in expected else [process.returncode]
+    if hidden or wrong or took > IN_TIME:
+        left = f", {hidden[0].name} is left" if hidden else ""
+        print(
+            f"  Ctrl-C at {moment:.2f} s: {what}, status {process.returncode} "
+            f"after {took:.2f} s{left}",
+            flush=True,
+        )
     return what, len(hidden) + len(wrong), took
 
 
