@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from phasmid.control import LocomotionEngine
     from phasmid.errors import (
         InfeasibleLoad,
         InfeasibleWalk,
@@ -46,6 +47,7 @@ _ROOM_OF = {
     "JointTrajectory": "motion",
     "Leg": "robot",
     "Link": "robot",
+    "LocomotionEngine": "control",
     "OutputError": "errors",
     "PhasmidError": "errors",
     "Robot": "robot",
@@ -75,6 +77,7 @@ _ROOM_OF = {
 }
 _ROOMS = (
     "batch",
+    "control",
     "dynamics",
     "forces",
     "formats",
@@ -97,6 +100,7 @@ __all__ = [
     "JointTrajectory",
     "Leg",
     "Link",
+    "LocomotionEngine",
     "OutputError",
     "PhasmidError",
     "Robot",
