@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from phasmid.robot import Body, Leg, Link, Robot, Servo
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
-    from phasmid.simulation import replay, simulate, simulate_many
+    from phasmid.simulation import drive, replay, simulate, simulate_many
     from phasmid.verification import verify
 
     __version__: str
@@ -56,6 +56,7 @@ _ROOM_OF = {
     "Unreachable": "errors",
     "Walk": "motion",
     "analyse": "forces",
+    "drive": "simulation",
     "export": "reporting",
     "import_robot": "formats",
     "load_recording": "recording",
@@ -109,6 +110,7 @@ __all__ = [
     "Unreachable",
     "Walk",
     "analyse",
+    "drive",
     "export",
     "import_robot",
     "load_recording",

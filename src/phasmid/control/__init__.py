@@ -4,6 +4,7 @@ from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.control.controller import Controller
 from phasmid.control.engine import Limit, LocomotionEngine
 from phasmid.control.observation import Observation
+from phasmid.control.player import Player
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
@@ -16,5 +17,6 @@ __all__ = [
     "Limit",
     "LocomotionEngine",
     "Observation",
+    "Player",
     "Posture",
 ]

@@ -18,15 +18,15 @@ from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion
 from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.simulation.complaint import collected_complaints
-from phasmid.simulation.drive import (
+from phasmid.simulation.ending import Ending, Trouble, watch
+from phasmid.simulation.ground import Footing
+from phasmid.simulation.joint_drive import (
     Drive,
     IdealServoDrive,
     LostConstraints,
     PrescribedDrive,
     Setpoints,
 )
-from phasmid.simulation.ending import Ending, Trouble, watch
-from phasmid.simulation.ground import Footing
 from phasmid.simulation.model import build_model
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
@@ -59,10 +59,12 @@ class Run:
         first: The state in which the robot is put, before it settles.
         log: Samples of the run, where they are kept in memory.
         done: Number of samples recorded.
+        ended: Whether the run is over before its last step, without trouble.
         simulator: What makes the steps.
     """
 
     simulator = "MuJoCo"
+    block_steps = WATCH_STEPS
 
     def __init__(
         self,
@@ -79,10 +81,11 @@ class Run:
         self.every = scenario.record_steps
         self.ground = scenario.load_terrain()
         self._set_up()
-        self.buffer = Samples.empty(self.model, self.drive, WATCH_STEPS)
+        self.buffer = Samples.empty(self.model, self.drive, self.block_steps)
         self.log = Samples.empty(self.model, self.drive, 0)
         self.done = self.step = 0
         self.trouble: Trouble | None = None
+        self.ended = False
         self._one_cycle = self._repeated_targets()
         self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._complaints: list[str] = []
@@ -274,7 +277,7 @@ class Run:
         keep = keep or self._into_log()
         end = self.steps + 1 if until is None else min(until, self.steps + 1)
         trouble = self.trouble
-        while self.step < end and trouble is None:
+        while self.step < end and trouble is None and not self.ended:
             made = self._make_block(end, interrupted)
             trouble = self._look(made)
             self._keep(self._finite(trouble.sample) if trouble else made, keep)
@@ -283,7 +286,7 @@ class Run:
             self.step += made
             if progress:
                 progress(min(self.step * self.dt, self.scenario.duration))
-            if interrupted and trouble is None and self.step < end:
+            if interrupted and trouble is None and self.step < end and not self.ended:
                 trouble = Trouble(Ending.STOPPED, self.step, f"at {self.step * self.dt:.3f} s")
         if trouble and self.done == 0:
             # There shall be something to look at.

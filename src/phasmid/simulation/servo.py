@@ -13,7 +13,7 @@ from phasmid.errors import InvalidInput
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.drive import Setpoints
+from phasmid.simulation.joint_drive import Setpoints
 
 if TYPE_CHECKING:
     import mujoco

@@ -24,7 +24,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, heed_sources
-from phasmid.simulation.drive import Drive
+from phasmid.simulation.joint_drive import Drive
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
 

@@ -17,7 +17,7 @@ from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.drive import Memoryless, Setpoints
+from phasmid.simulation.joint_drive import Memoryless, Setpoints
 from phasmid.simulation.prescribed.legs import (
     AXIS,
     LEG,
