@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from phasmid.control import LocomotionEngine
     from phasmid.errors import (
         InfeasibleLoad,
         InfeasibleWalk,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from phasmid.robot import Body, Leg, Link, Robot, Servo
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
-    from phasmid.simulation import replay, simulate, simulate_many
+    from phasmid.simulation import drive, replay, simulate, simulate_many
     from phasmid.verification import verify
 
     __version__: str
@@ -46,6 +47,7 @@ _ROOM_OF = {
     "JointTrajectory": "motion",
     "Leg": "robot",
     "Link": "robot",
+    "LocomotionEngine": "control",
     "OutputError": "errors",
     "PhasmidError": "errors",
     "Robot": "robot",
@@ -54,6 +56,7 @@ _ROOM_OF = {
     "Unreachable": "errors",
     "Walk": "motion",
     "analyse": "forces",
+    "drive": "simulation",
     "export": "reporting",
     "import_robot": "formats",
     "load_recording": "recording",
@@ -75,6 +78,7 @@ _ROOM_OF = {
 }
 _ROOMS = (
     "batch",
+    "control",
     "dynamics",
     "forces",
     "formats",
@@ -97,6 +101,7 @@ __all__ = [
     "JointTrajectory",
     "Leg",
     "Link",
+    "LocomotionEngine",
     "OutputError",
     "PhasmidError",
     "Robot",
@@ -105,6 +110,7 @@ __all__ = [
     "Unreachable",
     "Walk",
     "analyse",
+    "drive",
     "export",
     "import_robot",
     "load_recording",

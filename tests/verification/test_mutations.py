@@ -15,7 +15,7 @@ from phasmid.gait import Gait
 from phasmid.kinematics import foot_position
 from phasmid.scenario import load_scenario
 from phasmid.simulation import build_model
-from phasmid.simulation.drive import IdealServoDrive
+from phasmid.simulation.joint_drive import IdealServoDrive
 from phasmid.verification import (
     CHECKS,
     Verdict,

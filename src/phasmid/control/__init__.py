@@ -1,8 +1,22 @@
 """What to do next, in closed loop: observations and commands in, joint targets out."""
 
-from phasmid.control.command import Command, Posture
+from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.control.controller import Controller
+from phasmid.control.engine import Limit, LocomotionEngine
 from phasmid.control.observation import Observation
+from phasmid.control.player import Player
+from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
-__all__ = ["Command", "Controller", "JointTargets", "Observation", "Posture"]
+__all__ = [
+    "Command",
+    "Controller",
+    "EngineSettings",
+    "JointTargets",
+    "LegCommand",
+    "Limit",
+    "LocomotionEngine",
+    "Observation",
+    "Player",
+    "Posture",
+]

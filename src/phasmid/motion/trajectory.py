@@ -16,6 +16,7 @@ from jaxtyping import Float
 from phasmid.arguments import check_type, numbers
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.kinematics import body_from_hip, foot_position
+from phasmid.motion.feet import rotated
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.motion.walk import Walk
 from phasmid.robot import JOINTS, Robot, robot_to_toml
@@ -168,7 +169,7 @@ class SampledTrajectory:
     def foot_position(self) -> Float[np.ndarray, "time legs 3"]:
         """Feet in world axes, if the trunk stayed [m], shape (M, L, 3)."""
         p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
-        return p + self.trunk.position[:, None]
+        return rotated(self.trunk.rotation[:, None], p) + self.trunk.position[:, None]
 
 
 Motion: TypeAlias = Walk | JointTrajectory

@@ -14,6 +14,9 @@ AXES = ("x", "y", "z")
 QUATERNION = ("w", "x", "y", "z")
 """Coordinates of ``quaternion``."""
 
+WAYS = ("ahead", "left", "turn")
+"""Coordinates of ``way``: what a body's velocity over ground consists of."""
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -36,6 +39,7 @@ _JOINT = ("time", "leg", "joint")
 _FOOT = ("time", "leg", "axis")
 _LEG = ("time", "leg")
 _BODY = ("time", "axis")
+_WAY = ("time", "way")
 
 CHANNELS: dict[str, Channel] = {
     "joint_position_target": Channel(_JOINT, "rad", "planned joint angle"),
@@ -72,10 +76,20 @@ CHANNELS: dict[str, Channel] = {
     ),
     "foot_normal_force_measured": Channel(_LEG, "N", "normal force by the foot's sensor"),
     "contact_measured": Channel(_LEG, "1", "whether the foot's sensor feels the ground", "bool"),
+    "velocity_command": Channel(_WAY, "m/s, rad/s", "velocity that was asked of the body"),
+    "velocity_reference": Channel(_WAY, "m/s, rad/s", "velocity that the engine gives the body"),
+    "slow_down": Channel(("time",), "1", "rate at which the engine's own time passes"),
+    "support_margin": Channel(("time",), "m", "centre of mass from the edge of the planned stance"),
+    "gait_phase": Channel(("time",), "1", "phase of the gait's clock"),
 }
 """Every channel by its name, in the order in which a recording keeps them."""
 
-COORDINATES: dict[str, tuple[str, ...]] = {"joint": JOINTS, "axis": AXES, "quaternion": QUATERNION}
+COORDINATES: dict[str, tuple[str, ...]] = {
+    "joint": JOINTS,
+    "axis": AXES,
+    "quaternion": QUATERNION,
+    "way": WAYS,
+}
 """Axes of fixed length; ``time`` and ``leg`` are as long as the run and the robot make them."""
 
 MOST_RECORDED = 4_000_000

@@ -1,6 +1,7 @@
 """What physics makes of a walk."""
 
 from phasmid.simulation.contact import CONTACT_POINTS
+from phasmid.simulation.driving import Driving, drive
 from phasmid.simulation.ending import Ending
 from phasmid.simulation.experiment import (
     check_load,
@@ -19,6 +20,7 @@ from phasmid.simulation.time_step import check_time_step, longest_time_step
 __all__ = [
     "CONTACT_POINTS",
     "Difference",
+    "Driving",
     "Ending",
     "Refinement",
     "Replay",
@@ -26,6 +28,7 @@ __all__ = [
     "build_model",
     "check_load",
     "check_time_step",
+    "drive",
     "longest_time_step",
     "new_run",
     "record",

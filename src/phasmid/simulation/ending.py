@@ -29,6 +29,7 @@ class Ending(Enum):
     COMPLETED = "The walk was completed."
     FELL = "The robot fell."
     DIVERGED = "The simulation diverged."
+    FAILED = "The controller failed."
     STOPPED = "The run was stopped by the user."
     CUT = "The run was cut off."
 

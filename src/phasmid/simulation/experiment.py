@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -12,16 +11,16 @@ from jaxtyping import Float
 
 from phasmid.arguments import check_callable, check_type
 from phasmid.motion import JointTrajectory, Motion, Walk
-from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
+from phasmid.recording import Recording, load_recording
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
-from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.ending import Trouble
 from phasmid.simulation.figures import BLOCK_SAMPLES, Figures
-from phasmid.simulation.interrupt import noticed_interrupts
+from phasmid.simulation.keeping import kept_in_log, kept_in_memory
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.start import check_start
-from phasmid.simulation.telling import ending_attributes, run_attributes, run_channels
+from phasmid.simulation.telling import run_attributes, run_channels
 from phasmid.simulation.time_step import check_time_step
 
 LOGGED_FIGURES = 16 * BLOCK_SAMPLES
@@ -101,26 +100,15 @@ def simulate_part(
     run, figures = _prepare(
         scenario, walk, start, samples=samples, interrupted=interrupted or (), beside=beside
     )
-    count = len(run.time) if samples is None else min(samples, len(run.time))
-    room: dict[str, np.ndarray] = {}
-    done = 0
-
-    def keep(rows: Samples) -> None:
-        nonlocal done
-        part = slice(done, done + len(rows.qpos))
-        for name, values in _told(run, rows, run.time[part], figures).items():
-            if name not in room:
-                room[name] = np.empty((count, *values.shape[1:]), values.dtype)
-            room[name][part] = values
-        done = part.stop
-
-    noticed = noticed_interrupts() if interrupted is None else nullcontext(interrupted)
-    with noticed as seen:
-        until = run.step_of(count - 1) + 1 if samples is not None else None
-        trouble = run.advance(progress, keep=keep, interrupted=seen, until=until)
-    channels = {name: values[:done] for name, values in room.items()}
-    attributes = run_attributes(scenario, walk, run) | ending_attributes(trouble)
-    return with_sensors(scenario, new_recording(run.time[:done], channels, attributes))
+    recording = kept_in_memory(
+        run,
+        lambda rows, time: _told(run, rows, time, figures),
+        run_attributes(scenario, walk, run),
+        samples=samples,
+        progress=progress,
+        interrupted=interrupted,
+    )
+    return with_sensors(scenario, recording)
 
 
 def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
@@ -161,26 +149,14 @@ def record(
     """
     scenario = _lasting(scenario, walk)
     run, figures = _prepare(scenario, walk, start, kept=LOGGED_FIGURES)
-    done = 0
-
-    def keep(rows: Samples) -> None:
-        nonlocal done
-        part = slice(done, done + len(rows.qpos))
-        log.append(run.time[part], _told(run, rows, run.time[part], figures))
-        done = part.stop
-
-    first = _told(run, run.first, run.time[:1], figures)
-    attributes = run_attributes(scenario, walk, run) | {
-        "ending": Ending.CUT.name,
-        "ending_reason": Ending.CUT.value,
-    }
-    with (
-        noticed_interrupts() as interrupted,
-        RecordingLog(path, first, attributes, time=run.time, force=force) as log,
-    ):
-        trouble = run.advance(progress, keep=keep, interrupted=interrupted)
-        log.finish(ending_attributes(trouble))
-    return trouble
+    return kept_in_log(
+        run,
+        lambda rows, time: _told(run, rows, time, figures),
+        run_attributes(scenario, walk, run),
+        path,
+        progress=progress,
+        force=force,
+    )
 
 
 def check_motion(walk: object, name: str = "walk") -> None:

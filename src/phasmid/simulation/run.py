@@ -18,9 +18,15 @@ from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion
 from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.simulation.complaint import collected_complaints
-from phasmid.simulation.drive import Drive, IdealServoDrive, LostConstraints, PrescribedDrive
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.ground import Footing
+from phasmid.simulation.joint_drive import (
+    Drive,
+    IdealServoDrive,
+    LostConstraints,
+    PrescribedDrive,
+    Setpoints,
+)
 from phasmid.simulation.model import build_model
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
@@ -53,10 +59,12 @@ class Run:
         first: The state in which the robot is put, before it settles.
         log: Samples of the run, where they are kept in memory.
         done: Number of samples recorded.
+        ended: Whether the run is over before its last step, without trouble.
         simulator: What makes the steps.
     """
 
     simulator = "MuJoCo"
+    block_steps = WATCH_STEPS
 
     def __init__(
         self,
@@ -73,11 +81,13 @@ class Run:
         self.every = scenario.record_steps
         self.ground = scenario.load_terrain()
         self._set_up()
-        self.buffer = Samples.empty(self.model, self.drive, WATCH_STEPS)
+        self.buffer = Samples.empty(self.model, self.drive, self.block_steps)
         self.log = Samples.empty(self.model, self.drive, 0)
         self.done = self.step = 0
         self.trouble: Trouble | None = None
+        self.ended = False
         self._one_cycle = self._repeated_targets()
+        self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._complaints: list[str] = []
         self._lost: LostConstraints | None = None
         self._rows = self.buffer.rows()
@@ -181,7 +191,8 @@ class Run:
 
     def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
         """The targets of some steps, evaluated from the plan."""
-        return self.drive.targets(self.walk.sample(np.arange(start, stop) * self.dt), self.dt)
+        walk = self.walk.sample(np.arange(start, stop) * self.dt)
+        return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd), self.dt)
 
     def _repeated_targets(self) -> Float[np.ndarray, "samples joints"] | None:
         """The targets of one cycle, where it is a whole number of steps and not too many.
@@ -265,17 +276,9 @@ class Run:
         """
         keep = keep or self._into_log()
         end = self.steps + 1 if until is None else min(until, self.steps + 1)
-        trouble, targets, chunk = self.trouble, np.empty((0, 0)), -1
-        while self.step < end and trouble is None:
-            if self.step // PLAN_STEPS != chunk:
-                chunk = self.step // PLAN_STEPS
-                first = chunk * PLAN_STEPS
-                targets = self.targets(first, min(first + PLAN_STEPS, end))
-            begin = self.step - chunk * PLAN_STEPS
-            block = targets[begin : begin + min(WATCH_STEPS, end - self.step)]
-            made = self._advance(
-                block, last=self.step + len(block) > self.steps, interrupted=interrupted
-            )
+        trouble = self.trouble
+        while self.step < end and trouble is None and not self.ended:
+            made = self._make_block(end, interrupted)
             trouble = self._look(made)
             self._keep(self._finite(trouble.sample) if trouble else made, keep)
             if trouble:
@@ -283,13 +286,28 @@ class Run:
             self.step += made
             if progress:
                 progress(min(self.step * self.dt, self.scenario.duration))
-            if interrupted and trouble is None and self.step < end:
+            if interrupted and trouble is None and self.step < end and not self.ended:
                 trouble = Trouble(Ending.STOPPED, self.step, f"at {self.step * self.dt:.3f} s")
         if trouble and self.done == 0:
             # There shall be something to look at.
             keep(self.first)
             self.done = 1
         return trouble
+
+    def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
+        """Make the steps up to the watch's next look, before a step at the latest.
+
+        Returns:
+            Number of steps made; their samples are the buffer's first.
+        """
+        first = self.step // PLAN_STEPS * PLAN_STEPS
+        part = first, min(first + PLAN_STEPS, end)
+        if part != self._targets_of:
+            self._targets, self._targets_of = self.targets(*part), part
+        begin = self.step - first
+        block = self._targets[begin : begin + min(WATCH_STEPS, end - self.step)]
+        last = self.step + len(block) > self.steps
+        return self._advance(block, last=last, interrupted=interrupted)
 
     def _finite(self, sample: int) -> int:
         """Number of the buffer's samples up to and with one, or before it where it is no number."""
@@ -334,13 +352,15 @@ class Run:
         self,
         targets: Float[np.ndarray, "samples joints"],
         *,
+        at: int = 0,
         last: bool = False,
         interrupted: Sequence[int] = (),
     ) -> int:
-        """Make a step for each target; what the engine measured goes into the buffer's start.
+        """Make a step for each target; what the engine measured goes into the buffer.
 
         Args:
             targets: What the drive is told at each step, at most as many as the buffer holds.
+            at: Where in the buffer the first sample goes.
             last: Whether the last of them is the walk's end, which is measured and not stepped.
             interrupted: No further step is begun once this is not empty.
 
@@ -353,7 +373,7 @@ class Run:
             if interrupted:
                 return 0
             with collected_complaints(self._complaints):
-                block = self._unlocked.advance(targets, len(targets) - last)
+                block = self._unlocked.advance(targets, len(targets) - last, at)
             if block.error:
                 self._complaints.append(" ".join(block.error.split()))
             if block.lost:
@@ -365,11 +385,12 @@ class Run:
         command, torque = self.drive.command, self.drive.torque
         follow = self.footing.follow if self.footing.needed else None
         qpos, qvel, sensors, state = self._views
+        rows = [row[at : at + len(targets)] for row in self._rows] if at else self._rows
         made = 0
         with collected_complaints(self._complaints):
             try:
                 for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
-                    targets, *self._rows, strict=False
+                    targets, *rows, strict=False
                 ):
                     if interrupted:
                         break

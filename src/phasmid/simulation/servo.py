@@ -10,9 +10,10 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled
 from phasmid.errors import InvalidInput
-from phasmid.motion import Motion, SampledMotion
+from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
+from phasmid.simulation.joint_drive import Setpoints
 
 if TYPE_CHECKING:
     import mujoco
@@ -300,11 +301,13 @@ class ServoDrive:
         torque: np.ndarray = self._torque
         return torque
 
-    @staticmethod
-    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
+    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Goals of the servos, shape (N, 3 L) [rad], whatever the time step.
+
+        These servos take no torque: a feed-forward torque changes nothing.
+        """
         del dt
-        return walk.q.reshape(len(walk.time), -1)
+        return wanted.q.reshape(len(wanted.q), -1)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Output, current, rotor's speed, temperature and shutdown of every servo."""

@@ -24,7 +24,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, heed_sources
-from phasmid.simulation.drive import Drive
+from phasmid.simulation.joint_drive import Drive
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
 
@@ -109,25 +109,28 @@ class UnlockedLoop:
         table[STEP], table[FORWARD] = (_address(name) for name in ("mj_step", "mj_forward"))
         table[JOINTS] = len(torque)
         table[COMMAND], table[MEMORY] = COMMANDS[name].address, self._memory.ctypes.data
-        table[TORQUE], table[TO_TORQUE] = torque.ctypes.data, buffer.torque.ctypes.data
+        table[TORQUE] = torque.ctypes.data
         if name == "prescribed":
             # The engine lays its constraints anew at each step, wherever there is room.
             table[TORQUE], table[TORQUE_MOVES] = _place_of(torque.ctypes.data, data._address), 1
             table[EQUALITIES] = data._address + _offset_of("ne")
             table[CONSTRAINTS] = data._address + _offset_of("nefc")
         table[FROM : FROM + ROWS] = [array.ctypes.data for array in sources]
-        table[TO : TO + ROWS] = [array.ctypes.data for array in goals]
+        self._goals = np.array([array.ctypes.data for array in (*goals, buffer.torque)], np.int64)
+        self._strides = 8 * np.array([array.shape[1] for array in (*goals, buffer.torque)])
         table[WIDTH : WIDTH + ROWS] = [array.size for array in sources]
+        self._room = len(buffer.torque)
         self._keeps = model, data, drive, buffer, memory
         self._batch = _new_batch()
         weakref.finalize(self, _library().mjb_deleteBatch, self._batch)
 
-    def advance(self, targets: Float[np.ndarray, "samples joints"], end: int) -> Made:
+    def advance(self, targets: Float[np.ndarray, "samples joints"], end: int, at: int = 0) -> Made:
         """Make a step for each target; its sample goes into the buffer.
 
         Args:
             targets: What the drive is told.
             end: Number of the target that is measured and not stepped, if there is such a one.
+            at: Where in the buffer the first sample goes.
 
         Returns:
             What became of it.
@@ -135,6 +138,10 @@ class UnlockedLoop:
         targets, table, library = np.ascontiguousarray(targets), self._table, _library()
         table[COUNT], table[END], table[MADE], table[LOST] = len(targets), end, 0, 0
         table[TARGETS] = targets.ctypes.data
+        if at + len(targets) > self._room:
+            raise OSError(f"{len(targets)} steps from {at} on for a buffer of {self._room}")
+        goals = self._goals + at * self._strides
+        table[TO : TO + ROWS], table[TO_TORQUE] = goals[:ROWS], goals[ROWS]
         failed = library.mjb_apply(self._batch, None, 1, steps.address, table.ctypes.data, 0)
         error = library.mjb_error(self._batch, 0).decode() if failed else ""
         return Made(int(table[MADE]), error, bool(table[LOST]))

@@ -17,7 +17,7 @@ from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.drive import Memoryless
+from phasmid.simulation.joint_drive import Memoryless, Setpoints
 from phasmid.simulation.prescribed.legs import (
     AXIS,
     LEG,
@@ -73,11 +73,10 @@ class _Planned(Memoryless):
         """None: this simulator has a loop of its own."""
         return "", ()
 
-    @staticmethod
-    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Planned angles, shape (N, 3 L) [rad]."""
         del dt
-        return walk.q.reshape(len(walk.time), -1)
+        return wanted.q.reshape(len(wanted.q), -1)
 
 
 class TrunkRun(Run):
@@ -164,10 +163,12 @@ class TrunkRun(Run):
         self,
         targets: Float[np.ndarray, "samples width"],
         *,
+        at: int = 0,
         last: bool = False,
         interrupted: Sequence[int] = (),
     ) -> int:
         """Make a step in each row of the legs; what was there goes into the buffer's start."""
+        assert at == 0
         count, log, made = len(targets), self.buffer, 0
         joints = joints_of(targets, len(self.robot.legs))
         log.qpos[:count, 7:] = joints.q.reshape(count, -1)

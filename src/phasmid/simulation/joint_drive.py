@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import PhasmidError
-from phasmid.motion import Motion, SampledMotion
+from phasmid.motion import Motion
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
 
 if TYPE_CHECKING:
@@ -22,6 +22,23 @@ class LostConstraints(PhasmidError):
         super().__init__(
             "the engine left out constraints that hold joints, whose torques are therefore unknown."
         )
+
+
+class Setpoints(NamedTuple):
+    """What the joints shall do at some steps, whatever moves them.
+
+    Attributes:
+        q: Angles [rad], shape (N, L, 3).
+        qd: Speeds [rad/s], shape (N, L, 3).
+        qdd: Accelerations [rad/s²], shape (N, L, 3).
+        torque: Feed-forward torque beside what follows from the angles [N·m], shape (N, L, 3);
+            None: none.
+    """
+
+    q: Float[np.ndarray, "samples legs 3"]
+    qd: Float[np.ndarray, "samples legs 3"]
+    qdd: Float[np.ndarray, "samples legs 3"]
+    torque: Float[np.ndarray, "samples legs 3"] | None = None
 
 
 @runtime_checkable
@@ -52,9 +69,8 @@ class Drive(Protocol):
     def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
         """The drive's name, and the arrays on which `command` works, for its machine code."""
 
-    @staticmethod
-    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """What `command` is told so that a walk is followed with a time step [s], (N, 3 L)."""
+    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """What `command` is told so that setpoints are followed with a time step [s], (N, 3 L)."""
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """What the states of all samples tell a recording, by channel name."""
@@ -117,24 +133,24 @@ class PrescribedDrive(Memoryless):
         """The constraints' numbers, and how many each of them has."""
         return "prescribed", (self._constraints, self._width)
 
-    @staticmethod
-    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Angles to hold so that position, velocity and acceleration follow the plan.
+    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Angles to hold so that position, velocity and acceleration are those wanted.
 
         The engine's constraint asks for the acceleration -b q' - k (q - target), so a target of
-        q + (b q' + q'')/k asks for that of the plan. Its gains b and k come divided by the
+        q + (b q' + q'')/k asks for the acceleration wanted. Its gains b and k come divided by the
         impedance, and once more multiplied in k.
 
         Args:
-            walk: The plan at the steps' times.
+            wanted: At the steps; a feed-forward torque changes nothing, as these joints take
+                whatever torque they need.
             dt: Time step [s].
 
         Returns:
             Shape (N, 3 L) [rad].
         """
         stiffness, damping = drive_gains(dt)
-        angle = walk.q + (damping * walk.qd + JOINT_IMPEDANCE * walk.qdd) / stiffness
-        return angle.reshape(len(walk.time), -1)
+        angle = wanted.q + (damping * wanted.qd + JOINT_IMPEDANCE * wanted.qdd) / stiffness
+        return angle.reshape(len(wanted.q), -1)
 
 
 class IdealServoDrive(Memoryless):
@@ -147,7 +163,7 @@ class IdealServoDrive(Memoryless):
         self._velocity = data.qvel[6:]
         self._limits = model.actuator_forcerange
         self._lower, self._upper = self._limits.T
-        self._stall = servo.stall_torque
+        self._stall, self._stiffness = servo.stall_torque, servo.stiffness
         self._drop_per_speed = servo.stall_torque / servo.no_load_speed
         self._numbers = np.array([self._stall, self._drop_per_speed])
         self._drop, self._loss = np.empty((2, model.nu))
@@ -171,8 +187,14 @@ class IdealServoDrive(Memoryless):
         """Goals, speeds, the limits that follow from these, and by what numbers."""
         return "ideal-servo", (self._control, self._velocity, self._limits, self._numbers)
 
-    @staticmethod
-    def targets(walk: SampledMotion, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Planned angles, shape (N, 3 L) [rad], whatever the time step."""
+    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Goals of the servos, shape (N, 3 L) [rad], whatever the time step.
+
+        A servo gives its stiffness times how far it is from its goal: a goal further by the
+        feed-forward torque over that stiffness adds this torque, within the servo's limits.
+        """
         del dt
-        return walk.q.reshape(len(walk.time), -1)
+        goal = wanted.q.reshape(len(wanted.q), -1)
+        if wanted.torque is None:
+            return goal
+        return goal + wanted.torque.reshape(goal.shape) / self._stiffness

@@ -1,0 +1,200 @@
+"""When feet lift and land: the gait's clock, which waits where a foot could not be spared."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import compiled
+from phasmid.control.limbs import margin_of
+from phasmid.control.reach import speed_share, wave
+from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
+
+HOME = 5e-4
+"""A foot nearer than this to its neutral place need not step there [m]."""
+
+ALMOST = 1e-9
+"""Phases closer than this are one instant."""
+
+
+@compiled
+def from_home(state: Any, model: Any, leg: int) -> float:
+    """Distance of a foot from its neutral place on the path, from above [m]."""
+    c, s = math.cos(state.path[2]), math.sin(state.path[2])
+    x = state.path[0] + c * model.neutral[leg, 0] - s * model.neutral[leg, 1]
+    y = state.path[1] + s * model.neutral[leg, 0] + c * model.neutral[leg, 1]
+    dx, dy = state.foot[leg, 0] - x, state.foot[leg, 1] - y
+    return math.sqrt(dx * dx + dy * dy)
+
+
+@compiled
+def is_asked_to_move(state: Any, order: Any) -> bool:
+    """Whether the body moves over ground, or shall."""
+    moves = False
+    for i in range(3):
+        moves = moves or order.velocity[i] != 0.0 or abs(state.speed[2, i]) > 1e-4
+    return moves
+
+
+@compiled
+def margin_without(
+    state: Any, model: Any, order: Any, lifted: np.ndarray, time: float, turn: float
+) -> float:
+    """Smallest support margin of the feet that stay, now and after a time at this speed [m].
+
+    Args:
+        state: Where the engine is.
+        model: The robot.
+        order: Its gait's sway is regarded.
+        lifted: Legs that leave the ground, 1 or 0, shape (L,).
+        time: How long they are in the air [s].
+        turn: How far the gait's clock goes meanwhile.
+    """
+    legs = len(lifted)
+    standing = np.zeros(legs, dtype=np.int64)
+    for leg in range(legs):
+        if state.leg[leg] == STANCE and order.used[leg] and not lifted[leg]:
+            standing[leg] = 1
+    R, com, path, v = state.body, state.com, state.path, state.speed[2]
+    rx = R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2] + state.trunk[0, 0]
+    ry = R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + state.trunk[0, 1]
+    now = margin_of(state.foot, standing, rx, ry)
+    c, s = math.cos(path[2]), math.sin(path[2])
+    wx = c * v[0] - s * v[1] - v[2] * (ry - path[1])
+    wy = s * v[0] + c * v[1] + v[2] * (rx - path[0])
+    if order.gait[2] != 0.0:
+        a, b = np.empty((3, 2)), np.empty((3, 2))
+        wave(model, order.offsets, order.gait, state.clock[0], a)
+        wave(model, order.offsets, order.gait, state.clock[0] + turn, b)
+        dx, dy = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
+        rx, ry = rx + state.clock[2] * (c * dx - s * dy), ry + state.clock[2] * (s * dx + c * dy)
+    return min(now, margin_of(state.foot, standing, rx + wx * time, ry + wy * time))
+
+
+@compiled
+def best_phase(
+    state: Any,
+    model: Any,
+    used: np.ndarray,
+    velocity: np.ndarray,
+    offsets: np.ndarray,
+    gait: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Write the phase, just before a lift, from which a gait lets the body go fastest.
+
+    Args:
+        state: Where the engine is.
+        model: The robot.
+        used: Which legs are walked on, shape (L,).
+        velocity: Of the path that is asked, shape (3,).
+        offsets: When the legs lift, shape (L,).
+        gait: Duty factor, period and sway, shape (3 or more,).
+        out: Written: the phase, and the share of the velocity, shape (2,).
+    """
+    out[1] = -1.0
+    for k in range(len(offsets)):
+        if not used[k]:
+            continue
+        phase = (offsets[k] - ALMOST) % 1.0
+        good = True
+        for leg in range(len(offsets)):
+            if used[leg] and state.leg[leg] == SWING:
+                left = state.swing[leg, 1] - state.swing[leg, 0]
+                good = good and (1.0 - (phase - offsets[leg]) % 1.0) * gait[1] >= left
+        if not good:
+            continue
+        share = speed_share(state, model, used, velocity, offsets, gait, phase)
+        if share > out[1] + 1e-9:
+            out[0], out[1] = phase, share
+
+
+@compiled
+def lift_off(state: Any, order: Any, leg: int, ago: float, time: float) -> None:
+    """Let a foot begin its swing.
+
+    Args:
+        state: Where the engine is.
+        order: It has the height of the step.
+        leg: The leg's index.
+        ago: Time since it lifted [s].
+        time: Of the swing [s].
+    """
+    state.leg[leg] = SWING
+    state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = ago, time, order.step[0]
+    for i in range(3):
+        state.landing[leg, i] = state.line[0, leg, i] = state.foot[leg, i]
+        for k in range(2):
+            state.line[1 + k, leg, i] = state.motion[k, leg, i]
+
+
+@compiled
+def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+    """Let the gait's clock go on by a step of time, and feet lift that are due.
+
+    Args:
+        state: Where the engine is, changed.
+        model: The robot.
+        order: What is to be done.
+        tuning: The margins.
+        h: Step of time [s].
+    """
+    legs, clock, gait = len(state.leg), state.clock, order.gait
+    moving = is_asked_to_move(state, order)
+    away = False
+    for leg in range(legs):
+        if order.used[leg]:
+            away = away or state.leg[leg] != STANCE or from_home(state, model, leg) > HOME
+        elif state.leg[leg] != HELD:
+            away = True
+    if not (moving or away):
+        state.mode[0] = STILL
+    elif state.mode[0] == STILL:
+        found = np.empty(2)
+        best_phase(state, model, order.used, order.velocity, order.offsets, gait, found)
+        clock[0] = found[0] if found[1] >= 0 else clock[0]
+        state.mode[0] = WALKING
+    walking = 1.0 if state.mode[0] == WALKING else 0.0
+    most = 2 * h / gait[1]
+    clock[2] += min(max(walking - clock[2], -most), most)
+    if state.mode[0] == STILL:
+        clock[4] = 0.0
+        return
+    step = h / gait[1]
+    lifted = np.zeros(legs, dtype=np.int64)
+    due, wait = 0, False
+    for leg in range(legs):
+        if not order.used[leg]:
+            # A leg that is no longer walked on leaves the ground as soon as it can be spared.
+            if state.leg[leg] == STANCE:
+                lifted[leg] = 1
+                if (
+                    margin_without(state, model, order, lifted, 0.5 * gait[1], 0.0)
+                    > tuning.support_margin
+                ):
+                    lift_off(state, order, leg, 0.0, 0.3)
+                lifted[leg] = 0
+            continue
+        if 1.0 - (clock[0] - order.offsets[leg]) % 1.0 > step:
+            continue
+        if state.leg[leg] != STANCE and state.leg[leg] != HELD:
+            # One that has only just lifted is not late.
+            wait = wait or state.swing[leg, 0] > 0.25 * state.swing[leg, 1]
+        elif state.leg[leg] == HELD or moving or from_home(state, model, leg) > HOME:
+            lifted[leg] = 1
+            due += 1
+    time = (1.0 - gait[0]) * gait[1]
+    if due > 0 and not wait:
+        margin = margin_without(state, model, order, lifted, time, 1.0 - gait[0])
+        wait = margin < tuning.support_margin
+    if wait:
+        clock[4] += h
+        return
+    clock[4] = 0.0
+    for leg in range(legs):
+        if lifted[leg]:
+            ago = h - (1.0 - (clock[0] - order.offsets[leg]) % 1.0) * gait[1]
+            lift_off(state, order, leg, max(ago, 0.0), time)
+    clock[0] = (clock[0] + step) % 1.0

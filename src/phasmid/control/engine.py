@@ -1,0 +1,389 @@
+"""The locomotion engine: walks wherever it is told to, at once and without a jump."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.arguments import check_type
+from phasmid.control.command import Command
+from phasmid.control.observation import Observation
+from phasmid.control.settings import EngineSettings
+from phasmid.control.state import (
+    DIRECTIONS,
+    STANCE,
+    STILL,
+    Order,
+    State,
+    Tuning,
+    model_of,
+    new_order,
+    new_state,
+)
+from phasmid.control.targets import JointTargets
+from phasmid.errors import InvalidInput
+from phasmid.gait import GAITS, Gait, load_gait
+from phasmid.kinematics import body_from_hip, foot_position
+from phasmid.robot import JOINTS, Robot
+
+SWAY_BANDWIDTH = 15.0
+"""Of the filter of the body's way aside [1/s]."""
+
+SWAYING_SWING, SWING_TIME = 2 / 3, 0.5
+"""Time of a swing where nobody tells a period: of gaits that sway, and of others [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """The largest velocity in a direction, and what keeps the robot from a larger one.
+
+    Attributes:
+        velocity: Ahead, left [m/s] and turn [rad/s].
+        reason: In words.
+        leg: Number of the leg that limits, from 1; None: none alone.
+        joint: Index of its joint that would turn too fast; None: it is not its speed.
+    """
+
+    velocity: tuple[float, float, float]
+    reason: str
+    leg: int | None = None
+    joint: int | None = None
+
+
+class LocomotionEngine:
+    """A `Controller` that makes legs walk, omnidirectionally, in any gait of its robot.
+
+    Its update takes the robot to be where it was last told to be: what the sensors say is used by
+    the stages that feel the ground.
+
+    Args:
+        robot: The robot, four or more legs.
+        settings: How it walks; or its fields, as keywords.
+
+    Raises:
+        InvalidInput: A setting is out of range.
+        InvalidGait: The gait does not fit the robot.
+    """
+
+    def __init__(
+        self, robot: Robot, settings: EngineSettings | None = None, **keywords: Any
+    ) -> None:
+        check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-ax")')
+        if settings is None:
+            known = [field.name for field in fields(EngineSettings)]
+            for name in keywords:
+                if name not in known:
+                    raise InvalidInput(
+                        f'there is no setting "{name}" of the locomotion engine.',
+                        hint=", ".join(known),
+                    )
+            settings = EngineSettings(**keywords)
+        elif keywords:
+            raise InvalidInput("settings are given as a whole or as keywords, not both.")
+        # Compilers are loaded by who walks, not by who names a command.
+        from phasmid.control import limits, reach, step, trunk
+
+        self._step, self._limits, self._reach, self._trunk = step, limits, reach, trunk
+        self.robot = robot
+        self.settings = settings
+        self._model = model_of(robot, settings.joint_speed_share)
+        self._tuning = _tuning(settings)
+        legs = len(robot.legs)
+        self.state: State = new_state(legs)
+        self._trial = new_state(legs)
+        self.order: Order = new_order(legs)
+        self._wanted: Order = new_order(legs)
+        self._verdict = np.zeros(4)
+        self.events: list[tuple[float, str]] = []
+        self._said: set[str] = set()
+        self.gait = self._gait(settings.gait)
+        self._command: Command | None = None
+        self._regions: dict[tuple[float, ...], np.ndarray] = {}
+        self._start()
+
+    # What a user calls
+
+    def reset(self, observation: Observation) -> None:
+        """Forget all, and begin with the robot standing on the feet that it is seen to stand on.
+
+        Args:
+            observation: Its joint angles, and if it is told the body's orientation.
+        """
+        q = np.asarray(observation.joint_position, dtype=float)
+        if not np.isfinite(q).all():
+            raise InvalidInput("joint_position is not finite; the engine cannot begin with it.")
+        self._start()
+        feet = body_from_hip(self.robot, foot_position(self.robot.arrays, q))
+        self.stand(feet, time=observation.time)
+
+    def update(self, observation: Observation, command: Command) -> JointTargets:
+        """What the joints shall do until the next update.
+
+        Args:
+            observation: What the robot's sensors tell.
+            command: Where to go, and how.
+        """
+        time = float(observation.time)
+        if math.isfinite(time) and time > self.state.clock[1]:
+            self.state.clock[1] = time
+        if command is not self._command:
+            self._take(command)
+        code = self._step.update(
+            self.state,
+            self._trial,
+            self._model,
+            self.order,
+            self._wanted,
+            self._tuning,
+            self.settings.update_period,
+        )
+        self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
+        self._tell("stopped", code == 2, "stopped the body: a leg could not follow")
+        waits = self.state.clock[4] > 0.25
+        self._tell("waits", waits, "a lift waits: the feet that stay would not hold the robot")
+        state = self.state
+        return JointTargets(state.q[0].copy(), state.clock[3] * state.q[1])
+
+    def largest_velocity(
+        self,
+        direction: tuple[float, float, float],
+        *,
+        gait: str | Gait | None = None,
+        period: float | None = None,
+        step_height: float | None = None,
+        pose: tuple[float, ...] = (0.0,) * 6,
+        lost_legs: frozenset[int] = frozenset(),
+    ) -> Limit:
+        """The largest velocity in a direction at which the robot walks steadily.
+
+        Args:
+            direction: Ahead, left [m/s] and turn [rad/s]; their ratio counts.
+            gait: Its name, or the gait; None: as the engine is set.
+            period: Time of a cycle [s]; None: as the engine is set.
+            step_height: Height of a step [m]; None: as the engine is set.
+            pose: Of the body beside its path.
+            lost_legs: Numbers of legs that are not walked on.
+
+        Returns:
+            The velocity, and what keeps the robot from a larger one.
+
+        Raises:
+            InvalidInput: The direction is no direction.
+        """
+        velocity = np.asarray(direction, dtype=float)
+        size = math.hypot(velocity[0], velocity[1], self._model.radius * velocity[2])
+        if velocity.shape != (3,) or not (math.isfinite(size) and size > 0):
+            raise InvalidInput(
+                "direction must be three finite numbers, not all 0: ahead, left and turn.",
+                hint="(1, 0, 0)",
+            )
+        order = new_order(len(self.robot.legs))
+        self._write_gait(order, gait, period, lost_legs)
+        order.step[0] = self.settings.step_height if step_height is None else step_height
+        order.pose[:] = pose
+        unit = velocity / size
+        share = self._share(order, unit, 100.0)
+        found = unit * share
+        return Limit(tuple(float(x) for x in found), *self._reason())  # type: ignore[arg-type]
+
+    def telemetry(self) -> dict[str, Any]:
+        """Numbers of the last update by channel name, to be recorded."""
+        state = self.state
+        return {
+            "stance": state.leg == STANCE,
+            "velocity_command": np.array(self._asked),
+            "velocity_reference": state.clock[3] * state.speed[2],
+            "slow_down": float(state.clock[3]),
+            "support_margin": float(state.clock[5]),
+            "gait_phase": float(state.clock[0]),
+        }
+
+    # What other stages of the control call
+
+    def stand(
+        self,
+        feet: Float[np.ndarray, "legs 3"],
+        *,
+        time: float = 0.0,
+    ) -> None:
+        """Take over a robot that stands with its feet at these places, at rest.
+
+        Args:
+            feet: In the body frame [m], shape (L, 3); the body is taken to be level.
+            time: Of the engine's clock [s].
+        """
+        state, feet = self.state, np.asarray(feet, dtype=float)
+        state.numbers[:] = 0.0
+        state.codes[:] = 0
+        state.clock[1], state.clock[3], state.clock[6] = time, 1.0, 1.0
+        # The ground is where the feet are on average; odom begins under the body.
+        ground = float(feet[:, 2].mean())
+        state.pose[:, 2] = -ground - self._model.height
+        self.order.plane[:] = 0.0, 0.0, 1.0, 0.0
+        state.foot[:] = feet - [0.0, 0.0, ground]
+        state.line[0], state.landing[:] = state.foot, state.foot
+        order, model, tuning = self.order, self._model, self._tuning
+        for leg in range(len(feet)):
+            self._step.refresh_region(state, model, order, tuning, leg)
+        self._trunk.place_trunk(state, model, order, tuning)
+        if not self._step.bend_legs(state, model, tuning, 0.0):
+            raise InvalidInput("a foot stands where its leg cannot walk from.")
+        state.clock[5] = self._step.measure_support(state)
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether all feet stand at their neutral places, and the body rests over them."""
+        return bool(self.state.mode[0] == STILL and np.abs(self.state.speed).max() < 1e-4)
+
+    # The rest
+
+    def _start(self) -> None:
+        self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        self._command = None
+        self.events = []
+        self._said = set()
+        self._write_gait(self.order, None, None, frozenset())
+        self._write_gait(self._wanted, None, None, frozenset())
+        for order in (self.order, self._wanted):
+            order.velocity[:] = order.pose[:] = order.correction[:] = 0.0
+            order.step[0] = self.settings.step_height
+            order.touch[:] = -1
+            order.plane[:] = 0.0, 0.0, 1.0, 0.0
+            order.landing[:] = np.nan
+            order.foot_offset[:] = 0.0
+        neutral = body_from_hip(self.robot, np.array(self.robot.arrays.neutral_foot))
+        self.stand(neutral)
+
+    def _gait(self, gait: str | Gait | None) -> Gait:
+        legs = len(self.robot.legs)
+        if gait is None:
+            known = GAITS.get(legs, {})
+            if not known:
+                raise InvalidInput(
+                    f"the library has no gait for {legs} legs.",
+                    hint="LocomotionEngine(robot, gait=Gait(...))",
+                )
+            return next(iter(known.values()))
+        if isinstance(gait, str):
+            return load_gait(gait, legs)
+        if len(gait.offsets) != legs:
+            raise InvalidInput(
+                f"gait {gait.name} has {len(gait.offsets)} offsets; the robot has {legs} legs."
+            )
+        return gait
+
+    def _write_gait(
+        self, order: Order, gait: str | Gait | None, period: float | None, lost: frozenset[int]
+    ) -> None:
+        chosen = self.gait if gait is None else self._gait(gait)
+        if period is None:
+            period = self.settings.period
+        if period is None:
+            swing = SWAYING_SWING if chosen.sway else SWING_TIME
+            period = swing / chosen.swing_fraction
+        used = np.array([leg not in lost for leg in range(1, len(order.used) + 1)])
+        order.offsets[:] = chosen.offsets
+        order.used[:] = used
+        order.gait[:3] = chosen.duty_factor, period, chosen.sway
+
+    def _take(self, command: Command) -> None:
+        """Write the order for a command, with a velocity that can be kept to."""
+        order, wanted = self.order, self._wanted
+        self._command = command
+        self._write_gait(wanted, command.gait, command.period, command.lost_legs)
+        height = command.step_height
+        order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
+        order.pose[:] = wanted.pose[:] = command.pose
+        differs = (
+            not np.array_equal(wanted.gait[:3], order.gait[:3])
+            or not np.array_equal(wanted.offsets, order.offsets)
+            or not np.array_equal(wanted.used, order.used)
+        )
+        order.gait[3] = 1.0 if differs else 0.0
+        asked = np.array(command.velocity, dtype=float)
+        self._asked = command.velocity
+        share = 1.0
+        if asked.any():
+            share = self._share(wanted, asked, 1.0)
+            reason = self._reason()[0] if share < 1.0 else ""
+            if differs:
+                share = min(share, self._share(order, asked, 1.0))
+            self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
+        order.velocity[:] = wanted.velocity[:] = share * asked
+
+    def _share(self, order: Order, velocity: np.ndarray, most: float) -> float:
+        region = self._region(order.pose)
+        return float(
+            self._limits.share_of_velocity(
+                self._model,
+                self._tuning,
+                region,
+                order.used,
+                order.offsets,
+                order.gait,
+                float(order.step[0]),
+                order.pose,
+                velocity,
+                most,
+                self._verdict,
+            )
+        )
+
+    def _region(self, pose: np.ndarray) -> np.ndarray:
+        """Where feet may stand at a pose of the body, kept for the last few poses."""
+        key = tuple(pose)
+        if key not in self._regions:
+            if len(self._regions) >= 8:
+                self._regions.clear()
+            region = np.zeros((len(self.robot.legs), DIRECTIONS, 3))
+            for leg in range(len(region)):
+                self._reach.bound_region(
+                    self._model, self._tuning, leg, pose, np.zeros(2), region[leg]
+                )
+            self._regions[key] = region
+        return self._regions[key]
+
+    def _reason(self) -> tuple[str, int | None, int | None]:
+        what, leg, joint, value = self._verdict
+        limits = self._limits
+        if what == limits.REACH:
+            name = self.robot.legs[int(leg)].name
+            return f"leg {name} reaches no farther", int(leg) + 1, None
+        if what == limits.SPEED:
+            name, which = self.robot.legs[int(leg)].name, JOINTS[int(joint)]
+            return f"the {which} of leg {name} turns no faster", int(leg) + 1, int(joint)
+        if what == limits.SUPPORT:
+            return f"the feet that stand would hold it by {1000 * value:.0f} mm only", None, None
+        return "nothing", None, None
+
+    def _tell(self, kind: str, is_so: bool, sentence: str) -> None:
+        """Note an event once for as long as it goes on."""
+        if not is_so:
+            self._said.discard(kind)
+        elif kind not in self._said:
+            self._said.add(kind)
+            self.events.append((float(self.state.clock[1]), sentence))
+
+
+def _tuning(settings: EngineSettings) -> Tuning:
+    return Tuning(
+        settings.acceleration,
+        settings.velocity_bandwidth,
+        settings.pose_speed,
+        settings.pose_turn_speed,
+        settings.pose_bandwidth,
+        SWAY_BANDWIDTH,
+        settings.stretch,
+        settings.joint_margin,
+        settings.support_margin,
+        settings.planned_margin,
+        settings.planned_speed_share,
+        settings.lowest_lift,
+        settings.landing_depth,
+        settings.landing_speed,
+        settings.patience,
+    )

@@ -1,0 +1,178 @@
+"""Closed-form kinematics of single legs, as loops: what the engine computes at every update.
+
+The same equations as in `phasmid.kinematics`, for one leg and sample at a time.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import compiled
+
+Triple = tuple[float, float, float]
+
+
+@compiled
+def foot_of(lengths: np.ndarray, q1: float, q2: float, q3: float) -> Triple:
+    """The foot in the hip frame [m] for joint angles [rad]; lengths of coxa, femur, tibia [m]."""
+    r = lengths[0] + lengths[1] * math.cos(q2) + lengths[2] * math.cos(q2 + q3)
+    z = lengths[1] * math.sin(q2) + lengths[2] * math.sin(q2 + q3)
+    return r * math.cos(q1), r * math.sin(q1), z
+
+
+@compiled
+def angles_of(
+    lengths: np.ndarray, x: float, y: float, z: float, stretch: float
+) -> tuple[float, float, float, float]:
+    """Joint angles that place the foot, and a margin [m²], negative where it is out of reach.
+
+    Args:
+        lengths: Of coxa, femur and tibia [m], shape (3,).
+        x: Foot in the hip frame [m].
+        y: The same.
+        z: The same.
+        stretch: Share of the leg's full length that it may use; the margin counts from there.
+    """
+    femur, tibia = lengths[1], lengths[2]
+    out = math.sqrt(x * x + y * y) - lengths[0]
+    square = out * out + z * z
+    longest, shortest = (femur + tibia) ** 2, (femur - tibia) ** 2
+    margin = min(stretch * stretch * longest - square, square - shortest)
+    t1 = math.sqrt(max(longest - square, 0.0))
+    t2 = math.sqrt(max(square - shortest, 0.0))
+    along, across = square + (femur + tibia) * (femur - tibia), t1 * t2
+    q2 = math.atan2(z * along + out * across, out * along - z * across)
+    return math.atan2(y, x), q2, -2 * math.atan2(t1, t2), margin
+
+
+@compiled
+def speeds_of(
+    lengths: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
+    a: np.ndarray,
+    qd: np.ndarray,
+    qdd: np.ndarray,
+) -> None:
+    """Write the joint speeds and accelerations that move the foot so in the hip frame.
+
+    Args:
+        lengths: Of coxa, femur and tibia [m], shape (3,).
+        q: Joint angles [rad], shape (3,).
+        v: Velocity of the foot [m/s], shape (3,).
+        a: Its acceleration [m/s²], shape (3,).
+        qd: Written: joint speeds [rad/s], shape (3,).
+        qdd: Written: joint accelerations [rad/s²], shape (3,).
+    """
+    femur, tibia = lengths[1], lengths[2]
+    c1, s1 = math.cos(q[0]), math.sin(q[0])
+    c2, s2 = math.cos(q[1]), math.sin(q[1])
+    c23, s23 = math.cos(q[1] + q[2]), math.sin(q[1] + q[2])
+    r = lengths[0] + femur * c2 + tibia * c23
+    v_out, v_side = c1 * v[0] + s1 * v[1], c1 * v[1] - s1 * v[0]
+    a_out, a_side = c1 * a[0] + s1 * a[1], c1 * a[1] - s1 * a[0]
+    spread = math.sin(q[2])
+    w1 = v_side / r
+    w2 = (v_out * c23 + v[2] * s23) / (femur * spread)
+    w3 = -(v_out * c2 + v[2] * s2) / (tibia * spread)
+    b_out = a_out + r * w1**2 + femur * c2 * w2**2 + tibia * c23 * w3**2
+    b_up = a[2] + femur * s2 * w2**2 + tibia * s23 * w3**2
+    d2 = (b_out * c23 + b_up * s23) / (femur * spread)
+    d3 = -(b_out * c2 + b_up * s2) / (tibia * spread)
+    qd[0], qd[1], qd[2] = w1, w2, w3 - w2
+    qdd[0], qdd[1], qdd[2] = (a_side - 2 * v_out * w1) / r, d2, d3 - d2
+
+
+@compiled
+def moment_of(model: Any, leg: int, q: np.ndarray, moment: np.ndarray) -> None:
+    """Add a leg's mass times the place of its centre in the body frame [kg·m].
+
+    Args:
+        model: The robot's numbers, a `Model`.
+        leg: Its index.
+        q: Its joint angles [rad], shape (3,).
+        moment: Added to, shape (3,).
+    """
+    lengths, com, mass = model.lengths[leg], model.link_com[leg], model.link_mass[leg]
+    c1, s1 = math.cos(q[0]), math.sin(q[0])
+    out, side, up = 0.0, 0.0, 0.0
+    for k in range(3):
+        if k == 0:
+            x, y, z = com[0, 0], com[0, 1], com[0, 2]
+        else:
+            e = q[1] if k == 1 else q[1] + q[2]
+            c, s = math.cos(e), math.sin(e)
+            x = lengths[0] + com[k, 0] * c - com[k, 1] * s
+            z = com[k, 0] * s + com[k, 1] * c
+            if k == 2:
+                x += lengths[1] * math.cos(q[1])
+                z += lengths[1] * math.sin(q[1])
+            y = -com[k, 2]
+        out += mass[k] * x
+        side += mass[k] * y
+        up += mass[k] * z
+    x, y = c1 * out - s1 * side, s1 * out + c1 * side
+    whole = mass[0] + mass[1] + mass[2]
+    R, p = model.R_body_hip[leg], model.p_body_hip[leg]
+    for i in range(3):
+        moment[i] += whole * p[i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * up
+
+
+@compiled
+def to_hip(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
+    """Write a vector in the axes of a frame whose rotation is R: the transpose of R times v."""
+    for i in range(3):
+        out[i] = R[0, i] * v[0] + R[1, i] * v[1] + R[2, i] * v[2]
+
+
+@compiled
+def rotation(roll: float, pitch: float, yaw: float, R: np.ndarray) -> None:
+    """Write the rotation of roll about x, then pitch about y, then yaw about z, fixed axes."""
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    R[0, 0], R[0, 1], R[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+    R[1, 0], R[1, 1], R[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+    R[2, 0], R[2, 1], R[2, 2] = -sp, cp * sr, cp * cr
+
+
+@compiled
+def margin_of(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> float:
+    """Distance of a point from the edge of the feet that stand, from above [m]; see `gait`.
+
+    Args:
+        feet: Feet, x and y first [m], shape (L, 2 or 3).
+        standing: Which of them count, shape (L,).
+        x: The point [m].
+        y: The same.
+
+    Returns:
+        Positive inside, negative outside (to the nearest edge's line), minus infinity where they
+        are fewer than three or lie on a line.
+    """
+    count = len(feet)
+    least, edges = math.inf, 0
+    for i in range(count):
+        if not standing[i]:
+            continue
+        for j in range(count):
+            if j == i or not standing[j]:
+                continue
+            dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+            length = math.sqrt(dx * dx + dy * dy)
+            if length < 1e-9:
+                continue
+            dx, dy = dx / length, dy / length
+            edge, depth = True, 0.0
+            for k in range(count):
+                if standing[k]:
+                    d = dx * (feet[k, 1] - feet[i, 1]) - dy * (feet[k, 0] - feet[i, 0])
+                    edge = edge and d > -1e-12
+                    depth = max(depth, d)
+            if edge and depth > 1e-9:
+                edges += 1
+                least = min(least, dx * (y - feet[i, 1]) - dy * (x - feet[i, 0]))
+    return least if edges >= 3 else -math.inf

@@ -1,0 +1,193 @@
+"""How fast a gait may go: its steady walk, judged at every part of a cycle."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import compiled
+from phasmid.control.limbs import margin_of, moment_of, rotation, speeds_of, to_hip
+from phasmid.control.reach import PLANNED, reaches, wave, within
+from phasmid.control.swing import blend, lift
+from phasmid.control.trunk import ride
+
+SAMPLES = 32
+"""Parts of a cycle at which a steady walk is looked at."""
+
+REACH, SPEED, SUPPORT = 1, 2, 3
+"""What may keep a walk from being faster."""
+
+CLOSE = 1e-3
+"""Largest velocities are found to this part of them."""
+
+
+@compiled
+def walks_steadily(
+    model: Any,
+    tuning: Any,
+    region: np.ndarray,
+    used: np.ndarray,
+    offsets: np.ndarray,
+    gait: np.ndarray,
+    step: float,
+    pose: np.ndarray,
+    velocity: np.ndarray,
+    verdict: np.ndarray,
+) -> bool:
+    """Whether a robot can walk steadily so; write what keeps it from that first.
+
+    Args:
+        model: The robot.
+        tuning: The margins.
+        region: Where the feet may stand at that pose, shape (L, K, 3).
+        used: Which legs are walked on, shape (L,).
+        offsets: When they lift, shape (L,).
+        gait: Duty factor, period and sway, shape (3 or more,).
+        step: Height of a step [m].
+        pose: Of the body beside its path and its neutral height, shape (6,).
+        velocity: Of the path, ahead, left and turn, shape (3,).
+        verdict: Written: what (`REACH` and so on, 0: nothing), the leg's index, the joint's, and
+            the smallest support margin [m] or the largest share of a joint's speed, shape (4,).
+    """
+    legs, duty, period = len(used), gait[0], gait[1]
+    verdict[0] = 0.0
+    origin, home, there = np.zeros(3), np.empty(3), np.empty(3)
+    lean = np.empty((3, 3))
+    rotation(pose[3], pose[4], pose[5], lean)
+    moment = np.empty(3)
+    aside = np.empty((3, 2))
+    feet, standing = np.zeros((legs, 3)), np.zeros(legs, dtype=np.int64)
+    p, v, a, hip, vh = np.empty(3), np.empty(3), np.zeros(3), np.empty(3), np.empty(3)
+    q, qd, qdd = np.empty(3), np.empty(3), np.empty(3)
+    air = (1 - duty) * period
+    fastest = model.joint_speed * tuning.planned_speed
+    for leg in range(legs):
+        if not used[leg]:
+            continue
+        nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
+        for sign in (-1.0, 1.0):
+            ride(origin, velocity, sign * duty * period / 2, there)
+            c, s = math.cos(there[2]), math.sin(there[2])
+            x, y = nx - there[0], ny - there[1]
+            dx, dy = c * x + s * y - nx, c * y - s * x - ny
+            if gait[2] != 0.0:
+                wave(model, offsets, gait, offsets[leg] + (1 - duty if sign < 0 else 0.0), aside)
+                dx, dy = dx - aside[0, 0], dy - aside[0, 1]
+            if within(region[leg], dx, dy, 0.0) < 1.0:
+                verdict[0], verdict[1], verdict[2] = REACH, leg, -1
+                return False
+    least, quickest = math.inf, 0.0
+    for n in range(SAMPLES):
+        phase = n / SAMPLES
+        wave(model, offsets, gait, phase, aside)
+        bx, by = pose[0] + aside[0, 0], pose[1] + aside[0, 1]
+        ux, uy = aside[1, 0] / period, aside[1, 1] / period
+        for i in range(3):
+            moment[i] = model.body_moment[i]
+        for leg in range(legs):
+            if not used[leg]:
+                standing[leg] = 0
+                moment_of(model, leg, model.folded[leg], moment)
+                continue
+            nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
+            own = (phase - offsets[leg]) % 1.0
+            # The foot seen from the path: fixed points of the ground pass by it.
+            if own >= 1 - duty:
+                standing[leg] = 1
+                ride(origin, velocity, (own - 1 + duty / 2) * period, there)
+                gx, gy, fx, fy, z, vz = nx, ny, 0.0, 0.0, 0.0, 0.0
+            else:
+                standing[leg] = 0
+                # From the last place to the next, a cycle on; seen amid the last stance.
+                ride(origin, velocity, (own + duty / 2) * period, there)
+                ride(origin, velocity, period, home)
+                c, s = math.cos(home[2]), math.sin(home[2])
+                wx = home[0] + c * nx - s * ny - nx
+                wy = home[1] + s * nx + c * ny - ny
+                part = own / (1 - duty)
+                way, rate, _ = blend(part, air)
+                gx, gy, fx, fy = nx + way * wx, ny + way * wy, rate * wx, rate * wy
+                z, vz, _ = lift(part, air, step)
+            c, s = math.cos(there[2]), math.sin(there[2])
+            x, y = gx - there[0], gy - there[1]
+            px, py = c * x + s * y, c * y - s * x
+            vx = c * fx + s * fy - velocity[0] + velocity[2] * py
+            vy = c * fy - s * fx - velocity[1] - velocity[2] * px
+            feet[leg, 0], feet[leg, 1] = px, py
+            p[0], p[1], p[2] = px - bx, py - by, z - model.height - pose[2]
+            v[0], v[1], v[2] = vx - ux, vy - uy, vz
+            to_hip(lean, p, hip)
+            for i in range(3):
+                hip[i] -= model.p_body_hip[leg, i]
+            to_hip(model.R_body_hip[leg], hip, p)
+            to_hip(lean, v, hip)
+            to_hip(model.R_body_hip[leg], hip, vh)
+            if not reaches(model, tuning, leg, p, PLANNED, q):
+                verdict[0], verdict[1], verdict[2] = REACH, leg, -1
+                return False
+            speeds_of(model.lengths[leg], q, vh, a, qd, qdd)
+            for k in range(3):
+                if abs(qd[k]) > quickest:
+                    quickest = abs(qd[k])
+                    verdict[1], verdict[2] = leg, k
+            moment_of(model, leg, q, moment)
+        if quickest > fastest:
+            verdict[0], verdict[3] = SPEED, quickest / fastest
+            return False
+        for i in range(3):
+            moment[i] /= model.mass
+        x = bx + lean[0, 0] * moment[0] + lean[0, 1] * moment[1] + lean[0, 2] * moment[2]
+        y = by + lean[1, 0] * moment[0] + lean[1, 1] * moment[1] + lean[1, 2] * moment[2]
+        least = min(least, margin_of(feet, standing, x, y))
+        if least < tuning.support_margin + tuning.planned_margin:
+            verdict[0], verdict[1], verdict[2], verdict[3] = SUPPORT, -1, -1, least
+            return False
+    verdict[3] = quickest / fastest
+    return True
+
+
+@compiled
+def share_of_velocity(
+    model: Any,
+    tuning: Any,
+    region: np.ndarray,
+    used: np.ndarray,
+    offsets: np.ndarray,
+    gait: np.ndarray,
+    step: float,
+    pose: np.ndarray,
+    velocity: np.ndarray,
+    most: float,
+    verdict: np.ndarray,
+) -> float:
+    """The largest share of a velocity, up to `most`, at which a steady walk can be made.
+
+    Args:
+        model: The robot.
+        tuning: The margins.
+        region: Where the feet may stand at that pose, shape (L, K, 3).
+        used: Which legs are walked on, shape (L,).
+        offsets: When they lift, shape (L,).
+        gait: Duty factor, period and sway, shape (3 or more,).
+        step: Height of a step [m].
+        pose: Of the body, shape (6,).
+        velocity: Of the path, shape (3,).
+        most: Largest share that is looked for.
+        verdict: Written: what keeps it from more, as by `walks_steadily`, shape (4,).
+    """
+    last = np.zeros(4)
+    trial = velocity * most
+    if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, verdict):
+        return most
+    low, high = 0.0, most
+    while high - low > CLOSE * high and high > 1e-6:
+        share = (low + high) / 2
+        trial = velocity * share
+        if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, last):
+            low = share
+        else:
+            high = share
+            verdict[:] = last
+    return low

@@ -1,0 +1,269 @@
+"""Where feet may stand: a convex region for each leg, and how fast the body may go above it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import compiled
+from phasmid.control.limbs import angles_of, rotation, to_hip
+from phasmid.control.state import DIRECTIONS, STANCE, SWING
+from phasmid.control.trunk import ride
+
+SLACK = 0.003
+"""Feet may come this much nearer to the region's edge than planned, which is round-off and the
+feet's arcs [m]."""
+
+SHORTEST = 0.02
+"""A foot whose lift waits is taken to stand at least this long [s]."""
+
+PLANNED, HARD = 1.0, 0.2
+"""Shares of the margins of stretch and of joint limits: of what is planned, and of all targets."""
+
+
+@compiled
+def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: np.ndarray) -> bool:
+    """Whether a leg can put its foot somewhere; write the joint angles for it.
+
+    Args:
+        model: The robot.
+        tuning: The margins.
+        leg: The leg's index.
+        p: Foot in the hip frame [m], shape (3,).
+        share: Share of the margins that must be kept.
+        q: Written where it is within the leg's length [rad], shape (3,).
+    """
+    stretch = 1 - share * (1 - tuning.stretch)
+    q1, q2, q3, margin = angles_of(model.lengths[leg], p[0], p[1], p[2], stretch)
+    # Written so that NaN counts as out of reach.
+    if not margin > 0:
+        return False
+    q[0], q[1], q[2] = q1, q2, q3
+    for k in range(3):
+        low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
+        edge = min(tuning.joint_margin, (high - low) / 8) * share
+        if not (low + edge <= q[k] <= high - edge):
+            return False
+    return True
+
+
+@compiled
+def bound_region(
+    model: Any, tuning: Any, leg: int, pose: np.ndarray, slope: np.ndarray, region: np.ndarray
+) -> None:
+    """Write the half-planes within which a foot may stand while the body has a pose.
+
+    They are inscribed in what the leg reaches along rays from its neutral foot.
+
+    Args:
+        model: The robot.
+        tuning: The margins.
+        leg: The leg's index.
+        pose: Of the body beside its path and its neutral height, shape (6,).
+        slope: Of the ground, ahead and to the left, shape (2,).
+        region: Written: normal ahead and left, and distance from the neutral foot [m], (K, 3).
+    """
+    R = np.empty((3, 3))
+    rotation(pose[3], pose[4], pose[5], R)
+    p, p_body, p_hip, q = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    cx, cy = model.neutral[leg, 0], model.neutral[leg, 1]
+    far = model.lengths[leg, 1] + model.lengths[leg, 2]
+    edge = np.empty((DIRECTIONS, 2))
+    for k in range(DIRECTIONS):
+        angle = 2 * math.pi * k / DIRECTIONS
+        dx, dy = math.cos(angle), math.sin(angle)
+        low, high, coarse = 0.0, far / 8, True
+        for _ in range(16):
+            r = high if coarse else (low + high) / 2
+            p[0], p[1] = cx + r * dx - pose[0], cy + r * dy - pose[1]
+            ground = slope[0] * (cx + r * dx) + slope[1] * (cy + r * dy)
+            p[2] = ground - model.height - pose[2]
+            to_hip(R, p, p_body)
+            for i in range(3):
+                p_body[i] -= model.p_body_hip[leg, i]
+            to_hip(model.R_body_hip[leg], p_body, p_hip)
+            good = reaches(model, tuning, leg, p_hip, 1.0, q)
+            if coarse and good and high < far:
+                low, high = high, high + far / 8
+            elif coarse:
+                coarse = False
+            elif good:
+                low = r
+            else:
+                high = r
+        edge[k, 0], edge[k, 1] = low * dx, low * dy
+    for k in range(DIRECTIONS):
+        angle = 2 * math.pi * k / DIRECTIONS
+        nx, ny = math.cos(angle), math.sin(angle)
+        a, b = edge[k - 1], edge[(k + 1) % DIRECTIONS]
+        # The edge's own normal fits better where the edge is convex.
+        mx, my = b[1] - a[1], a[0] - b[0]
+        length = math.sqrt(mx * mx + my * my)
+        if length > 1e-9:
+            mx, my = mx / length, my / length
+            outward = mx * (edge[k, 0] - a[0]) + my * (edge[k, 1] - a[1])
+            if outward > 0 and mx * nx + my * ny > 0.5:
+                nx, ny = mx, my
+        region[k, 0], region[k, 1] = nx, ny
+        region[k, 2] = max(nx * edge[k, 0] + ny * edge[k, 1], 0.0)
+
+
+@compiled
+def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
+    """Share of a way from a neutral foot that stays within its region; at most 1.
+
+    Args:
+        region: The half-planes, shape (K, 3).
+        dx: The way ahead [m].
+        dy: The way to the left [m].
+        slack: Width that is added to the region [m].
+    """
+    share = 1.0
+    for k in range(len(region)):
+        along = region[k, 0] * dx + region[k, 1] * dy
+        if along > region[k, 2] + slack:
+            share = min(share, (region[k, 2] + slack) / along)
+    return share
+
+
+@compiled
+def wave(model: Any, offsets: np.ndarray, gait: np.ndarray, phase: float, out: np.ndarray) -> None:
+    """Write the gait's sway, its derivative by phase, and that one's: see `phasmid.gait.sway`.
+
+    Args:
+        model: The robot.
+        offsets: When the legs lift, shape (L,).
+        gait: Duty factor, period, sway, shape (3 or more,).
+        phase: Of the cycle.
+        out: Written: ahead and left [m], shape (3, 2).
+    """
+    out[:] = 0.0
+    if gait[2] == 0.0:
+        return
+    legs = len(offsets)
+    mx, my = 0.0, 0.0
+    for i in range(legs):
+        mx += model.neutral[i, 0] / legs
+        my += model.neutral[i, 1] / legs
+    for i in range(legs):
+        x = gait[2] * (mx - model.neutral[i, 0])
+        y = gait[2] * (my - model.neutral[i, 1])
+        angle = 2 * math.pi * (phase - offsets[i] - (1 - gait[0]) / 2)
+        c, s = math.cos(angle), math.sin(angle)
+        rate = 2 * math.pi
+        out[0, 0] += c * x
+        out[0, 1] += c * y
+        out[1, 0] -= rate * s * x
+        out[1, 1] -= rate * s * y
+        out[2, 0] -= rate * rate * c * x
+        out[2, 1] -= rate * rate * c * y
+
+
+@compiled
+def speed_share(
+    state: Any,
+    model: Any,
+    used: np.ndarray,
+    velocity: np.ndarray,
+    offsets: np.ndarray,
+    gait: np.ndarray,
+    phase: float,
+) -> float:
+    """Share of a velocity at which every foot stays in its region until it lifts.
+
+    Args:
+        state: Where the engine is.
+        model: The robot.
+        used: Which legs are walked on, shape (L,).
+        velocity: Of the path, ahead, left and turn, shape (3,).
+        offsets: When the legs lift, shape (L,).
+        gait: Duty factor, period and sway, shape (3 or more,).
+        phase: Of the gait's clock.
+
+    Returns:
+        At most 1, and 0 or more.
+    """
+    if velocity[0] == 0.0 and velocity[1] == 0.0 and velocity[2] == 0.0:
+        return 1.0
+    share = 1.0
+    path = state.path
+    c, s = math.cos(path[2]), math.sin(path[2])
+    there, aside = np.empty(3), np.empty((3, 2))
+    origin = np.zeros(3)
+    swaying = gait[2] * state.clock[2]
+    for leg in range(len(used)):
+        if state.leg[leg] != STANCE or not used[leg]:
+            continue
+        time = (1.0 - (phase - offsets[leg]) % 1.0) * gait[1]
+        time = max(time, SHORTEST)
+        x, y = state.foot[leg, 0] - path[0], state.foot[leg, 1] - path[1]
+        x, y = c * x + s * y, c * y - s * x
+        ride(origin, velocity, time, there)
+        ct, st = math.cos(there[2]), math.sin(there[2])
+        ex, ey = x - there[0], y - there[1]
+        dx, dy = ct * ex + st * ey - x, ct * ey - st * ex - y
+        x, y = x - model.neutral[leg, 0], y - model.neutral[leg, 1]
+        if swaying > 0.0:
+            # At its lift the body is aside by this.
+            wave(model, offsets, gait, offsets[leg], aside)
+            x -= state.clock[2] * aside[0, 0]
+            y -= state.clock[2] * aside[0, 1]
+        region = state.region[leg]
+        for k in range(DIRECTIONS):
+            along = region[k, 0] * dx + region[k, 1] * dy
+            if along > 1e-12:
+                room = region[k, 2] + SLACK - region[k, 0] * x - region[k, 1] * y
+                share = min(share, max(room, 0.0) / along)
+    return share
+
+
+@compiled
+def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarray) -> float:
+    """Share of a velocity at which the centre of mass stays over the feet that stand.
+
+    It counts until the last foot that is in the air has landed.
+
+    Args:
+        state: Where the engine is.
+        tuning: The margins.
+        used: Which legs are walked on, shape (L,).
+        velocity: Of the path, ahead, left and turn, shape (3,).
+    """
+    left, legs = 0.0, len(used)
+    for leg in range(legs):
+        if state.leg[leg] == SWING:
+            left = max(left, state.swing[leg, 1] - state.swing[leg, 0])
+    if left <= 0.0:
+        return 1.0
+    c, s = math.cos(state.path[2]), math.sin(state.path[2])
+    R, com = state.body, state.com
+    rx = R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2] + state.trunk[0, 0]
+    ry = R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + state.trunk[0, 1]
+    wx = c * velocity[0] - s * velocity[1] - velocity[2] * (ry - state.path[1])
+    wy = s * velocity[0] + c * velocity[1] + velocity[2] * (rx - state.path[0])
+    share, feet = 1.0, state.foot
+    for i in range(legs):
+        if state.leg[i] != STANCE or not used[i]:
+            continue
+        for j in range(legs):
+            if i == j or state.leg[j] != STANCE or not used[j]:
+                continue
+            dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+            length = math.sqrt(dx * dx + dy * dy)
+            if length < 1e-9:
+                continue
+            dx, dy = dx / length, dy / length
+            closing = (dy * wx - dx * wy) * left
+            if closing <= 1e-12:
+                continue
+            edge = True
+            for k in range(legs):
+                if state.leg[k] == STANCE and used[k]:
+                    d = dx * (feet[k, 1] - feet[i, 1]) - dy * (feet[k, 0] - feet[i, 0])
+                    edge = edge and d > -1e-12
+            if edge:
+                depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
+                share = min(share, max(depth - tuning.support_margin / 2, 0.0) / closing)
+    return share

@@ -1,0 +1,247 @@
+"""What the engine knows of the robot, what it is to do, and where it is in doing it: arrays."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from phasmid.kinematics import neutral_feet
+from phasmid.robot import Robot
+
+STANCE, SWING, HELD, SETTLING, PROBING = 0, 1, 2, 3, 4
+"""What a leg does: it stands, it swings to its next place, it is held in the air, it comes to rest
+where it has met the ground early, or it goes on down where it has not met it."""
+
+STILL, WALKING, CHANGING = 0, 1, 2
+"""What the clock does: it rests, it runs, or it waits for feet to land and for a new gait."""
+
+DIRECTIONS = 16
+"""Half-planes that bound where a foot may stand."""
+
+
+class Model(NamedTuple):
+    """The robot's numbers; L legs.
+
+    Attributes:
+        lengths: Link lengths [m], shape (L, 3).
+        R_body_hip: Rotations of the hips, shape (L, 3, 3).
+        p_body_hip: Hips [m], shape (L, 3).
+        limits: Lowest and highest joint angles [rad], shape (L, 3, 2).
+        neutral: Neutral feet in the body frame [m], shape (L, 3).
+        folded: Joint angles of a leg that is held in the air [rad], shape (L, 3).
+        link_mass: Masses of the links [kg], shape (L, 3).
+        link_com: Their centres of mass in their frames [m], shape (L, 3, 3).
+        body_moment: Mass of the trunk times the place of its centre [kg·m], shape (3,).
+        mass: Of the whole robot [kg].
+        height: Of the body's origin over the neutral feet [m].
+        radius: Mean distance of the neutral feet from the body's vertical axis [m].
+        joint_speed: Largest speed of a joint's target [rad/s].
+    """
+
+    lengths: np.ndarray
+    R_body_hip: np.ndarray
+    p_body_hip: np.ndarray
+    limits: np.ndarray
+    neutral: np.ndarray
+    folded: np.ndarray
+    link_mass: np.ndarray
+    link_com: np.ndarray
+    body_moment: np.ndarray
+    mass: float
+    height: float
+    radius: float
+    joint_speed: float
+
+
+class Order(NamedTuple):
+    """What is to be done at this update, admissible as it stands; written anew where it changes.
+
+    Attributes:
+        velocity: Of the body, ahead, left [m/s] and turn [rad/s], shape (3,).
+        pose: Of the body beside its path and its neutral height, six degrees [m, rad], shape (6,).
+        correction: To be added to it, by who feels the ground, shape (6,).
+        offsets: Phases at which the legs lift; of legs not in use anything, shape (L,).
+        gait: Duty factor, period [s], sway, and 1 where a change of gait is wanted, shape (4,).
+        step: Height of a step [m], shape (1,).
+        used: Whether each leg is walked on, 1 or 0, shape (L,).
+        touch: What is felt under each foot: -1 nothing known, 0 air, 1 ground, shape (L,).
+        plane: Of the ground in odom: its normal, and its height at the origin [m], shape (4,).
+        landing: Height at which each foot shall find the ground [m], NaN: that of the plane, (L,).
+        foot_offset: Added to the feet's targets in odom [m], shape (L, 3).
+    """
+
+    velocity: np.ndarray
+    pose: np.ndarray
+    correction: np.ndarray
+    offsets: np.ndarray
+    gait: np.ndarray
+    step: np.ndarray
+    used: np.ndarray
+    touch: np.ndarray
+    plane: np.ndarray
+    landing: np.ndarray
+    foot_offset: np.ndarray
+
+
+class State(NamedTuple):
+    """Where the engine is; every array is a view into one of the last two.
+
+    Attributes:
+        path: Place on the ground and heading in odom [m, rad], shape (3,).
+        speed: Three stages of the filter of the velocity, the last is the path's, shape (3, 3).
+        pose: Four stages of the filter of the body's pose, the last is the pose, shape (4, 6).
+        sway: Four stages of the filter of the body's way aside, shape (4, 2).
+        clock: Phase of the gait; time [s]; share of the sway; slow-down; time a lift has waited
+            [s]; support margin [m]; share of the commanded velocity; lean ahead and left [m];
+            joint speed over the limit, shape (10,).
+        foot: Feet in odom [m], shape (L, 3).
+        line: Of each foot its place without the lift, its velocity and acceleration, (3, L, 3).
+        swing: Of each foot time since its lift, time of its swing [s], height [m], shape (L, 3).
+        landing: Where each foot lands, or has, in odom [m], shape (L, 3).
+        motion: Velocity and acceleration of the feet in odom, shape (2, L, 3).
+        q: Joint angles, speeds and accelerations [rad, s], shape (3, L, 3).
+        held: Of a leg in the air: joint angles where the way to folding began, shape (L, 3).
+        body: Rotation of the body in odom, shape (3, 3).
+        trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
+        com: Centre of mass in the body frame [m], shape (3,).
+        region: Half-planes about the neutral feet: normals ahead and left, and distance (L, K, 3).
+        leg: What each leg does, shape (L,).
+        mode: What the clock does; leg whose region is next; 1 in good order, shape (4,).
+        numbers: All of the former as one row.
+        codes: The last two.
+    """
+
+    path: np.ndarray
+    speed: np.ndarray
+    pose: np.ndarray
+    sway: np.ndarray
+    clock: np.ndarray
+    foot: np.ndarray
+    line: np.ndarray
+    swing: np.ndarray
+    landing: np.ndarray
+    motion: np.ndarray
+    q: np.ndarray
+    held: np.ndarray
+    body: np.ndarray
+    trunk: np.ndarray
+    com: np.ndarray
+    region: np.ndarray
+    leg: np.ndarray
+    mode: np.ndarray
+    numbers: np.ndarray
+    codes: np.ndarray
+
+
+class Tuning(NamedTuple):
+    """The settings as numbers, and what follows from them; units as in `EngineSettings`.
+
+    Attributes:
+        acceleration: Of the body.
+        velocity_bandwidth: Of the velocity's filter.
+        pose_speed: Of the body's pose.
+        pose_turn_speed: Of its angles.
+        pose_bandwidth: Of its filter.
+        sway_bandwidth: Of the filter of the body's way aside [1/s].
+        stretch: Share of its length to which a leg may be stretched.
+        joint_margin: Distance from the joints' limits.
+        support_margin: Before a foot lifts.
+        planned_margin: What a steady walk keeps beside that.
+        planned_speed: Share of the joints' speed that a steady walk may use.
+        lowest_lift: Part of the swing before which contact is no landing.
+        landing_depth: How far a foot goes on down.
+        landing_speed: How fast.
+        patience: For which a lift waits.
+    """
+
+    acceleration: float
+    velocity_bandwidth: float
+    pose_speed: float
+    pose_turn_speed: float
+    pose_bandwidth: float
+    sway_bandwidth: float
+    stretch: float
+    joint_margin: float
+    support_margin: float
+    planned_margin: float
+    planned_speed: float
+    lowest_lift: float
+    landing_depth: float
+    landing_speed: float
+    patience: float
+
+
+def new_state(legs: int) -> State:
+    """A state of zeros for that number of legs."""
+    shapes: tuple[tuple[int, ...], ...] = (
+        (3,),
+        (3, 3),
+        (4, 6),
+        (4, 2),
+        (10,),
+        (legs, 3),
+        (3, legs, 3),
+        (legs, 3),
+        (legs, 3),
+        (2, legs, 3),
+        (3, legs, 3),
+        (legs, 3),
+        (3, 3),
+        (5, 3),
+        (3,),
+        (legs, DIRECTIONS, 3),
+    )
+    ends = np.cumsum([0] + [int(np.prod(shape)) for shape in shapes])
+    numbers, codes = np.zeros(ends[-1]), np.zeros(legs + 4, dtype=np.int64)
+    views = [
+        numbers[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)
+    ]
+    return State._make([*views, codes[:legs], codes[legs:], numbers, codes])
+
+
+def new_order(legs: int) -> Order:
+    """An order to stand, on level ground of which nothing is felt."""
+    return Order(
+        np.zeros(3),
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros(legs),
+        np.array([1.0, 1.0, 0.0, 0.0]),
+        np.zeros(1),
+        np.ones(legs, dtype=np.int64),
+        np.full(legs, -1, dtype=np.int64),
+        np.array([0.0, 0.0, 1.0, 0.0]),
+        np.full(legs, np.nan),
+        np.zeros((legs, 3)),
+    )
+
+
+def model_of(robot: Robot, joint_speed_share: float) -> Model:
+    """The numbers of a robot.
+
+    Args:
+        robot: The robot.
+        joint_speed_share: Share of its servos' no-load speed that targets may use.
+    """
+    arrays = robot.arrays
+    neutral = neutral_feet(robot)
+    limits = np.array(arrays.joint_limits)
+    folded = np.clip(
+        [[0.0, 1.2, -2.2]] * len(robot.legs), limits[..., 0] + 0.1, limits[..., 1] - 0.1
+    )
+    return Model(
+        np.array(arrays.lengths),
+        np.array(arrays.R_body_hip),
+        np.array(arrays.p_body_hip),
+        limits,
+        neutral,
+        folded,
+        np.array(arrays.mass),
+        np.array(arrays.com),
+        robot.body.mass * np.asarray(robot.body.com),
+        robot.mass,
+        -float(neutral[:, 2].mean()),
+        float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
+        joint_speed_share * robot.servo.no_load_speed,
+    )

@@ -1,0 +1,382 @@
+"""One update of the engine: all its parts, and the governor that slows them down together."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import compiled
+from phasmid.control.clock import best_phase, run_clock
+from phasmid.control.limbs import foot_of, margin_of, moment_of, speeds_of, to_hip
+from phasmid.control.reach import (
+    HARD,
+    bound_region,
+    reaches,
+    speed_share,
+    support_share,
+    wave,
+    within,
+)
+from phasmid.control.state import HELD, PROBING, SETTLING, STANCE, STILL, SWING
+from phasmid.control.swing import plant, raise_foot, steer
+from phasmid.control.trunk import approach, follow, place_trunk, ride
+
+FROZEN = 0.7
+"""Part of the swing from which on its landing place stays."""
+
+SETTLE = 0.012
+"""Time in which a foot that has met the ground comes to rest [s]."""
+
+FOLD = 0.8
+"""Time in which a leg folds [s]."""
+
+RECOVERY = 2.0
+"""How fast the slow-down ends, per second."""
+
+
+@compiled
+def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+    """Let the path's velocity, the path, the pose and the sway follow what is asked."""
+    clock, speed, pose = state.clock, state.speed, state.pose
+    share = speed_share(
+        state, model, order.used, order.velocity, order.offsets, order.gait, clock[0]
+    )
+    share = min(share, support_share(state, tuning, order.used, order.velocity))
+    if order.gait[3] > 0:
+        share = min(share, clock[6] * math.exp(-4 * h))
+    if clock[4] > 0.0:
+        share = 0.0
+    if order.gait[2] > 0.0:
+        # A body that does not sway yet would leave its feet behind before one may lift.
+        share *= clock[2]
+    clock[6] = share
+    target = np.empty(3)
+    for i in range(3):
+        target[i] = share * order.velocity[i]
+    old = np.empty(3)
+    for i in range(3):
+        old[i] = speed[2, i]
+    approach(speed[0], target, 0, model.radius, tuning.acceleration * h)
+    follow(speed, tuning.velocity_bandwidth, h)
+    for i in range(3):
+        old[i] = (old[i] + speed[2, i]) / 2
+    ride(state.path, old, h, state.path)
+    wanted = np.empty(6)
+    for i in range(6):
+        wanted[i] = order.pose[i] + order.correction[i]
+    approach(pose[0], wanted, 0, 1.0, tuning.pose_speed * h)
+    approach(pose[0], wanted, 3, 1.0, tuning.pose_turn_speed * h)
+    follow(pose, tuning.pose_bandwidth, h)
+
+
+@compiled
+def move_aside(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+    """Let the body sway with the gait's clock, and lean where that has been asked."""
+    clock, sway, aside = state.clock, state.sway, np.empty((3, 2))
+    # What the filter's three lags delay and weaken is made up for, at the gait's own rate.
+    x = 2 * math.pi / (order.gait[1] * tuning.sway_bandwidth)
+    lead, gain = 3 * math.atan(x) / (2 * math.pi), (1 + x * x) ** 1.5
+    wave(model, order.offsets, order.gait, clock[0] + lead, aside)
+    for i in range(2):
+        sway[0, i] = clock[2] * gain * aside[0, i] + clock[7 + i]
+    follow(sway, tuning.sway_bandwidth, h)
+
+
+@compiled
+def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
+    """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
+    mean, there, then = np.empty(3), np.empty(3), np.empty(3)
+    v, goal = state.speed[2].copy(), np.empty(3)
+    for i in range(3):
+        goal[i] = state.clock[6] * order.velocity[i]
+    approach(v, goal, 0, model.radius, tuning.acceleration * left)
+    for i in range(3):
+        mean[i] = (v[i] + state.speed[2, i]) / 2
+    ride(state.path, mean, left, there)
+    ride(there, v, order.gait[0] * order.gait[1] / 2, then)
+    nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
+    c, s = math.cos(then[2]), math.sin(then[2])
+    x, y = then[0] + c * nx - s * ny - there[0], then[1] + s * nx + c * ny - there[1]
+    c, s = math.cos(there[2]), math.sin(there[2])
+    dx, dy = c * x + s * y - nx, c * y - s * x - ny
+    share = within(state.region[leg], dx, dy, 0.0)
+    dx, dy = nx + share * dx, ny + share * dy
+    x, y = there[0] + c * dx - s * dy, there[1] + s * dx + c * dy
+    x, y = x + order.foot_offset[leg, 0], y + order.foot_offset[leg, 1]
+    n = order.plane
+    z = order.landing[leg]
+    if not math.isfinite(z):
+        z = n[3] - (n[0] * x + n[1] * y) / n[2]
+    state.landing[leg, 0], state.landing[leg, 1] = x, y
+    state.landing[leg, 2] = z + order.foot_offset[leg, 2]
+
+
+@compiled
+def end_swing(state: Any, order: Any, tuning: Any, leg: int) -> None:
+    """Let a foot stand at the end of its curve, or go on down where it feels no ground."""
+    for i in range(3):
+        state.foot[leg, i] = state.landing[leg, i]
+    if state.leg[leg] == SWING and order.touch[leg] == 0 and tuning.landing_depth > 0:
+        plant(state, leg)
+        state.leg[leg] = PROBING
+        state.landing[leg, 2] -= tuning.landing_depth
+        state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
+        state.swing[leg, 1] = 1.875 * tuning.landing_depth / tuning.landing_speed
+        return
+    plant(state, leg)
+    state.leg[leg] = STANCE
+
+
+@compiled
+def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+    """Let the feet that are in the air go on."""
+    for leg in range(len(state.leg)):
+        doing = state.leg[leg]
+        if doing in (STANCE, HELD):
+            continue
+        swing = state.swing[leg]
+        before = swing[0]
+        swing[0] += h
+        part = swing[0] / swing[1]
+        if not order.used[leg] and doing == SWING and 0.5 <= part < 0.9:
+            state.leg[leg] = HELD
+            swing[0], swing[1] = 0.0, FOLD
+            continue
+        met = order.touch[leg] == 1 and doing != SETTLING
+        if met and (doing == PROBING or part > tuning.lowest_lift):
+            # The foot comes to rest a little beyond, so that its speed does not jump.
+            state.leg[leg] = SETTLING
+            for i in range(3):
+                state.line[0, leg, i] = state.foot[leg, i]
+                state.line[1, leg, i] = state.motion[0, leg, i]
+                state.line[2, leg, i] = state.motion[1, leg, i]
+                state.landing[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.motion[0, leg, i]
+            swing[0], swing[1], swing[2], before = h, SETTLE, 0.0, 0.0
+        elif doing == SWING and part < FROZEN:
+            choose_landing(state, model, order, tuning, leg, swing[1] - swing[0])
+        if swing[0] > swing[1] - 1e-9:
+            end_swing(state, order, tuning, leg)
+            continue
+        steer(state.line, leg, state.landing[leg], swing[1] - before, swing[0] - before)
+        raise_foot(state, leg)
+
+
+@compiled
+def hold_leg(state: Any, model: Any, leg: int, h: float) -> None:
+    """Let a leg that is held in the air fold, and tell where its foot is in odom."""
+    swing, q = state.swing[leg], state.q
+    if swing[0] + h < swing[1]:
+        steer(q, leg, model.folded[leg], swing[1] - swing[0], h)
+        swing[0] += h
+    else:
+        swing[0] = swing[1]
+        for k in range(3):
+            q[0, leg, k] = model.folded[leg, k]
+            q[1, leg, k] = q[2, leg, k] = 0.0
+    x, y, z = foot_of(model.lengths[leg], q[0, leg, 0], q[0, leg, 1], q[0, leg, 2])
+    R, p = model.R_body_hip[leg], np.empty(3)
+    for i in range(3):
+        p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
+    arm = np.empty(3)
+    for i in range(3):
+        arm[i] = state.body[i, 0] * p[0] + state.body[i, 1] * p[1] + state.body[i, 2] * p[2]
+        state.foot[leg, i] = state.trunk[0, i] + arm[i]
+    # As if it were fixed to the body; its own motion has ended when it is used again.
+    w, v = state.trunk[2], state.motion[0, leg]
+    wd, a = state.trunk[4], state.motion[1, leg]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        v[i] = w[j] * arm[k] - w[k] * arm[j]
+        a[i] = wd[j] * arm[k] - wd[k] * arm[j]
+    ux, uy, uz = v[0], v[1], v[2]
+    a[0] += w[1] * uz - w[2] * uy
+    a[1] += w[2] * ux - w[0] * uz
+    a[2] += w[0] * uy - w[1] * ux
+    for i in range(3):
+        v[i] += state.trunk[1, i]
+        a[i] += state.trunk[3, i]
+
+
+@compiled
+def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
+    """Write the joint angles, speeds and accelerations that put the feet where they are.
+
+    Returns:
+        Whether all feet can be reached.
+    """
+    R, trunk = state.body, state.trunk
+    p, v, a = np.empty(3), np.empty(3), np.empty(3)
+    rp, rv, ra, hip = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    w, wd = trunk[2], trunk[4]
+    for i in range(3):
+        state.com[i] = model.body_moment[i]
+    for leg in range(len(state.leg)):
+        if state.leg[leg] == HELD:
+            hold_leg(state, model, leg, h)
+            moment_of(model, leg, state.q[0, leg], state.com)
+            continue
+        for i in range(3):
+            p[i] = state.foot[leg, i] - trunk[0, i]
+            v[i] = state.motion[0, leg, i] - trunk[1, i]
+            a[i] = state.motion[1, leg, i] - trunk[3, i]
+        # In the turning body: v' = v - w x p, a' = a - w' x p - 2 w x v' - w x (w x p).
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            rv[i] = w[j] * p[k] - w[k] * p[j]
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            ra[i] = (
+                a[i]
+                - (wd[j] * p[k] - wd[k] * p[j])
+                - (w[j] * rv[k] - w[k] * rv[j])
+                - 2 * (w[j] * (v[k] - rv[k]) - w[k] * (v[j] - rv[j]))
+            )
+        for i in range(3):
+            rv[i] = v[i] - rv[i]
+        R_hip = model.R_body_hip[leg]
+        to_hip(R, p, rp)
+        for i in range(3):
+            rp[i] -= model.p_body_hip[leg, i]
+        to_hip(R_hip, rp, hip)
+        if not reaches(model, tuning, leg, hip, HARD, state.q[0, leg]):
+            return False
+        to_hip(R, rv, rp)
+        to_hip(R_hip, rp, v)
+        to_hip(R, ra, rp)
+        to_hip(R_hip, rp, a)
+        speeds_of(model.lengths[leg], state.q[0, leg], v, a, state.q[1, leg], state.q[2, leg])
+        moment_of(model, leg, state.q[0, leg], state.com)
+    for i in range(3):
+        state.com[i] /= model.mass
+    return True
+
+
+@compiled
+def measure_support(state: Any) -> float:
+    """Support margin of the whole robot now [m]."""
+    R, com, trunk = state.body, state.com, state.trunk[0]
+    standing = np.zeros(len(state.leg), dtype=np.int64)
+    for leg in range(len(state.leg)):
+        standing[leg] = 1 if state.leg[leg] == STANCE else 0
+    x = trunk[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
+    y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
+    return margin_of(state.foot, standing, x, y)
+
+
+@compiled
+def change_gait(state: Any, model: Any, order: Any, wanted: Any, tuning: Any) -> None:
+    """Take the gait that is wanted as soon as no foot would leave its region in it."""
+    if order.gait[3] == 0.0:
+        return
+    found = np.empty(2)
+    best_phase(state, model, wanted.used, wanted.velocity, wanted.offsets, wanted.gait, found)
+    speed, asked = 0.0, 0.0
+    for i in range(3):
+        scale = model.radius if i == 2 else 1.0
+        speed += (scale * state.speed[2, i]) ** 2
+        asked += (scale * wanted.velocity[i]) ** 2
+    ready = state.mode[0] == STILL or found[1] >= 1.0 - 1e-9 or speed < 1e-8
+    if not ready and not found[1] > 0:
+        return
+    if ready or math.sqrt(speed) <= found[1] * math.sqrt(asked):
+        order.gait[:] = wanted.gait
+        order.offsets[:] = wanted.offsets
+        order.used[:] = wanted.used
+        order.gait[3] = 0.0
+        if found[1] >= 0:
+            state.clock[0] = found[0]
+
+
+@compiled
+def advance(state: Any, model: Any, order: Any, tuning: Any, h: float) -> bool:
+    """Let everything go on by a step of time; whether all feet can be reached there."""
+    move_trunk(state, model, order, tuning, h)
+    # Feet land before others lift: in many gaits they do so at the same instant.
+    move_feet(state, model, order, tuning, h)
+    run_clock(state, model, order, tuning, h)
+    move_aside(state, model, order, tuning, h)
+    place_trunk(state, model, order, tuning)
+    if not bend_legs(state, model, tuning, h):
+        return False
+    state.clock[5] = measure_support(state)
+    return True
+
+
+@compiled
+def brake(state: Any, share: float) -> None:
+    """Take from the trunk's motion all but a share of its speed, at once."""
+    for i in range(3):
+        for k in range(3):
+            state.speed[k, i] *= share
+    for stages in (state.pose, state.sway):
+        last = len(stages) - 1
+        for i in range(stages.shape[1]):
+            for k in range(last):
+                stages[k, i] = stages[last, i] + share * (stages[k, i] - stages[last, i])
+
+
+@compiled
+def refresh_region(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None:
+    """Bound anew where one leg's foot may stand, at the body's present pose."""
+    n = order.plane
+    c, s = math.cos(state.path[2]), math.sin(state.path[2])
+    sx, sy = -n[0] / n[2], -n[1] / n[2]
+    slope = np.empty(2)
+    slope[0], slope[1] = c * sx + s * sy, c * sy - s * sx
+    bound_region(model, tuning, leg, state.pose[3], slope, state.region[leg])
+
+
+@compiled
+def update(
+    state: Any, trial: Any, model: Any, order: Any, wanted: Any, tuning: Any, dt: float
+) -> int:
+    """One update of the engine.
+
+    Args:
+        state: Where it is, changed.
+        trial: Another state, to try in.
+        model: The robot.
+        order: What is to be done.
+        wanted: The same with the gait that is wanted, where that is to change.
+        tuning: The margins.
+        dt: Time from the last update [s].
+
+    Returns:
+        0; 1: slowed for a joint's speed; 2: the trunk was stopped, since a leg could not follow.
+    """
+    clock = state.clock
+    change_gait(state, model, order, wanted, tuning)
+    leg = state.mode[1]
+    refresh_region(state, model, order, tuning, leg)
+    state.mode[1] = (leg + 1) % len(state.leg)
+    slow = min(1.0, clock[3] + RECOVERY * dt)
+    said, most = 0, model.joint_speed * dt
+    for _ in range(8):
+        trial.numbers[:] = state.numbers
+        trial.codes[:] = state.codes
+        good = advance(trial, model, order, tuning, slow * dt)
+        ratio = 0.0
+        if good:
+            for leg in range(len(state.leg)):
+                for k in range(3):
+                    ratio = max(ratio, abs(trial.q[0, leg, k] - state.q[0, leg, k]) / most)
+            if ratio <= 1.0:
+                trial.clock[1] = clock[1] + dt
+                trial.clock[3] = slow
+                trial.clock[9] = ratio
+                state.numbers[:] = trial.numbers
+                state.codes[:] = trial.codes
+                return said
+            slow *= 0.99 / ratio
+            said = max(said, 1)
+        else:
+            brake(state, 0.5)
+            said = 2
+    # Nothing of what was tried can be done: stay.
+    brake(state, 0.0)
+    clock[1] += dt
+    state.q[1] = 0.0
+    state.q[2] = 0.0
+    return 2

@@ -1,0 +1,92 @@
+"""Feet in the air: curves from where they are to where they shall land."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import compiled
+
+
+@compiled
+def steer(line: np.ndarray, leg: int, goal: np.ndarray, left: float, h: float) -> None:
+    """Move a foot's place, velocity and acceleration along the quintic to rest at a goal.
+
+    The quintic begins at what they are, so that it is one curve for as long as the goal stays, and
+    another one without a jump where it moves.
+
+    Args:
+        line: Place, velocity and acceleration of the feet, changed, shape (3, L, 3).
+        leg: The foot's index.
+        goal: Where it comes to rest [m], shape (3,).
+        left: After what time [s].
+        h: Step of time, less than that [s].
+    """
+    t = left
+    for i in range(3):
+        p, v, a = line[0, leg, i], line[1, leg, i], line[2, leg, i]
+        # Of p + v t + a t²/2 + b t³ + c t⁴ + d t⁵ all is at rest at the goal after t.
+        gap = goal[i] - p
+        b = (20 * gap - 12 * v * t - 3 * a * t * t) / (2 * t**3)
+        c = (-30 * gap + 16 * v * t + 3 * a * t * t) / (2 * t**4)
+        d = (12 * gap - 6 * v * t - a * t * t) / (2 * t**5)
+        line[0, leg, i] = p + h * (v + h * (a / 2 + h * (b + h * (c + h * d))))
+        line[1, leg, i] = v + h * (a + h * (3 * b + h * (4 * c + h * 5 * d)))
+        line[2, leg, i] = a + h * (6 * b + h * (12 * c + h * 20 * d))
+
+
+@compiled
+def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
+    """Height above the line, its speed and acceleration: at rest at both ends, highest amid.
+
+    Args:
+        s: Part of the swing, 0 to 1.
+        time: Of the whole swing [s].
+        height: Of its top [m].
+    """
+    x, y = s * (1 - s), 1 - 2 * s
+    top = 64 * height
+    return (
+        top * x**3,
+        top * 3 * x * x * y / time,
+        top * (6 * x * y * y - 6 * x * x) / time**2,
+    )
+
+
+@compiled
+def blend(s: float, time: float) -> tuple[float, float, float]:
+    """Part of the way from rest to rest by a quintic, its speed and acceleration."""
+    return (
+        s * s * s * (10 - 15 * s + 6 * s * s),
+        30 * s * s * (1 - s) ** 2 / time,
+        60 * s * (1 - s) * (1 - 2 * s) / time**2,
+    )
+
+
+@compiled
+def raise_foot(state: Any, leg: int) -> None:
+    """Write a swinging foot's place and motion in odom: its line and its lift above it."""
+    s = state.swing[leg, 0] / state.swing[leg, 1]
+    z, v, a = lift(min(s, 1.0), state.swing[leg, 1], state.swing[leg, 2])
+    for i in range(3):
+        state.foot[leg, i] = state.line[0, leg, i]
+        state.motion[0, leg, i] = state.line[1, leg, i]
+        state.motion[1, leg, i] = state.line[2, leg, i]
+    state.foot[leg, 2] += z
+    state.motion[0, leg, 2] += v
+    state.motion[1, leg, 2] += a
+
+
+@compiled
+def plant(state: Any, leg: int) -> None:
+    """Let a foot stand where it is."""
+    for i in range(3):
+        state.line[0, leg, i] = state.foot[leg, i]
+        for k in range(2):
+            state.line[1 + k, leg, i] = 0.0
+            state.motion[k, leg, i] = 0.0
+        state.landing[leg, i] = state.foot[leg, i]
+
+
+__all__ = ["blend", "lift", "plant", "raise_foot", "steer"]

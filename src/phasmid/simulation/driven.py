@@ -1,0 +1,291 @@
+"""The run of a controller in the physics engine, in closed loop."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.arguments import check_number, check_type, described
+from phasmid.control import Command, Controller, JointTargets, Observation
+from phasmid.errors import InvalidInput, nearest
+from phasmid.motion import Motion
+from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.robot import JOINTS
+from phasmid.scenario import Scenario
+from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.hold import Between, Hold
+from phasmid.simulation.run import WATCH_STEPS, Run
+from phasmid.simulation.samples import Keep, Samples
+from phasmid.simulation.senses import TrueSenses
+from phasmid.simulation.telling import run_channels
+
+Commands: TypeAlias = Callable[[float, Observation], Command | None]
+"""Tells what the robot shall do at a time on the controller's clock [s]; None ends the run."""
+
+LONG_RUN = 100_000
+"""Steps from which on the compiled loop is worth the import of its compiler."""
+
+
+class Decision(NamedTuple):
+    """What was asked and answered at one update."""
+
+    command: Command
+    targets: JointTargets
+    telemetry: Mapping[str, Any]
+
+
+class DrivenRun(Run):
+    """A controller that drives the robot in the engine.
+
+    The controller is asked at a fixed rate; in between, the engine makes its steps with the
+    targets filled in.
+
+    Args:
+        scenario: Tells robot, ground, drive, time step and duration.
+        begin: A motion with whose first instant the robot begins.
+        controller: What decides.
+        commands: What it is told to do.
+        rate: Updates a second [1/s]; a period is a whole number of time steps.
+        between: How targets are filled in between updates.
+        interrupted: The robot comes to rest no further as soon as this is not empty.
+
+    Attributes:
+        controller: What decides.
+        period_steps: Time steps from one update to the next.
+        asked: Every command that differed from the one before it, with its time [s].
+
+    Raises:
+        InvalidInput: The rate does not fit the time step, or the controller answers with something
+            else than targets and channels.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        begin: Motion,
+        controller: Controller,
+        commands: Commands,
+        *,
+        rate: float,
+        between: Between,
+        interrupted: Sequence[int] = (),
+    ) -> None:
+        self.period_steps = period_steps(scenario, rate)
+        # Whole periods alone, so that each block begins with an update.
+        self.block_steps = math.ceil(WATCH_STEPS / self.period_steps) * self.period_steps
+        self._failure: Trouble | None = None
+        steps = scenario.duration / scenario.simulation.dt
+        beside = steps > LONG_RUN or "numba" in sys.modules
+        super().__init__(scenario, begin, interrupted=interrupted, beside=beside)
+        self.controller, self._commands = controller, commands
+        self._shape, self._now = (len(self.robot.legs), 3), self.step
+        self._running = np.ones(self._shape, dtype=bool)
+        self._velocity_before = self.data.qvel[:3].copy()
+        self._senses = TrueSenses(self)
+        start = begin.sample(np.zeros(1))
+        self._hold = Hold(between, self.period_steps, self.dt, start.q[0], start.qd[0])
+        self._wanted = np.zeros((3, self.block_steps, *self._shape))
+        self._wanted[:2, 0] = start.q[0], start.qd[0]
+        self._kept = slice(0, 1)
+        self.asked: list[tuple[float, Command]] = []
+        observation = self._observe()
+        controller.reset(observation)
+        self._decision = self._decide(observation)
+        if self._decision is None:
+            raise InvalidInput("the commands ended before their first one.")
+        self._targets_before = self._decision.targets
+        self._told = self._room_for(self._decision)
+
+    def _observe(self) -> Observation:
+        """What the controller is told now."""
+        # A copy, since the controller may keep it.
+        return self._senses.observe(
+            self._now * self.dt, self._running.copy(), self._velocity_before
+        )
+
+    def _decide(self, observation: Observation) -> Decision | None:
+        """Ask for a command, and the controller for its targets; None where the run shall end."""
+        command = self._commands(observation.time, observation)
+        if command is None:
+            return None
+        if not self.asked or command != self.asked[-1][1]:
+            check_type("command", command, (Command,), "a Command", "Command(velocity=(0.1, 0, 0))")
+            self.asked.append((observation.time, command))
+        targets = self.controller.update(observation, command)
+        _check_targets(targets, self._shape)
+        tell = getattr(self.controller, "telemetry", None)
+        return Decision(command, targets, {} if tell is None else tell())
+
+    def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
+        """Make the steps up to the watch's next look, asking the controller before each period."""
+        made, count = 0, min(self.block_steps, end - self.step)
+        while made < count and not (interrupted or self._failure or self.ended):
+            # The first decision was made before the run.
+            decision = self._decision if self._now == 0 else self._decide(self._observe())
+            if decision is None:
+                self.ended = True
+                break
+            rows = self._rows_of(decision, made, count - made)
+            last = self._now + len(rows) > self.steps
+            now = self._advance(rows, at=made, last=last, interrupted=interrupted)
+            if now:
+                made += now
+                self._now += now
+                self._velocity_before = self.buffer.qvel[made - 1, :3]
+            if now < len(rows) or self._complaints or self._lost or not self._is_finite():
+                break
+        return made
+
+    def _rows_of(self, decision: Decision, at: int, count: int) -> np.ndarray:
+        """What the drive is told in the period that begins now, for some steps at most."""
+        targets = decision.targets
+        if not math.isfinite(float(targets.position.sum() + targets.velocity.sum())):
+            # One more step with what was asked last, so that there is a sample to tell it of.
+            self._failure = Trouble(Ending.FAILED, at, _not_finite(targets, self.robot.leg_names))
+            targets, count = self._targets_before, 1
+        # Copies, since the controller may go on writing into its own arrays.
+        self._targets_before = replace(
+            targets, position=targets.position.copy(), velocity=targets.velocity.copy()
+        )
+        wanted = self._hold.setpoints(targets)
+        rows = self.drive.targets(wanted, self.dt)[:count]
+        part = slice(at, at + len(rows))
+        for room, values in zip(self._wanted, wanted[:3], strict=True):
+            room[part] = values[: len(rows)]
+        self._tell(at // self.period_steps, decision)
+        return rows
+
+    def _is_finite(self) -> bool:
+        """Whether the engine's state is one that a controller can be told of."""
+        return math.isfinite(float(self.data.qpos.sum() + self.data.qvel.sum()))
+
+    def _look(self, count: int) -> Trouble | None:
+        """What the watch finds, or why the controller cannot be followed."""
+        return super()._look(count) or self._failure
+
+    def _keep(self, count: int, keep: Keep) -> None:
+        """Hand on what is recorded; `told` then knows which of the block's samples these are."""
+        self._kept = slice(-self.step % self.every, count, self.every)
+        super()._keep(count, keep)
+
+    def told(self, rows: Samples, time: Float[np.ndarray, " time"]) -> dict[str, np.ndarray]:
+        """All channels at the samples that were handed on last.
+
+        Args:
+            rows: These samples.
+            time: Their times [s].
+        """
+        del time
+        update = np.arange(self._kept.start, self._kept.stop, self._kept.step) // self.period_steps
+        told = {name: values[update] for name, values in self._told.items()}
+        names = ("joint_position_target", "joint_velocity_target", "joint_acceleration_target")
+        wanted = self._wanted[:, self._kept].copy()
+        return run_channels(self, rows, told | dict(zip(names, wanted, strict=True)))
+
+    def _room_for(self, decision: Decision) -> dict[str, np.ndarray]:
+        """Memory of a block's telemetry, with that of the first update in its first place."""
+        updates = self.block_steps // self.period_steps
+        legs = len(self.robot.legs)
+        sizes = {"leg": legs} | {dim: len(labels) for dim, labels in COORDINATES.items()}
+        own = run_channels(self, self.first, {}).keys()
+        room: dict[str, np.ndarray] = {}
+        for name in {COMMANDED: None, **decision.telemetry}:
+            if name not in CHANNELS or name in own:
+                guess = nearest(name, CHANNELS.keys() - own)
+                what = "which the simulation tells" if name in own else "which is none"
+                raise InvalidInput(
+                    f'the controller\'s telemetry has the channel "{name}", {what}.',
+                    hint=f'"{guess}"' if guess else "a name of phasmid.recording.CHANNELS",
+                )
+            shape = tuple(sizes[dim] for dim in CHANNELS[name].dims[1:])
+            kind = np.bool_ if CHANNELS[name].kind == "bool" else np.float64
+            room[name] = np.zeros((updates, *shape), kind)
+        self._told = room
+        self._tell(0, decision)
+        return room
+
+    def _tell(self, update: int, decision: Decision) -> None:
+        """Note an update's command and telemetry; what it does not tell stays as it was."""
+        told = {**decision.telemetry, COMMANDED: decision.command.velocity}
+        if len(told) > len(self._told) or not told.keys() <= self._told.keys():
+            name = next(iter(told.keys() - self._told.keys()))
+            raise InvalidInput(
+                f'the controller\'s telemetry has the channel "{name}", which its first did not '
+                "have; it must tell the same channels at every update."
+            )
+        for name, room in self._told.items():
+            value = told.get(name)
+            if value is None:
+                room[update] = room[update - 1]
+                continue
+            try:
+                room[update] = value
+            except (TypeError, ValueError):
+                raise InvalidInput(
+                    f'the controller\'s telemetry "{name}" is {described(value)}; it must be '
+                    f"numbers of shape {room.shape[1:]}."
+                ) from None
+
+
+COMMANDED = "velocity_command"
+"""The channel that tells what was commanded, beside the controller's telemetry."""
+
+
+def period_steps(scenario: Scenario, rate: float) -> int:
+    """Time steps from one update of a controller to the next.
+
+    Args:
+        scenario: Its time step is used.
+        rate: Updates a second [1/s].
+
+    Raises:
+        InvalidInput: That is no whole number.
+    """
+    check_number("rate", rate)
+    if not (math.isfinite(rate) and rate > 0):
+        raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
+    dt = scenario.simulation.dt
+    exact = 1 / (rate * dt)
+    steps = max(1, round(exact))
+    if abs(exact - steps) > 1e-6 * exact:
+        raise InvalidInput(
+            f"rate is {rate:g} updates a second, {exact:.4g} time steps of {1000 * dt:g} ms; it "
+            "must be a whole number of them.",
+            hint=f"rate = {1 / (steps * dt):.6g}",
+        )
+    return steps
+
+
+def _check_targets(targets: object, shape: tuple[int, int]) -> None:
+    """Refuse an answer that is no targets for this robot."""
+    must, hint = "JointTargets", "phasmid.control.JointTargets(position, velocity)"
+    check_type("what the controller's update returns", targets, (JointTargets,), must, hint)
+    assert isinstance(targets, JointTargets)
+    for name in ("position", "velocity", "torque"):
+        value = getattr(targets, name)
+        if value is None and name == "torque":
+            continue
+        found = np.shape(value)
+        if found != shape or not isinstance(value, np.ndarray):
+            raise InvalidInput(
+                f"the controller's target {name} is {described(value)}; it must be an array of "
+                f"shape {shape}."
+            )
+
+
+def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:
+    """Which target is no finite number."""
+    for name in ("position", "velocity"):
+        values = getattr(targets, name)
+        for leg, joint in np.argwhere(~np.isfinite(values)):
+            return (
+                f"it asked for a {name} of {values[leg, joint]} at {legs[leg]}.{JOINTS[joint]}; "
+                "targets must be finite"
+            )
+    return "its targets are too large to add up"

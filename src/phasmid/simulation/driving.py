@@ -1,0 +1,239 @@
+"""Robots driven by a controller in the simulator, recorded."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.arguments import check_callable, check_type, described
+from phasmid.control import Command, Controller, LocomotionEngine, Observation, Player
+from phasmid.errors import InvalidInput
+from phasmid.motion import Motion
+from phasmid.recording import Recording, load_recording
+from phasmid.recording.recording import Attributes
+from phasmid.scenario import Scenario, check_scenario
+from phasmid.simulation.driven import Commands, DrivenRun, period_steps
+from phasmid.simulation.ending import Trouble
+from phasmid.simulation.experiment import with_sensors
+from phasmid.simulation.hold import between_updates
+from phasmid.simulation.keeping import kept_in_log, kept_in_memory
+from phasmid.simulation.run import Progress
+from phasmid.simulation.start import check_start, standing
+from phasmid.simulation.telling import run_attributes
+from phasmid.simulation.time_step import check_time_step
+
+MOST_EVENTS = 10_000
+"""Most sentences of a controller that a recording keeps."""
+
+Commanded: TypeAlias = Command | Callable[[float, Observation], Command | None]
+"""A command that stands for the whole run, or a function of time [s] and observation, whose answer
+None ends the run."""
+
+
+def drive(
+    scenario: Scenario,
+    controller: Controller | None = None,
+    commands: Commanded = Command(),  # noqa: B008, a frozen value
+    *,
+    rate: float = 200.0,
+    between: str | None = None,
+    start: Float[np.ndarray, "legs 3"] | None = None,
+    progress: Progress | None = None,
+    log: str | Path | None = None,
+    force: bool = False,
+) -> Recording:
+    """Let a controller drive the robot in the physics engine, in closed loop.
+
+    The robot starts at rest on its feet, where the controller's own motion begins if it has one in
+    an attribute ``motion``, and else at neutral. The controller is told what the sensors tell, and
+    asked for targets at a fixed rate. Interrupting the run (Ctrl-C) ends it and keeps what was
+    recorded.
+
+    Args:
+        scenario: Robot, ground, drive and engine; its duration is the longest.
+        controller: What decides; None: the locomotion engine with the scenario's gait, period and
+            step height.
+        commands: What it is told to do.
+        rate: Updates of the controller a second [1/s]; a period must be a whole number of time
+            steps.
+        between: What joints do between updates. ``hold``: their goals stay, as on a servo's bus;
+            ``linear``: they go on with the targets' speeds; ``cubic``: they go from the last
+            targets to the new ones, which they reach as the next update comes. None: ``cubic``
+            where the drive is ``prescribed``, which knows no other, and else ``hold``.
+        start: Joint angles to begin with [rad], shape (L, 3).
+        progress: Is told how far the run is.
+        log: As in `phasmid.simulate`.
+        force: Whether an older log of that name is replaced.
+
+    Returns:
+        What physics made of it: the engine's channels, the targets, the commanded velocity and the
+        controller's telemetry. The controller's own sentences are in the attribute ``events``, a
+        list of [time, sentence] as JSON.
+
+    Raises:
+        InvalidInput: What cannot be, such as a time step that cannot resolve the contact, a rate
+            that does not fit it, or a controller that answers with no targets.
+        OutputError: The log cannot be written; what it holds until then can be read.
+    """
+    driving = Driving.of(scenario, controller, commands, rate=rate, between=between, start=start)
+    check_callable("progress", progress)
+    if log is not None:
+        driving.record(log, progress=progress, force=force)
+        return with_sensors(scenario, load_recording(log))
+    return driving.simulate(progress=progress)
+
+
+@dataclass(frozen=True, eq=False)
+class Driving:
+    """All that a driven run is made of, checked; see `drive`."""
+
+    scenario: Scenario
+    begin: Motion
+    controller: Controller
+    commands: Commands
+    rate: float
+    between: str | None
+
+    @classmethod
+    def of(
+        cls,
+        scenario: Scenario,
+        controller: Controller | None,
+        commands: Commanded,
+        *,
+        rate: float,
+        between: str | None,
+        start: Float[np.ndarray, "legs 3"] | None,
+    ) -> Driving:
+        """What a caller gives, refused where it cannot be driven.
+
+        Raises:
+            InvalidInput: As in `drive`.
+        """
+        check_scenario(scenario)
+        if controller is None:
+            controller = scenario_engine(scenario, rate)
+        hint = "a class with the methods reset and update"
+        check_type("controller", controller, (Controller,), "a Controller", hint)
+        between_updates(scenario.simulation.drive, between)
+        if scenario.contact.contact_law == "simscape":
+            raise InvalidInput(
+                'contact_law is "simscape"; its simulator follows plans and knows no controller.',
+                hint='contact_law = "spring-damper"',
+            )
+        own = getattr(controller, "motion", None)
+        begin: Motion
+        if own is not None and start is None:
+            begin = own
+            begin.check_planned_for(scenario)
+        else:
+            begin = standing(scenario, scenario.load_robot(), start)
+        check_time_step(scenario, begin)
+        check_start(scenario, begin)
+        return cls(scenario, begin, controller, _commands(commands), rate, between)
+
+    def simulate(self, *, progress: Progress | None = None) -> Recording:
+        """Make the run in memory."""
+        run = self._run()
+        recording = kept_in_memory(
+            run,
+            run.told,
+            self._attributes(run),
+            progress=progress,
+            interrupted=None,
+            later=self._later,
+        )
+        return with_sensors(self.scenario, recording)
+
+    def record(
+        self, path: str | Path, *, progress: Progress | None = None, force: bool = False
+    ) -> Trouble | None:
+        """Make the run into a log alone.
+
+        Returns:
+            What ended the run early; None where it was completed.
+        """
+        run = self._run()
+        return kept_in_log(
+            run,
+            run.told,
+            self._attributes(run),
+            path,
+            progress=progress,
+            force=force,
+            later=self._later,
+        )
+
+    def _run(self) -> DrivenRun:
+        return DrivenRun(
+            self.scenario,
+            self.begin,
+            self.controller,
+            self.commands,
+            rate=self.rate,
+            between=between_updates(self.scenario.simulation.drive, self.between),
+        )
+
+    def _attributes(self, run: DrivenRun) -> Attributes:
+        """What the recording says of the run."""
+        said = run_attributes(self.scenario, self.begin, run)
+        if not isinstance(self.controller, Player):
+            said.pop("trajectory", None)
+        return said | {
+            "controller": _name(self.controller),
+            "control_rate": float(self.rate),
+            "between_updates": between_updates(self.scenario.simulation.drive, self.between),
+        }
+
+    def _later(self) -> Attributes:
+        """What is known at the run's end alone."""
+        told = list(getattr(self.controller, "events", ()))
+        events = [[float(time), str(sentence)] for time, sentence in told[:MOST_EVENTS]]
+        if len(told) > MOST_EVENTS:
+            events.append([events[-1][0], f"{len(told) - MOST_EVENTS} more were not kept"])
+        return {"events": json.dumps(events, ensure_ascii=False)}
+
+
+def scenario_engine(scenario: Scenario, rate: float) -> LocomotionEngine:
+    """The locomotion engine with a scenario's robot, gait, period and step height.
+
+    Args:
+        scenario: The experiment.
+        rate: Updates a second [1/s].
+
+    Raises:
+        InvalidInput: It cannot walk so.
+    """
+    period_steps(scenario, rate)
+    robot, stride = scenario.load_robot(), scenario.stride
+    return LocomotionEngine(
+        robot,
+        gait=scenario.load_gait(len(robot.legs)),
+        period=stride.period,
+        step_height=stride.step_height,
+        update_period=1 / rate,
+    )
+
+
+def _name(controller: Controller) -> str:
+    kind = type(controller)
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
+def _commands(commands: Commanded) -> Commands:
+    """What a caller commands, as a function."""
+    if isinstance(commands, Command):
+        return lambda *_: commands
+    if not callable(commands):
+        raise InvalidInput(
+            f"commands is {described(commands)}; it must be a Command, or a function of time and "
+            "observation that returns one.",
+            hint="phasmid.control.Command(velocity=(0.1, 0, 0))",
+        )
+    return commands

@@ -1,0 +1,129 @@
+"""What joints do between two updates of their controller."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.control import JointTargets
+from phasmid.errors import InvalidInput, nearest
+from phasmid.simulation.joint_drive import Setpoints
+
+Between: TypeAlias = Literal["hold", "linear", "cubic"]
+"""How targets are filled in between updates.
+
+``hold``: the angles stay until the next update, as on a servo's bus; ``linear``: they go on with
+the targets' speeds; ``cubic``: joints go from the last targets to the new ones, which they reach
+with the targets' speeds as the next update comes.
+"""
+
+
+def between_updates(drive: str, between: str | None) -> Between:
+    """How targets are filled in with a drive.
+
+    Args:
+        drive: Its name.
+        between: What was asked for; None: ``cubic`` for prescribed joints, which would be torn by
+            a staircase, ``hold`` for all others.
+
+    Raises:
+        InvalidInput: There is no such way, or it is none for prescribed joints.
+    """
+    if between is None:
+        return "cubic" if drive == "prescribed" else "hold"
+    ways = get_args(Between)
+    if between not in ways:
+        guess = nearest(str(between), ways)
+        raise InvalidInput(
+            f'between is "{between}"; it must be {", ".join(ways[:-1])} or {ways[-1]}.',
+            hint=f'"{guess}"' if guess else "",
+        )
+    if drive == "prescribed" and between != "cubic":
+        raise InvalidInput(
+            f'between is "{between}" and drive "prescribed"; joints that follow exactly cannot '
+            "follow steps.",
+            hint='between = "cubic", or drive = "ideal-servo"',
+        )
+    return between  # type: ignore[return-value]
+
+
+class Hold:
+    """Fills in targets for all steps of one period.
+
+    Args:
+        between: How.
+        steps: Number of steps from one update to the next.
+        dt: Time step [s].
+        q: Angles from which the joints begin [rad], shape (L, 3).
+        qd: Speeds with which they begin [rad/s], shape (L, 3).
+    """
+
+    def __init__(
+        self,
+        between: Between,
+        steps: int,
+        dt: float,
+        q: Float[np.ndarray, "legs 3"],
+        qd: Float[np.ndarray, "legs 3"],
+    ) -> None:
+        self._shape = (3, steps, *q.shape)
+        period = steps * dt
+        self._weights = _weights(between, np.arange(steps) / steps, period)
+        self._ends = np.concatenate([q.ravel(), qd.ravel()] * 2).reshape(4, -1)
+
+    def setpoints(self, targets: JointTargets) -> Setpoints:
+        """What the joints do at each step from an update to before the next.
+
+        Args:
+            targets: Of that update.
+        """
+        ends = self._ends
+        ends[:2] = ends[2:]
+        ends[2], ends[3] = targets.position.ravel(), targets.velocity.ravel()
+        q, qd, qdd = (self._weights @ ends).reshape(self._shape)
+        torque = None
+        if targets.torque is not None:
+            torque = np.repeat(targets.torque[None], self._shape[1], axis=0)
+        return Setpoints(q, qd, qdd, torque)
+
+
+def _weights(
+    between: Between, s: Float[np.ndarray, " steps"], period: float
+) -> Float[np.ndarray, "rows 4"]:
+    """What angles, then speeds, then accelerations take of the last angle and speed, and the new.
+
+    Args:
+        between: How targets are filled in.
+        s: Part of the period that has passed at each step.
+        period: From an update to the next [s].
+    """
+    zero, one, T = np.zeros_like(s), np.ones_like(s), period
+    if between == "hold":
+        rows = [[zero, zero, one, zero], [zero] * 4, [zero] * 4]
+    elif between == "linear":
+        rows = [[zero, zero, one, T * s], [zero, zero, zero, one], [zero] * 4]
+    else:
+        # Hermite's cubic and its derivatives.
+        rows = [
+            [
+                1 - 3 * s**2 + 2 * s**3,
+                T * (s - 2 * s**2 + s**3),
+                3 * s**2 - 2 * s**3,
+                T * (s**3 - s**2),
+            ],
+            [
+                (6 * s**2 - 6 * s) / T,
+                1 - 4 * s + 3 * s**2,
+                (6 * s - 6 * s**2) / T,
+                3 * s**2 - 2 * s,
+            ],
+            [
+                (12 * s - 6) / T**2,
+                (6 * s - 4) / T,
+                (6 - 12 * s) / T**2,
+                (6 * s - 2) / T,
+            ],
+        ]
+    return np.concatenate([np.stack(row, axis=-1) for row in rows])

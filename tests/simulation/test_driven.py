@@ -1,0 +1,234 @@
+"""A controller drives the simulated robot in closed loop, recorded."""
+
+import numpy as np
+import pytest
+
+from phasmid import JointTrajectory, drive, load_recording, load_scenario, plan, simulate
+from phasmid.control import Command, JointTargets, Player
+from phasmid.errors import InvalidInput
+
+PAPER = load_scenario("paper").replace(duration=1.2)
+WALK = plan(PAPER)
+
+
+class Still:
+    """Holds the joints where they were when it took over."""
+
+    def __init__(self):
+        self.seen, self.commands = [], []
+
+    def reset(self, observation):
+        self.q = observation.joint_position
+
+    def update(self, observation, command):
+        self.seen.append(observation)
+        self.commands.append(command)
+        return JointTargets(self.q, np.zeros_like(self.q))
+
+
+def test_a_played_walk_is_the_simulated_one():
+    # Between updates T = 5 ms apart the cubic misses the plan by T^4/384 of its fourth derivative,
+    # which jumps at the switches: some 1e4 rad/s^4 give 2e-8 rad, and with 0.3 m of leg 5e-9 m.
+    walked = simulate(PAPER, WALK)
+    driven = drive(PAPER, Player(WALK))
+    assert driven.attrs["ending"] == "COMPLETED"
+    assert np.array_equal(driven.time, walked.time)
+    apart = np.abs(driven.joint_position_target - walked.joint_position_target).max()
+    assert float(apart) < 2e-8
+    assert np.abs(driven.body_position.values - walked.body_position.values).max() < 5e-9
+    # What the plan says of the time at which the targets are reached, told one update before.
+    stance = WALK.sample(np.arange(241) * 5e-3 + 5e-3).stance
+    assert np.array_equal(driven.stance[::5], stance)
+
+
+def test_with_an_update_at_each_step_servos_are_told_what_the_walk_tells_them():
+    servos = PAPER.replace(drive="ideal-servo", duration=0.3)
+    walked = simulate(servos, WALK)
+    driven = drive(servos, Player(WALK, rate=1000, lead=0.0), rate=1000)
+    # Times k/1000 and k 1e-3 s differ by round-off, and so do the goals.
+    assert np.abs(driven.joint_position_target - walked.joint_position_target).max() < 1e-14
+    for name in ("joint_position", "joint_torque", "body_position", "foot_force"):
+        assert np.abs(driven[name] - walked[name]).max() < 1e-9, name
+
+
+def test_a_trajectory_is_played_too():
+    time = np.arange(101) * 5e-3
+    trajectory = JointTrajectory(WALK.robot, time, WALK.sample(time).q)
+    scenario = PAPER.replace(duration=0.5)
+    walked, driven = simulate(scenario, trajectory), drive(scenario, Player(trajectory))
+    apart = np.abs(driven.body_position.values - walked.body_position.values).max()
+    assert apart < 5e-9
+    assert "stance" not in driven
+
+
+def test_the_controller_is_asked_at_its_own_rate_and_told_the_truth():
+    still = Still()
+    run = drive(PAPER.replace(duration=0.1), still, Command(velocity=(0.1, 0.0, 0.2)), rate=250)
+    assert [o.time for o in still.seen] == pytest.approx(np.arange(26) * 4e-3, abs=1e-12)
+    rows = run.isel(time=slice(0, None, 4))
+    assert np.array_equal(np.stack([o.joint_position for o in still.seen]), rows.joint_position)
+    assert np.array_equal(np.stack([o.orientation for o in still.seen]), rows.body_orientation)
+    # Of forces and contacts the last step's are the newest there are.
+    felt = np.stack([o.foot_normal_force for o in still.seen[1:]])
+    assert np.array_equal(felt, run.foot_normal_force[3:-1:4])
+    assert all(o.contact.all() and o.servo_running.all() for o in still.seen)
+    # It stands: one g upwards, within the engine's creep.
+    assert still.seen[-1].acceleration == pytest.approx([0, 0, 9.81], abs=0.01)
+    assert np.array_equal(run.velocity_command, np.tile([0.1, 0.0, 0.2], (101, 1)))
+
+
+def test_the_commands_may_follow_time_and_what_is_observed_and_end_the_run():
+    still = Still()
+
+    def commands(time, observation):
+        assert observation.time == time
+        return None if time > 0.05 else Command(velocity=(time, 0.0, 0.0))
+
+    run = drive(PAPER.replace(duration=1.0), still, commands)
+    assert run.attrs["ending"] == "COMPLETED"
+    assert float(run.time[-1]) == pytest.approx(0.054, abs=1e-9)
+    assert float(run.velocity_command[-1, 0]) == pytest.approx(0.05)
+
+
+def test_a_log_holds_what_memory_holds(tmp_path):
+    scenario = PAPER.replace(duration=0.6)
+    inside = drive(scenario, Player(WALK))
+    logged = drive(scenario, Player(WALK), log=tmp_path / "run.rec")
+    assert inside.attrs == logged.attrs == load_recording(tmp_path / "run.rec").attrs
+    for name in inside.data_vars:
+        assert np.array_equal(inside[name], logged[name]), name
+
+
+def test_between_updates_joints_hold_go_on_or_reach_their_targets():
+    # A joint asked for 0.01 rad further, and 2 rad/s, at each update of 5 ms.
+    class Turning(Still):
+        def update(self, observation, command):
+            q = self.q.copy()
+            q[0, 0] += 2.0 * observation.time
+            qd = np.zeros_like(q)
+            qd[0, 0] = 2.0
+            return JointTargets(q, qd)
+
+    servos = PAPER.replace(duration=0.02, drive="ideal-servo")
+    told = {
+        way: drive(servos, Turning(), between=way).joint_position_target[:, 0, 0].values
+        for way in ("hold", "linear")
+    }
+    step = np.arange(21)
+    start = told["hold"][0]
+    assert told["hold"] - start == pytest.approx(2e-3 * (step // 5 * 5), abs=1e-12)
+    assert told["linear"] - start == pytest.approx(2e-3 * step, abs=1e-12)
+    run = drive(PAPER.replace(duration=0.02), Turning())
+    # One update late, and straight once the first period has brought it up to speed.
+    reached = run.joint_position_target[:, 0, 0].values - start
+    # It took over where prescribed joints stood after 1 s: some nrad from where they were held.
+    assert reached[10:] == pytest.approx(2e-3 * (step[10:] - 5), abs=1e-8)
+
+
+def test_telemetry_is_recorded_as_it_stood_and_events_are_kept():
+    class Telling(Still):
+        events = ((0.0, "it began"),)
+
+        def telemetry(self):
+            return {"stance": np.arange(6) < len(self.seen)}
+
+    run = drive(PAPER.replace(duration=0.02), Telling())
+    assert run.stance.dtype == bool
+    assert run.stance.sum("leg").values.tolist() == [1] * 5 + [2] * 5 + [3] * 5 + [4] * 5 + [5]
+    assert run.attrs["events"] == '[[0.0, "it began"]]'
+
+
+def test_a_controller_that_fails_ends_the_run_with_its_reason():
+    class Failing(Still):
+        def update(self, observation, command):
+            targets = super().update(observation, command)
+            if observation.time > 0.03:
+                targets.position[2, 1] = np.nan
+            return targets
+
+    run = drive(PAPER, Failing())
+    assert run.attrs["ending"] == "FAILED"
+    assert run.attrs["ending_reason"].startswith("The controller failed at 0.035 s")
+    leg = WALK.robot.leg_names[2]
+    assert f"it asked for a position of nan at {leg}.femur" in run.attrs["ending_reason"]
+    assert np.isfinite(run.joint_position).all()
+
+
+class Nothing(Still):
+    def update(self, observation, command):
+        return None
+
+
+class Flat(Still):
+    def update(self, observation, command):
+        return JointTargets(self.q.ravel(), self.q.ravel())
+
+
+class Chatty(Still):
+    def telemetry(self):
+        return {"stanze": np.ones(6, dtype=bool)}
+
+
+class Impostor(Still):
+    def telemetry(self):
+        return {"joint_position": self.q}
+
+
+@pytest.mark.parametrize(
+    ("controller", "options", "what"),
+    [
+        (Nothing(), {}, "what the controller's update returns is None; it must be JointTargets."),
+        (
+            Chatty(),
+            {},
+            'the controller\'s telemetry has the channel "stanze", which is none.',
+        ),
+        (
+            Impostor(),
+            {},
+            'the controller\'s telemetry has the channel "joint_position", which the simulation '
+            "tells.",
+        ),
+        (
+            Still(),
+            {"rate": 300},
+            "rate is 300 updates a second, 3.333 time steps of 1 ms; it must be a whole number of "
+            "them.",
+        ),
+        (Still(), {"rate": -1}, "rate is -1; it must be a finite number greater than 0."),
+        (
+            Still(),
+            {"between": "hald"},
+            'between is "hald"; it must be hold, linear or cubic.',
+        ),
+        (
+            Still(),
+            {"between": "hold"},
+            'between is "hold" and drive "prescribed"; joints that follow exactly cannot follow '
+            "steps.",
+        ),
+        (
+            Still(),
+            {"start": np.zeros((5, 3))},
+            "start has shape (5, 3); it must be (6, 3) joint angles in rad.",
+        ),
+        (
+            Still(),
+            {"commands": lambda time, observation: (0.1, 0, 0)},
+            "command is (0.1, 0, 0); it must be a Command.",
+        ),
+    ],
+)
+def test_what_cannot_be_driven_is_refused_in_one_sentence(controller, options, what):
+    with pytest.raises(InvalidInput) as caught:
+        drive(PAPER, controller, **options)
+    assert caught.value.what == what
+
+
+def test_a_robot_begins_with_all_feet_near_a_slope_and_the_trunk_along_it():
+    slope = PAPER.replace(duration=0.5, terrain="slope", slope=np.radians(10), terrain_start=-50.0)
+    run = drive(slope, Still())
+    assert run.attrs["ending"] == "COMPLETED"
+    assert run.contact[0].all()
+    w, _, y, _ = run.body_orientation[0].values
+    assert 2 * np.degrees(np.arctan2(y, w)) == pytest.approx(-10, abs=0.1)
