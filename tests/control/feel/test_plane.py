@@ -14,9 +14,9 @@ DT = 0.005
 
 def plane_through(feet, standing, *, updates, begin=None, at=(0.0, 0.0), rate=100.0):
     planes = np.array([[np.nan, 0.0, 0.0, 0.0, 0.0] if begin is None else begin] * 3)
-    weight = np.zeros(len(feet))
+    stood = np.zeros((len(feet), 4))
     for _ in range(updates):
-        fit_plane(DT, feet, standing, np.array(at), 0.05, 0.03, rate, 0.1, weight, planes)
+        fit_plane(DT, feet, standing, np.array(at), 0.05, 0.03, rate, 0.1, stood, planes)
     return planes[0]
 
 
@@ -55,13 +55,16 @@ def test_feet_on_a_line_leave_the_slope_across_it_as_it_was():
 def test_a_lifted_foot_is_forgotten_and_not_dropped():
     """Its weight fades as exp(-t/T): just lifted it still counts in full."""
     feet = on_plane(0.0, 0.0, 0.0)
-    weight, planes = np.zeros(6), np.array([[np.nan, 0.0, 0.0, 0.0, 0.0]] * 3)
+    stood, planes = np.zeros((6, 4)), np.array([[np.nan, 0.0, 0.0, 0.0, 0.0]] * 3)
     standing = np.ones(6, dtype=bool)
-    fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, weight, planes)
+    fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, stood, planes)
     standing[0] = False
     for _ in range(10):
-        fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, weight, planes)
-    np.testing.assert_allclose(weight, [math.exp(-1.0), 1, 1, 1, 1, 1], rtol=1e-12)
+        feet[0, 2] += 0.01
+        fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, stood, planes)
+    np.testing.assert_allclose(stood[:, 3], [math.exp(-1.0), 1, 1, 1, 1, 1], rtol=1e-12)
+    # It is remembered where it stood, not where it goes.
+    assert stood[0, 2] == 0.0
 
 
 def test_the_slope_changes_no_faster_than_it_may():
@@ -85,7 +88,7 @@ def test_no_foot_on_the_ground_carries_the_plane_on():
 
 def test_two_lags_take_the_corners_out():
     """After a step from 0 to 1: 1 - (1 + t/T) exp(-t/T), by steps of dt to within dt/T."""
-    planes, weight = np.zeros((3, 5)), np.zeros(6)
+    planes, stood = np.zeros((3, 5)), np.zeros((6, 4))
     for _ in range(40):
         fit_plane(
             DT,
@@ -96,7 +99,7 @@ def test_two_lags_take_the_corners_out():
             0.03,
             1.0,
             0.1,
-            weight,
+            stood,
             planes,
         )
     np.testing.assert_allclose(planes[2, 0], 1 - (1 + 2) * math.exp(-2), atol=DT / 0.1)

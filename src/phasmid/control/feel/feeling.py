@@ -142,7 +142,7 @@ class Feeling:
         self._level = np.zeros(level.MEMORY)
         self._planes = np.array([[np.nan, 0.0, 0.0, 0.0, 0.0]] * 3)
         self._plane = self._planes[2]
-        self._weights = np.zeros(legs)
+        self._stood_at = np.zeros((legs, 4))
         self._feet = np.zeros((legs, 2))
         self._wanted = np.zeros(legs)
         self._correction = np.zeros(5)
@@ -160,14 +160,9 @@ class Feeling:
         """Forget all; the sensors that this observation holds are those that the robot has."""
         self._forget(len(self.robot.legs))
         o = observation
-        self._present = np.array(
-            [
-                o.contact is not None,
-                o.foot_normal_force is not None,
-                o.joint_load is not None,
-                True,
-            ]
-        )
+        has = o.contact is not None, o.foot_normal_force is not None, o.joint_load is not None
+        self._present = np.array([*has, True])
+        self._heard = self._present.copy()
 
     def update(self, observation: Observation, intent: Intent) -> Felt:
         """What is felt now.
@@ -191,7 +186,7 @@ class Feeling:
         )
 
     def _feel_touch(self, o: Observation, intent: Intent) -> None:
-        reading, present = self._reading, self._present
+        reading, present = self._reading, self._heard
         reading[SWITCH] = np.nan if o.contact is None else o.contact
         reading[FORCE] = np.nan if o.foot_normal_force is None else o.foot_normal_force
         row = self._step % self._late
@@ -229,6 +224,7 @@ class Feeling:
             heard = self._sensors[:, :2, touch.DOUBTED] < 0.5
             heard &= self._sensors[:, :2, touch.SILENCE] < self.settings.dead_time
             self._joints_heard = not (heard & present[:2]).any(axis=1).all()
+            present[LOAD:] = self._present[LOAD:] & self._joints_heard
             self._fresh = False
 
     def _compute_forces(self, q: np.ndarray, torque: np.ndarray, force: np.ndarray) -> None:
@@ -268,7 +264,7 @@ class Feeling:
             s.plane_spread,
             s.plane_rate,
             s.plane_time,
-            self._weights,
+            self._stood_at,
             self._planes,
         )
         # What the body does now was asked a while ago.

@@ -23,7 +23,7 @@ def fit_plane(
     spread: float,
     rate: float,
     smoothing_time: float,
-    weight: Float[np.ndarray, " legs"],
+    stood: Float[np.ndarray, "legs 4"],
     planes: Float[np.ndarray, "3 5"],
 ) -> None:
     """Least squares through the feet, drawn to the last plane where they tell nothing.
@@ -35,25 +35,29 @@ def fit_plane(
 
     Args:
         dt: Since the last update [s].
-        feet: Where they stand, or stood last [m], shape (L, 3).
+        feet: Where they are [m], shape (L, 3).
         standing: Which stand, shape (L,).
         at: Place at which the height is told [m]; its x and y are used.
         forgetting_time: Within it the weight of a lifted foot fades [s].
         spread: s [m].
         rate: Largest change of the slopes [1/s].
         smoothing_time: Of each of the two lags that smooth the plane [s].
-        weight: Of each foot, is changed, shape (L,).
+        stood: Where each foot stands or stood last [m], and its weight, is changed, shape (L, 4).
         planes: The plane, after one lag and after both: height at a place [m], both slopes and the
             place [m], is changed; NaN height: none yet, shape (3, 5).
     """
     fade = math.exp(-dt / forgetting_time)
     total = cx = cy = cz = 0.0
-    for i in range(weight.shape[0]):
-        weight[i] = 1.0 if standing[i] else weight[i] * fade
-        total += weight[i]
-        cx += weight[i] * feet[i, 0]
-        cy += weight[i] * feet[i, 1]
-        cz += weight[i] * feet[i, 2]
+    for i in range(stood.shape[0]):
+        stood[i, 3] *= fade
+        if standing[i]:
+            stood[i, 0], stood[i, 1], stood[i, 2] = feet[i, 0], feet[i, 1], feet[i, 2]
+            stood[i, 3] = 1.0
+        w = stood[i, 3]
+        total += w
+        cx += w * stood[i, 0]
+        cy += w * stood[i, 1]
+        cz += w * stood[i, 2]
     begun = math.isfinite(planes[0, HEIGHT])
     for k in range(3):
         planes[k, HEIGHT] += planes[k, SLOPE_X] * (at[0] - planes[k, AT_X])
@@ -64,13 +68,13 @@ def fit_plane(
         return
     cx, cy, cz = cx / total, cy / total, cz / total
     xx = xy = yy = xz = yz = 0.0
-    for i in range(weight.shape[0]):
-        x, y, z = feet[i, 0] - cx, feet[i, 1] - cy, feet[i, 2] - cz
-        xx += weight[i] * x * x
-        xy += weight[i] * x * y
-        yy += weight[i] * y * y
-        xz += weight[i] * x * z
-        yz += weight[i] * y * z
+    for i in range(stood.shape[0]):
+        x, y, z, w = stood[i, 0] - cx, stood[i, 1] - cy, stood[i, 2] - cz, stood[i, 3]
+        xx += w * x * x
+        xy += w * x * y
+        yy += w * y * y
+        xz += w * x * z
+        yz += w * y * z
     own = total * spread * spread
     a0, b0 = plane[SLOPE_X], plane[SLOPE_Y]
     det = (xx + own) * (yy + own) - xy * xy

@@ -13,6 +13,8 @@ MAY_BE_ZERO = (
     "release_time",
     "level",
     "shift",
+    "hit_rise",
+    "landing_sink",
     "level_limit",
     "shift_limit",
     "height_limit",
@@ -39,6 +41,10 @@ class FeelSettings:
         release_by: Share of a swing by which a foot's sensor must have left the ground to be heard
             again in this swing.
         hit_by: Share of a swing before which a touch is an obstacle and no ground.
+        hit_rise: How much higher than the plane a foot looks for the ground after it has met an
+            obstacle in its swing [m].
+        landing_sink: How much lower than the plane a foot that feels aims, so that it meets level
+            ground in its swing [m].
         implausible_steps: Steps in which a sensor contradicts the leg's motion until it is no
             longer believed.
         dead_time: For so long a sensor may tell no number until it counts as dead [s].
@@ -86,6 +92,8 @@ class FeelSettings:
     release_time: float = 0.015
     release_by: float = 0.35
     hit_by: float = 0.5
+    hit_rise: float = 0.02
+    landing_sink: float = 0.0
     implausible_steps: float = 2.0
     dead_time: float = 0.1
     joint_delay: float = 0.023
