@@ -1,0 +1,143 @@
+"""The stage of the locomotion engine in which the ground is felt."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from phasmid.compiled import compiled
+from phasmid.control.feel.feeling import Feeling, Felt, Intent
+from phasmid.control.feel.settings import FeelSettings
+from phasmid.control.observation import Observation
+from phasmid.control.state import HELD, PROBING, SETTLING, STANCE, STILL, SWING, Order, State
+from phasmid.robot import Robot
+
+
+class FeelStage:
+    """Puts what is felt into the engine's order: touch, plane, corrections, landing heights.
+
+    Args:
+        robot: The robot, L legs.
+        settings: How it feels.
+        dt: From one update to the next [s].
+    """
+
+    def __init__(self, robot: Robot, settings: FeelSettings, dt: float) -> None:
+        self.feeling = Feeling(robot, settings, dt)
+        self.settings = settings
+        legs = len(robot.legs)
+        self._standing = np.ones(legs, dtype=bool)
+        self._progress = np.zeros(legs)
+        self._R_path = np.eye(3)
+        self.felt: Felt | None = None
+
+    def reset(self, observation: Observation) -> None:
+        """Forget all; see `Feeling.reset`."""
+        self.feeling.reset(observation)
+        self.felt = None
+
+    def update(self, observation: Observation, state: State, order: Order) -> list[str]:
+        """Feel, and write the order.
+
+        Args:
+            observation: What the sensors told.
+            state: Where the engine is, at its last update.
+            order: Is changed.
+
+        Returns:
+            What is new of the sensors, a sentence each.
+        """
+        tell_intent(
+            state.leg, state.swing, state.path, self._standing, self._progress, self._R_path
+        )
+        felt = self.felt = self.feeling.update(
+            observation,
+            Intent(
+                self._standing,
+                self._progress,
+                state.foot,
+                state.path,
+                state.trunk[0],
+                state.body,
+                self._R_path,
+                state.q[0],
+                state.mode[0] != STILL,
+            ),
+        )
+        write_order(
+            felt.touch,
+            felt.hits,
+            felt.correction,
+            felt.plane,
+            felt.foot_offset,
+            self.settings.hit_rise,
+            self.settings.landing_sink,
+            order.touch,
+            order.correction,
+            order.plane,
+            order.foot_offset,
+            order.landing,
+            state.landing,
+        )
+        events = self.feeling.events
+        if not events:
+            return []
+        told = events.copy()
+        events.clear()
+        return told
+
+
+@compiled
+def tell_intent(
+    leg: np.ndarray,
+    swing: np.ndarray,
+    path: np.ndarray,
+    standing: np.ndarray,
+    progress: np.ndarray,
+    R_path: np.ndarray,
+) -> None:
+    """Write which feet stand, how far the others have swung, and the axes of the path."""
+    for i in range(len(leg)):
+        doing = leg[i]
+        standing[i] = doing == STANCE or doing == SETTLING
+        progress[i] = 0.0
+        if doing == SWING:
+            progress[i] = min(max(swing[i, 0] / swing[i, 1], 0.0), 1.0)
+        elif doing == PROBING or doing == HELD:
+            progress[i] = 1.0
+    c, s = math.cos(path[2]), math.sin(path[2])
+    R_path[0, 0], R_path[0, 1] = c, -s
+    R_path[1, 0], R_path[1, 1] = s, c
+
+
+@compiled
+def write_order(
+    touch: np.ndarray,
+    hits: np.ndarray,
+    correction: np.ndarray,
+    plane: np.ndarray,
+    offset: np.ndarray,
+    hit_rise: float,
+    sink: float,
+    to_touch: np.ndarray,
+    to_correction: np.ndarray,
+    to_plane: np.ndarray,
+    to_offset: np.ndarray,
+    to_landing: np.ndarray,
+    landing: np.ndarray,
+) -> None:
+    """Write what is felt where the engine's loops read it."""
+    for i in range(5):
+        to_correction[i] = correction[i]
+    n = 1.0 / math.sqrt(1.0 + plane[1] ** 2 + plane[2] ** 2)
+    to_plane[0], to_plane[1], to_plane[2] = -plane[1] * n, -plane[2] * n, n
+    to_plane[3] = plane[0] - plane[1] * plane[3] - plane[2] * plane[4]
+    for i in range(len(touch)):
+        to_touch[i] = touch[i]
+        to_offset[i, 2] = offset[i]
+        to_landing[i] = math.nan
+        if touch[i] >= 0:
+            z = to_plane[3] + plane[1] * landing[i, 0] + plane[2] * landing[i, 1]
+            # Where a foot has met an obstacle on its way it looks for the ground on top of it.
+            to_landing[i] = z - sink + hits[i] * hit_rise

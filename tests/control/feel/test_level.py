@@ -1,0 +1,124 @@
+"""The body kept level, or along the ground, and its mass over its feet."""
+
+import math
+
+import numpy as np
+import pytest
+
+from phasmid.control.feel import level
+from phasmid.control.feel.level import level_body
+from phasmid.kinematics import rotation_rpy
+
+DT = 0.005
+HEIGHT = 0.1
+FLAT = np.zeros(5)
+
+
+def settings(share=1.0, *, time=0.4, rate=1.0, limit=0.4, shift=1.0, speed=0.2, most=0.1, ease=2.0):
+    return np.array([share, time, rate, limit, shift, speed, most, ease])
+
+
+def rotation(roll, pitch, yaw=0.0):
+    return rotation_rpy(*map(np.array, (roll, pitch, yaw)))
+
+
+class Body:
+    """A body on ground that lies by a rotation, whose attitude follows its command at once."""
+
+    def __init__(self, ground, yaw=0.0, given=None):
+        self.ground, self.yaw = ground, yaw
+        self.memory = np.zeros(level.MEMORY)
+        self.settings = settings() if given is None else given
+        self.track = []
+
+    def update(self, times=1, *, plane=FLAT, trusted=True):
+        for _ in range(times):
+            R = rotation(*self.correction[3:], self.yaw)
+            up = (self.ground @ R)[2]
+            R_path = rotation(0.0, 0.0, self.yaw)
+            level_body(DT, trusted, up, R, R_path, plane, HEIGHT, self.settings, self.memory)
+            self.track.append(self.correction.copy())
+        return self.correction
+
+    @property
+    def correction(self):
+        return self.memory[level.CORRECTION]
+
+    @property
+    def tilt(self):
+        return math.acos((self.ground @ rotation(*self.correction[3:], self.yaw))[2, 2])
+
+
+@pytest.mark.parametrize("yaw", [0.0, 1.1])
+def test_levelling_takes_away_all_of_a_tilt_that_it_may(yaw):
+    body = Body(rotation(0.1, -0.15), yaw)
+    body.update(2000)
+    assert body.tilt < 1e-6
+
+
+def test_half_a_share_leaves_half_the_tilt():
+    body = Body(rotation(0.0, -0.2), given=settings(0.5))
+    body.update(2000)
+    # Half-way between two directions in space is half the angle.
+    assert body.tilt == pytest.approx(0.1, abs=1e-6)
+
+
+def test_along_the_ground_the_body_follows_the_plane_of_its_feet():
+    """z = a x + b y: its normal is the body's z."""
+    body = Body(np.eye(3), given=settings(0.0))
+    body.update(2000, plane=np.array([0.0, 0.2, -0.1, 0.0, 0.0]))
+    z = rotation(*body.correction[3:])[:, 2]
+    np.testing.assert_allclose(z, np.array([-0.2, 0.1, 1.0]) / math.hypot(0.2, 0.1, 1.0), atol=1e-9)
+
+
+def test_turn_and_shift_are_bounded_in_speed_and_size():
+    body = Body(rotation(0.4, -0.5), given=settings(rate=0.3, limit=0.2, speed=0.05, most=0.03))
+    body.update(2000)
+    track = np.diff(np.array(body.track), axis=0) / DT
+    assert np.hypot(track[:, 3], track[:, 4]).max() <= 0.3 * (1 + 1e-9)
+    assert np.hypot(track[:, 0], track[:, 1]).max() <= 0.05 * (1 + 1e-9)
+    np.testing.assert_allclose(np.hypot(*body.correction[3:]), 0.2, rtol=1e-6)
+    np.testing.assert_allclose(np.hypot(*body.correction[:2]), 0.03, rtol=1e-6)
+
+
+def test_the_vertical_through_the_mass_meets_the_middle_of_the_feet():
+    """On a slope that the path takes for level ground up is (sin s, 0, cos s): h tan s uphill."""
+    slope = math.radians(10)
+    body = Body(rotation(0.0, -slope))
+    body.update(3000)
+    np.testing.assert_allclose(body.correction[:2], [HEIGHT * math.tan(slope), 0.0], atol=1e-7)
+
+
+def test_over_a_plane_of_the_feet_below_a_level_path_nothing_shifts():
+    """Odom is true: up is its z, and a body straight over the middle has its mass there."""
+    body = Body(np.eye(3))
+    body.update(1000, plane=np.array([0.0, 0.2, 0.1, 0.0, 0.0]))
+    np.testing.assert_allclose(body.correction, 0.0, atol=1e-12)
+
+
+def test_without_a_sensor_the_corrections_ease_out():
+    body = Body(rotation(0.0, -0.15))
+    body.update(2000)
+    before = body.correction.copy()
+    body.update(1, trusted=False)
+    first = np.abs(body.correction - before)
+    assert first.max() < 0.15 * 2 * DT / 2.0
+    body.update(4000, trusted=False)
+    # 20 s: below e^-9 of it.
+    assert np.abs(body.correction).max() < 1e-4
+
+
+def test_the_lag_of_servos_does_not_make_levelling_swing():
+    """The body follows 20 ms later than is known of: no more than 5 % overshoot."""
+    body = Body(rotation(0.0, -0.15), given=settings(rate=10.0))
+    late, tilts = [np.zeros(2)] * 4, []
+    for _ in range(800):
+        late.append(body.correction[3:].copy())
+        now, told = late.pop(0), body.correction[3:].copy()
+        up = (body.ground @ rotation(*now))[2]
+        level_body(
+            DT, True, up, rotation(*told), np.eye(3), FLAT, HEIGHT, body.settings, body.memory
+        )
+        tilts.append(told[1])
+    assert max(tilts) < 0.15 * 1.05
+    assert tilts[-1] == pytest.approx(0.15, rel=1e-3)

@@ -1,0 +1,105 @@
+"""The plane through the standing feet."""
+
+import math
+
+import numpy as np
+
+from phasmid.control.feel.plane import fit_plane
+
+HEXAPOD = np.array(
+    [[0.2, -0.15], [0.0, -0.2], [-0.2, -0.15], [-0.2, 0.15], [0.0, 0.2], [0.2, 0.15]]
+)
+DT = 0.005
+
+
+def plane_through(feet, standing, *, updates, begin=None, at=(0.0, 0.0), rate=100.0):
+    planes = np.array([[np.nan, 0.0, 0.0, 0.0, 0.0] if begin is None else begin] * 3)
+    stood = np.zeros((len(feet), 4))
+    for _ in range(updates):
+        fit_plane(DT, feet, standing, np.array(at), 0.05, 0.03, rate, 0.1, stood, planes)
+    return planes[0]
+
+
+def on_plane(a, b, c, places=HEXAPOD):
+    return np.column_stack([places, c + places @ [a, b]])
+
+
+def test_a_plane_through_all_feet_is_met_exactly():
+    """z = c + a x + b y; each update takes at least three quarters off what is missing."""
+    plane = plane_through(
+        on_plane(0.3, -0.2, 0.05), np.ones(6, dtype=bool), updates=60, at=(0.1, 0.2)
+    )
+    np.testing.assert_allclose(plane[1:3], [0.3, -0.2], atol=1e-12)
+    np.testing.assert_allclose(plane[0], 0.05 + 0.3 * 0.1 - 0.2 * 0.2, atol=1e-12)
+
+
+def test_three_feet_are_enough():
+    standing = np.array([True, False, True, False, True, False])
+    feet = on_plane(0.1, 0.2, 0.0)
+    feet[~standing, 2] = 1.0  # A lifted foot is where it likes.
+    plane = plane_through(feet, standing, updates=2000)
+    np.testing.assert_allclose(plane[1:3], [0.1, 0.2], atol=1e-9)
+
+
+def test_feet_on_a_line_leave_the_slope_across_it_as_it_was():
+    places = np.array([[-0.2, 0.0], [0.0, 0.0], [0.2, 0.0]])
+    plane = plane_through(
+        on_plane(0.3, 0.0, 0.0, places),
+        np.ones(3, dtype=bool),
+        updates=500,
+        begin=(0.0, 0.0, 0.15, 0.0, 0.0),
+    )
+    np.testing.assert_allclose(plane[1:3], [0.3, 0.15], atol=1e-9)
+
+
+def test_a_lifted_foot_is_forgotten_and_not_dropped():
+    """Its weight fades as exp(-t/T): just lifted it still counts in full."""
+    feet = on_plane(0.0, 0.0, 0.0)
+    stood, planes = np.zeros((6, 4)), np.array([[np.nan, 0.0, 0.0, 0.0, 0.0]] * 3)
+    standing = np.ones(6, dtype=bool)
+    fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, stood, planes)
+    standing[0] = False
+    for _ in range(10):
+        feet[0, 2] += 0.01
+        fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, stood, planes)
+    np.testing.assert_allclose(stood[:, 3], [math.exp(-1.0), 1, 1, 1, 1, 1], rtol=1e-12)
+    # It is remembered where it stood, not where it goes.
+    assert stood[0, 2] == 0.0
+
+
+def test_the_slope_changes_no_faster_than_it_may():
+    flat = (0.0, 0.0, 0.0, 0.0, 0.0)
+    plane = plane_through(
+        on_plane(0.4, 0.3, 0.0), np.ones(6, dtype=bool), updates=4, begin=flat, rate=0.5
+    )
+    np.testing.assert_allclose(np.hypot(*plane[1:3]), 4 * 0.5 * DT, rtol=1e-9)
+
+
+def test_no_foot_on_the_ground_carries_the_plane_on():
+    plane = plane_through(
+        on_plane(0.0, 0.0, 0.0),
+        np.zeros(6, dtype=bool),
+        updates=1,
+        begin=(0.1, 0.2, -0.1, 0.0, 0.0),
+        at=(0.5, 1.0),
+    )
+    np.testing.assert_allclose(plane, [0.1 + 0.2 * 0.5 - 0.1, 0.2, -0.1, 0.5, 1.0])
+
+
+def test_two_lags_take_the_corners_out():
+    """After a step from 0 to 1: 1 - (1 + t/T) exp(-t/T), by steps of dt to within dt/T."""
+    planes, stood = np.zeros((3, 5)), np.zeros((6, 4))
+    for _ in range(40):
+        fit_plane(
+            DT,
+            on_plane(0.0, 0.0, 1.0),
+            np.ones(6, dtype=bool),
+            np.zeros(2),
+            0.05,
+            0.03,
+            1.0,
+            0.1,
+            stood,
+            planes,
+        )
+    np.testing.assert_allclose(planes[2, 0], 1 - (1 + 2) * math.exp(-2), atol=DT / 0.1)
