@@ -54,7 +54,7 @@ def folding(
     if _depth(robot, ground, q, goal).max() <= GRAZE and _clear(robot, q, goal):
         return (_straight(robot, "folds its legs", q, goal, settings),)
     drawn = np.concatenate([q[:, :1], goal[:, 1:]], axis=1)
-    ways = []
+    ways: list[JointPath] = []
     for name, stops in (
         ("draws in its legs", [q, _via(robot, ground, q, drawn), drawn]),
         ("turns its legs to their places", [drawn, goal]),

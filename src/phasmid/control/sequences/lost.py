@@ -16,6 +16,9 @@ from phasmid.robot import JOINTS, Robot
 ANSWER_TIME = 0.2
 """A servo that does not answer for longer is lost [s]."""
 
+ROUND_OFF = 1e-9
+"""Of times [s]."""
+
 ANGLES = 25
 """Angles of each joint among which a folded pose is looked for."""
 
@@ -56,7 +59,7 @@ class LostServos:
             return False
         self._answered[running] = time
         last = np.fmax(self._answered, self._all_answered)
-        new = (time - last > ANSWER_TIME) & ~self.lost
+        new = (time - last > ANSWER_TIME + ROUND_OFF) & ~self.lost
         if not new.any():
             return False
         self.lost |= new

@@ -49,7 +49,9 @@ def neutral_stance(robot: Robot) -> Stance:
     feet = neutral_feet(robot)
     height = -float(feet[:, 2].mean())
     q, _ = angles_and_reach(robot, feet)
-    return Stance(np.array([0.0, 0.0, height, 0.0, 0.0, 0.0]), feet + np.array([0.0, 0.0, height]), q)
+    return Stance(
+        np.array([0.0, 0.0, height, 0.0, 0.0, 0.0]), feet + np.array([0.0, 0.0, height]), q
+    )
 
 
 class Stepper:
