@@ -98,12 +98,12 @@ CASES = {
     "a body that tilts": (
         lambda t: {"orientation": tilted(40 if t > 1 else 0)},
         Mode.SLOW,
-        "the body tilts, soon by 40°, and tips over at 62°: the robot stops.",
+        "the body tilts, soon by 40°, and tips over at 66°: the robot stops.",
     ),
     "a body that falls": (
         lambda t: {"orientation": tilted(58 if t > 1 else 0)},
         Mode.HOLD,
-        "the body tilts, soon by 58°, and tips over at 62°: the robot holds still.",
+        "the body tilts, soon by 58°, and tips over at 66°: the robot holds still.",
     ),
     "a servo at its limit": (
         lambda t: {"joint_load": np.full((6, 3), 0.95 if t > 1 else 0.1)},
