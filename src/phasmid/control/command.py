@@ -54,6 +54,8 @@ class Command:
         step_height: Height to which a foot lifts [m]; None: as the controller is set.
         legs: Legs that are moved by hand, by number from 1.
         lost_legs: Numbers of legs that shall not be used: lifted off the ground, or broken.
+        time: When it was given, on the controller's clock [s]; safety follows no old ones. None:
+            it does not grow old.
     """
 
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -64,6 +66,7 @@ class Command:
     step_height: float | None = None
     legs: Mapping[int, LegCommand] = field(default_factory=lambda: MappingProxyType({}))
     lost_legs: frozenset[int] = frozenset()
+    time: float | None = None
 
     def __post_init__(self) -> None:
         _check_numbers("velocity", self.velocity, 3)
@@ -71,6 +74,10 @@ class Command:
         check_type("posture", self.posture, (Posture,), "a Posture", "Posture.WALKING")
         if self.gait is not None:
             check_type("gait", self.gait, (str, Gait), "the name of a gait, or a Gait")
+        if self.time is not None:
+            check_number("time", self.time)
+            if not math.isfinite(self.time):
+                raise InvalidInput(f"time is {self.time:g}; it must be a finite number.")
         for name, least in (("period", 0.0), ("step_height", -math.ulp(0.0))):
             value = getattr(self, name)
             if value is None:

@@ -1,0 +1,16 @@
+"""Standing up, sitting down, legs by hand and lost legs, around a controller that walks."""
+
+from phasmid.control.sequences.lost import LostServos, lifted_leg
+from phasmid.control.sequences.packed import Packing, packing
+from phasmid.control.sequences.sequencer import Sequencer, Stage
+from phasmid.control.sequences.settings import SequenceSettings
+
+__all__ = [
+    "LostServos",
+    "Packing",
+    "SequenceSettings",
+    "Sequencer",
+    "Stage",
+    "lifted_leg",
+    "packing",
+]

@@ -1,0 +1,282 @@
+"""What safety answers to what can go wrong, case by case."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid import load_robot
+from phasmid.control import Command, JointTargets, Observation, Posture
+from phasmid.control.safe import BRAKING, SafeController
+from phasmid.control.safety import AMBIENT, Guard, Mode, SafetySettings
+from phasmid.control.sequences.stance import neutral_stance
+from phasmid.kinematics import rpy_quaternion
+from sequence_runs import DT, Still
+
+ROBOT = load_robot("phantomx-ax")
+HOME = neutral_stance(ROBOT).q
+AHEAD = Command(velocity=(0.1, 0.0, 0.0))
+SETTINGS = SafetySettings()
+
+
+def watch(changes, commands, seconds):
+    """Look at an observation every 5 ms.
+
+    Args:
+        changes: What is observed at a time, beside the neutral stance.
+        commands: What is asked at a time.
+        seconds: How long.
+
+    Returns:
+        The guard, and for each look its time, the mode, and the command that a controller is told.
+    """
+    guard = Guard(ROBOT)
+    guard.reset(Observation(0.0, HOME))
+    seen = []
+    for k in range(1, round(seconds / DT) + 1):
+        time = k * DT
+        observation = replace(Observation(time, HOME), **changes(time))
+        told, command = guard.check(observation, commands(time))
+        assert np.isfinite(told.joint_position).all()
+        seen.append((observation.time, guard.mode, command))
+    return guard, seen
+
+
+def tilted(degrees):
+    zero = np.zeros(())
+    return rpy_quaternion(np.array(math.radians(degrees)), zero, zero)
+
+
+def first(seen, mode):
+    return next(time for time, m, _ in seen if m == mode)
+
+
+def test_where_nothing_is_wrong_observation_and_command_pass_as_they_are():
+    guard = Guard(ROBOT)
+    observation = Observation(
+        1.0,
+        HOME,
+        joint_load=np.full((6, 3), 0.5),
+        orientation=tilted(10),
+        angular_velocity=np.full(3, 0.1),
+    )
+    guard.reset(observation)
+    told, command = guard.check(replace(observation, time=1.005), AHEAD)
+    assert command is AHEAD
+    assert told.joint_position is HOME
+    assert guard.mode is Mode.FREE
+    assert guard.events == []
+
+
+NAN = np.full((6, 3), math.nan)
+ONE_BAD = HOME.copy()
+ONE_BAD[3, 2] = math.inf
+
+CASES = {
+    "no angle of a joint": (
+        lambda t: {"joint_position": ONE_BAD if t > 1 else HOME},
+        Mode.SLOW,
+        "no angle is known of left_rear.tibia: the robot stops.",
+    ),
+    "no angles at all": (
+        lambda t: {"joint_position": NAN if t > 1 else HOME},
+        Mode.SLOW,
+        "no angle is known of right_front.coxa, right_front.femur, right_front.tibia and others: "
+        "the robot stops.",
+    ),
+    "an orientation that is not finite": (
+        lambda t: {"orientation": np.full(4, math.nan) if t > 1 else None},
+        Mode.FREE,
+        "orientation is not finite and is left out.",
+    ),
+    "speeds that are not finite": (
+        lambda t: {"joint_velocity": NAN if t > 1 else None},
+        Mode.FREE,
+        "joint velocity is not finite and is left out.",
+    ),
+    "a body that tilts": (
+        lambda t: {"orientation": tilted(40 if t > 1 else 0)},
+        Mode.SLOW,
+        "the body tilts, soon by 40°, and tips over at 66°: the robot stops.",
+    ),
+    "a body that falls": (
+        lambda t: {"orientation": tilted(58 if t > 1 else 0)},
+        Mode.HOLD,
+        "the body tilts, soon by 58°, and tips over at 66°: the robot holds still.",
+    ),
+    "a servo at its limit": (
+        lambda t: {"joint_load": np.full((6, 3), 0.95 if t > 1 else 0.1)},
+        Mode.SLOW,
+        "servo right_front.coxa gives more than 90% for 1 s: the robot walks slower.",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_each_reason_has_its_answer_and_its_event(case):
+    changes, mode, sentence = CASES[case]
+    guard, seen = watch(changes, lambda _: AHEAD, 3.0)
+    assert max(m for _, m, _ in seen) == mode
+    texts = [text for _, text in guard.events]
+    assert texts == [sentence]
+    if mode is not Mode.FREE:
+        assert guard.events[0][0] == first(seen, mode)
+    goal = {Mode.FREE: 0.1, Mode.HOLD: 0.0}.get(mode, 0.0)
+    if case == "a servo at its limit":
+        goal = 0.1 * SETTINGS.slow_factor
+    assert seen[-1][2].velocity[0] == pytest.approx(goal, abs=1e-12)
+
+
+def test_the_tilt_that_counts_is_the_one_that_a_turning_body_will_have():
+    """Tilted by 20 degrees and turning at w it is where 20 degrees plus w times the time are."""
+    guard = Guard(ROBOT)
+    time = guard._tip_time
+    rate = np.array([0.5 / time, 0.0, 0.0])
+    _, tilt = guard._look(HOME, HOME, HOME, tilted(20), rate, time)
+    # The vertical goes along its tangent.
+    assert tilt == pytest.approx(math.radians(20) + math.atan(0.5), abs=1e-12)
+
+
+def test_a_velocity_is_taken_back_over_the_set_time_and_given_back_likewise():
+    def changes(t):
+        return {"orientation": tilted(40 if 1 < t <= 1.5 else 0)}
+
+    guard, seen = watch(changes, lambda _: AHEAD, 5.0)
+    speed = np.array([command.velocity[0] for _, _, command in seen])
+    assert np.abs(np.diff(speed)).max() <= 0.1 * DT / SETTINGS.slow_time + 1e-12
+    assert speed.min() == 0
+    assert speed[-1] == 0.1
+    height = np.array([command.pose[2] for _, _, command in seen])
+    assert height.min() == pytest.approx(-SETTINGS.crouch)
+    assert height[-1] == 0
+    # Let go when the reason has been gone for the clear time.
+    (start, _), (end, text) = guard.events
+    assert text == "the body tilts no more: all is well again."
+    assert end - start == pytest.approx(0.5 + SETTINGS.clear_time, abs=3 * DT)
+
+
+def test_old_commands_stop_the_robot_and_then_make_it_sit_until_there_are_new_ones():
+    def commands(t):
+        return replace(AHEAD, time=1.0 if 1 < t <= 9 else t)
+
+    guard, seen = watch(lambda _: {}, commands, 12.0)
+    assert first(seen, Mode.SLOW) == pytest.approx(1.0 + SETTINGS.command_time, abs=2 * DT)
+    assert first(seen, Mode.SIT) == pytest.approx(1.0 + SETTINGS.sit_time, abs=2 * DT)
+    assert all((c.posture is Posture.PACKED) == (m is Mode.SIT) for _, m, c in seen)
+    assert seen[-1][1] is Mode.FREE
+    assert seen[-1][2].velocity == AHEAD.velocity
+    assert [text for _, text in guard.events] == [
+        "no command for 0.5 s: the robot stops.",
+        "no command for 5 s: the robot sits down.",
+        "there are commands again: all is well again.",
+    ]
+
+
+def test_a_gap_in_what_sensors_tell_stops_the_robot():
+    guard = Guard(ROBOT)
+    guard.reset(Observation(0.0, HOME))
+    guard.check(Observation(0.3, HOME), AHEAD)
+    assert guard.mode is Mode.SLOW
+    assert guard.events == [(0.3, "sensors told nothing for 0.3 s: the robot stops.")]
+
+
+def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
+    """A servo at a share s of its output for t seconds warms by s² U I t / C at first."""
+    servo = ROBOT.servo
+    rise = servo.temperature_limit - SETTINGS.heat_margin - AMBIENT
+    power = 0.8**2 * servo.rated_voltage * servo.stall_current
+    # From the equation of warming, T = P R (1 - exp(-t / R C)).
+    R, C = servo.thermal_resistance, servo.heat_capacity
+    expected = -R * C * math.log(1 - rise / (power * R))
+    guard, seen = watch(
+        lambda _: {"joint_load": np.full((6, 3), 0.8)}, lambda _: AHEAD, expected + 2
+    )
+    # Looked at every tenth of a second, by steps of the Euler method.
+    assert first(seen, Mode.SIT) == pytest.approx(expected, rel=0.01)
+    assert "servo right_front.coxa is as warm as 65 °C: the robot sits down." in [
+        text for _, text in guard.events
+    ]
+
+
+@pytest.mark.parametrize(
+    ("given", "field", "expected"),
+    [
+        (Command(velocity=(1e6, 0.0, -1e6)), "velocity", "velocity of a command out of range."),
+        (Command(pose=(0.0, 0.0, 0.0, 2.0, 0.0, 0.0)), "pose", "pose of a command out of range."),
+        (Command(lost_legs=frozenset({7})), "lost_legs", "lost legs of a command out of range."),
+    ],
+)
+def test_what_no_robot_of_this_size_could_do_is_brought_into_range(given, field, expected):
+    guard = Guard(ROBOT)
+    guard.reset(Observation(0.0, HOME))
+    _, command = guard.check(Observation(DT, HOME), given)
+    assert getattr(command, field) != getattr(given, field)
+    assert [text for _, text in guard.events] == [expected]
+
+
+class Wild:
+    """A controller whose targets are what a test says."""
+
+    def __init__(self, targets):
+        self.targets, self.resets = targets, 0
+
+    def reset(self, _observation):
+        self.resets += 1
+
+    def update(self, observation, _command):
+        return JointTargets(*self.targets(observation.time))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "why"),
+    [
+        (math.nan, "the target of right_rear.femur is not finite; the last one stays."),
+        (2.5, "the target of right_rear.femur is beyond the joint's limits."),
+        (-1.0, "the target of right_rear.femur is farther than the servo can turn."),
+    ],
+)
+def test_targets_that_no_servo_can_be_given_never_leave_the_controller(wrong, why):
+    def targets(time):
+        q = HOME.copy()
+        if time > 0.05:
+            q[2, 1] = wrong
+        return q, 0 * q
+
+    safe = SafeController(Wild(targets), ROBOT)
+    safe.reset(Observation(0.0, HOME))
+    q = [safe.update(Observation(k * DT, HOME), AHEAD).position for k in range(1, 30)]
+    limits = ROBOT.arrays.joint_limits
+    assert np.isfinite(q).all()
+    assert (np.array(q) <= limits[..., 1] + 1e-6).all()
+    assert np.abs(np.diff(q, axis=0)).max() <= 1.021 * ROBOT.servo.no_load_speed * DT
+    assert safe.events[0][1] == why
+
+
+def test_a_robot_that_falls_is_held_still_without_a_jump_and_begins_anew():
+    def targets(time):
+        return HOME + 0.1 * np.sin(time), np.full(HOME.shape, 0.1 * np.cos(time))
+
+    wild = Wild(targets)
+    safe = SafeController(wild, ROBOT)
+    safe.reset(Observation(0.0, HOME))
+    told = []
+    for k in range(1, 800):
+        time = k * DT
+        orientation = tilted(60 if 1 < time <= 1.5 else 0)
+        told.append(safe.update(Observation(time, HOME, orientation=orientation), AHEAD))
+    v = np.array([t.velocity for t in told])
+    q = np.array([t.position for t in told])
+    held = slice(round(1.1 / DT), round(2.4 / DT))
+    assert np.abs(v[held]).max() == 0
+    assert np.abs(np.diff(v[: held.stop], axis=0)).max() <= BRAKING * DT + 1e-9
+    assert np.abs(np.diff(q, axis=0)).max() <= 1.021 * ROBOT.servo.no_load_speed * DT
+    assert wild.resets == 2
+
+
+def test_a_still_controller_within_safety_passes_its_own_targets():
+    safe = SafeController(Still(), ROBOT)
+    safe.reset(Observation(0.0, HOME))
+    targets = safe.update(Observation(DT, HOME), AHEAD)
+    assert targets.position is safe.controller.q
+    assert safe.telemetry() == {"safety_mode": 0.0}
