@@ -1,7 +1,10 @@
 """Which legs stand, when: gaits, a library of them, and the support they give."""
 
+from phasmid.gait.cycle import least_margin
 from phasmid.gait.gait import Gait
 from phasmid.gait.library import GAITS, HEXAPOD_GAITS, check_gait_name, load_gait
+from phasmid.gait.limp import Limp, without_legs
+from phasmid.gait.search import Ordered, best_order
 from phasmid.gait.support import support_margin
 from phasmid.gait.sway import Sway, sway
 
@@ -9,9 +12,14 @@ __all__ = [
     "GAITS",
     "HEXAPOD_GAITS",
     "Gait",
+    "Limp",
+    "Ordered",
     "Sway",
+    "best_order",
     "check_gait_name",
+    "least_margin",
     "load_gait",
     "support_margin",
     "sway",
+    "without_legs",
 ]
