@@ -24,6 +24,9 @@ EQUAL_MARGIN = 1e-9
 SCOUTS = 40
 """Orders that are looked at first, to know what the others must beat."""
 
+AT_ONCE = 2000
+"""Polygons that are looked at in one go."""
+
 
 class Ordered(NamedTuple):
     """A gait that was searched for.
@@ -168,12 +171,17 @@ def _margins(
     margins = np.full(len(orders), np.inf)
     alive = np.arange(len(orders))
     legs = np.arange(orders.shape[1])
-    for i in range(len(table.stance)):
+    samples = len(table.stance)
+    done = 0
+    while done < samples:
+        # Many orders are thinned out after each sample, few are looked at over many at once.
+        now = np.arange(done, min(samples, done + max(1, AT_ONCE // len(alive))))[:, None, None]
         own = orders[alive]
-        com = np.broadcast_to(table.com, (len(alive), 2))
+        com = np.broadcast_to(table.com, (len(now), len(alive), 2))
         if table.way is not None:
-            com = com + table.way[i][own, legs].sum(axis=1)
-        here = support_margin(table.feet[i][own, legs], table.stance[i][own], com)
-        margins[alive] = np.minimum(margins[alive], here)
+            com = com + table.way[now, own, legs].sum(axis=2)
+        here = support_margin(table.feet[now, own, legs], table.stance[now, own], com)
+        margins[alive] = np.minimum(margins[alive], here.min(axis=0))
         alive = alive[margins[alive] >= bound - EQUAL_MARGIN]
+        done += len(now)
     return margins
