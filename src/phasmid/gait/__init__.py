@@ -5,8 +5,9 @@ from phasmid.gait.forms import alternating_gait, gait_of_phases, gait_of_steps, 
 from phasmid.gait.gait import Gait
 from phasmid.gait.library import GAITS, HEXAPOD_GAITS, check_gait_name, gaits_of, load_gait
 from phasmid.gait.limp import Limp, without_legs
+from phasmid.gait.pace import Pace, choose_gait, choose_pace, choose_period
 from phasmid.gait.search import Ordered, best_order
-from phasmid.gait.support import support_margin
+from phasmid.gait.support import margin_at, support_margin
 from phasmid.gait.sway import Sway, sway
 
 __all__ = [
@@ -15,15 +16,20 @@ __all__ = [
     "Gait",
     "Limp",
     "Ordered",
+    "Pace",
     "Sway",
     "alternating_gait",
     "best_order",
     "check_gait_name",
+    "choose_gait",
+    "choose_pace",
+    "choose_period",
     "gait_of_phases",
     "gait_of_steps",
     "gaits_of",
     "least_margin",
     "load_gait",
+    "margin_at",
     "support_margin",
     "sway",
     "wave_gait",
