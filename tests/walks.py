@@ -13,8 +13,17 @@ from phasmid.robot import Leg, Link, Robot, load_robot, preset_names, with_neutr
 GAITS_OF = {name: tuple(GAITS[len(load_robot(name).legs)]) for name in preset_names()}
 """Gaits by preset."""
 
-WALKS = [(name, gait) for name, gaits in GAITS_OF.items() for gait in gaits]
-"""Every preset with every gait that has a meaning for it."""
+
+def _different(legs: int) -> list[str]:
+    """Names of the gaits of so many legs, one for each schedule."""
+    names: dict[tuple, str] = {}
+    for name, gait in GAITS[legs].items():
+        names.setdefault((gait.duty_factor, gait.offsets, gait.sway), name)
+    return list(names.values())
+
+
+WALKS = [(name, gait) for name in preset_names() for gait in _different(len(load_robot(name).legs))]
+"""Every preset with every gait that has a meaning for it; of those of one schedule the first."""
 
 HEXAPODS = [name for name, gaits in GAITS_OF.items() if "tripod" in gaits]
 """Presets of six legs."""

@@ -127,7 +127,8 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
         ),
         pytest.param(
             ["walk", "--gait", "tripode"],
-            'no gait called "tripode".\n  try  "tripod" (known: tripod, wave, ripple, amble)',
+            'no gait called "tripode".\n  try  "tripod" (known: tripod, wave, ripple, amble, '
+            "tetrapod, metachronal, firmware-ripple, firmware-tripod, firmware-wave)",
             id="G10",
         ),
         pytest.param(
@@ -138,7 +139,7 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
         pytest.param(
             ["walk", "--robot", "octopod", "--gait", "trot"],
             'gait "trot" leaves 2 feet on the ground and keeps its balance by speed; at least 3 '
-            "are needed here.\n  try  one of tetrapod, wave, ripple",
+            "are needed here.\n  try  one of tetrapod, wave, ripple, metachronal",
             id="gait-of-speed",
         ),
         pytest.param(

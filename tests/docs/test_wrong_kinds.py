@@ -113,7 +113,8 @@ SENTENCES = {
     ("Leg", "mount_yaw=True"): "leg right_front: mount_yaw is true; it must be a number.",
     ("Robot", "legs=[3]"): "robot: leg 1 is 3; it must be a Leg.",
     ("Servo", "punch=[]"): "servo AX-12A: punch is []; it must be a number.",
-    ("Scenario", "gait='abc'"): 'no gait called "abc".\n  try  one of tripod, wave, ripple, amble',
+    ("Scenario", "gait='abc'"): 'no gait called "abc".\n  try  one of tripod, wave, ripple, amble, '
+    "tetrapod, metachronal, firmware-ripple, firmware-tripod, firmware-wave",
 }
 
 
@@ -156,4 +157,7 @@ def test_a_gait_that_nobody_knows_is_refused_where_it_is_given():
     # G10, in Scenario.replace: not only once the walk is planned.
     with pytest.raises(phasmid.InvalidGait, match='no gait called "wav"') as refused:
         phasmid.load_scenario("paper").replace(gait="wav")
-    assert refused.value.hint == '"wave" (known: tripod, wave, ripple, amble)'
+    assert refused.value.hint == (
+        '"wave" (known: tripod, wave, ripple, amble, '
+        "tetrapod, metachronal, firmware-ripple, firmware-tripod, firmware-wave)"
+    )

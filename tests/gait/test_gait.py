@@ -106,13 +106,13 @@ def test_an_octopods_tetrapods_are_legs_1357_and_2468():
             "crawl",
             8,
             'gait "crawl" has no meaning for 8 legs; it is one of 4 legs.',
-            "one of tetrapod, wave, ripple",
+            "one of tetrapod, wave, ripple, metachronal",
         ),
         (
             "tripod",
             5,
             'gait "tripod" has no meaning for 5 legs; it is one of 6 legs.',
-            "a gait table with duty_factor and one offset per leg",
+            "one of wave, ripple",
         ),
         (
             "trot",
@@ -216,7 +216,10 @@ def test_an_unknown_gait_is_answered_with_the_nearest():  # G10
     with pytest.raises(InvalidGait) as caught:
         load_gait("tripode")
     assert caught.value.what == 'no gait called "tripode".'
-    assert caught.value.hint == '"tripod" (known: tripod, wave, ripple, amble)'
+    assert caught.value.hint == (
+        '"tripod" (known: tripod, wave, ripple, amble, '
+        "tetrapod, metachronal, firmware-ripple, firmware-tripod, firmware-wave)"
+    )
 
 
 def test_a_name_that_no_gait_has_is_answered_with_the_nearest_of_any_legs():

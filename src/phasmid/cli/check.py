@@ -97,13 +97,13 @@ def _check_robot(imported: Imported, *, as_json: bool) -> int:
 def _plain_walk(robot: Robot) -> list[dict[str, str]]:
     """What hinders the walk that ``phasmid walk --robot`` tries first, as a finding."""
     from phasmid.errors import PhasmidError
-    from phasmid.gait import GAITS
+    from phasmid.gait import gaits_of
     from phasmid.motion import plan
     from phasmid.scenario import load_scenario
     from phasmid.simulation import check_time_step
 
-    gaits = GAITS.get(len(robot.legs))
-    if gaits is None:
+    gaits = gaits_of(len(robot.legs))
+    if not gaits:
         return []
     try:
         scenario = load_scenario("paper")

@@ -50,3 +50,55 @@ def support_margin(
         outside = np.where(edge, np.minimum(outside, np.hypot(over, past)), outside)
         edges += edge
     return np.where(edges >= 3, np.where(inside >= 0, inside, -outside), -np.inf)
+
+
+def margin_at(
+    feet: Float[np.ndarray, "legs axes"], stance: Bool[np.ndarray, " legs"], x: float, y: float
+) -> float:
+    """The support margin at one instant, as a loop that can be compiled.
+
+    Args:
+        feet: Positions of the feet, x and y first [m], shape (L, 2) or (L, 3).
+        stance: Which feet stand, shape (L,).
+        x: Of the projected centre of mass, in the same axes [m].
+        y: The same.
+
+    Returns:
+        What `support_margin` tells, but for round-off [m].
+    """
+    count = feet.shape[0]
+    inside, outside, edges = np.inf, np.inf, 0
+    for i in range(count):
+        if not stance[i]:
+            continue
+        for j in range(count):
+            if j == i or not stance[j]:
+                continue
+            along_x, along_y = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+            length = np.sqrt(along_x * along_x + along_y * along_y)
+            if length <= SAME_PLACE:
+                continue
+            along_x /= length
+            along_y /= length
+            edge, apart = True, False
+            for k in range(count):
+                if stance[k]:
+                    depth = along_x * (feet[k, 1] - feet[i, 1]) - along_y * (
+                        feet[k, 0] - feet[i, 0]
+                    )
+                    if depth <= -1e-3 * SAME_PLACE:
+                        edge = False
+                        break
+                    apart = apart or depth > SAME_PLACE
+            if not (edge and apart):
+                continue
+            edges += 1
+            way_x, way_y = x - feet[i, 0], y - feet[i, 1]
+            over = along_x * way_y - along_y * way_x
+            beside = along_x * way_x + along_y * way_y
+            past = beside - min(max(beside, 0.0), length)
+            inside = min(inside, over)
+            outside = min(outside, np.sqrt(over * over + past * past))
+    if edges < 3:
+        return -np.inf
+    return float(inside) if inside >= 0 else -float(outside)

@@ -1,0 +1,208 @@
+"""How a robot walks on with legs lost."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from phasmid.arguments import check_type, numbers
+from phasmid.errors import InvalidGait
+from phasmid.gait.cycle import COMFORTABLE_STEP, foot_way, least_margin, sample_count, timing
+from phasmid.gait.gait import FEWEST_FEET, Gait
+from phasmid.gait.search import MOST_LEGS, best_order
+from phasmid.gait.shift import best_place
+from phasmid.gait.sway import sway
+
+ENOUGH = 0.1
+"""Margin that is enough, as a share of the feet's mean distance from their middle."""
+
+FARTHEST = 0.16
+"""Farthest shift of the body, as a share of the same distance: the legs must still reach."""
+
+SWAYS = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2)
+"""Sways that are tried, until the margin is enough."""
+
+CRAWL = 5 / 6
+"""Duty factor of four legs: with all of them down in between, the body has time to sway."""
+
+TURNS = 4
+"""How often order and shift are fitted to each other; they hardly ever change after the second."""
+
+
+@dataclass(frozen=True)
+class Limp:
+    """A gait of the legs that remain, and how the body stands over them.
+
+    Attributes:
+        gait: Which of them stand, when; its offsets are theirs, in their order.
+        legs: Their numbers, from 1.
+        shift: How far the body stands aside from where it does on all legs: ahead, to the left [m].
+        margin: Least support margin over a cycle [m].
+    """
+
+    gait: Gait
+    legs: tuple[int, ...]
+    shift: tuple[float, float]
+    margin: float
+
+    @property
+    def indices(self) -> Int[np.ndarray, " remaining"]:
+        """Where the legs stand in arrays of all legs, from 0, shape (R,)."""
+        return np.array(self.legs) - 1
+
+
+def without_legs(
+    gait: Gait,
+    lost: Collection[int],
+    neutral: Float[np.ndarray, "legs axes"],
+    centre_of_mass: Float[np.ndarray, "2"] | tuple[float, float] = (0.0, 0.0),
+    *,
+    step: Float[np.ndarray, "3"] | tuple[float, float, float] = COMFORTABLE_STEP,
+    enough: float | None = None,
+    farthest: float | None = None,
+) -> Limp:
+    """The gait with which a robot walks on when legs are lost.
+
+    The legs that remain keep their times where that holds the robot well enough with a shift of
+    the body. Otherwise they lift one by one, in the order that holds best, the body shifted
+    to where the margin is the largest; and it sways if that alone is not enough.
+
+    Args:
+        gait: Of all legs.
+        lost: Numbers of the lost legs, from 1.
+        neutral: Neutral feet of all legs in the body frame, x and y first [m], shape (L, 2) or
+            (L, 3).
+        centre_of_mass: In the body frame, with the lost legs as they are held, x and y [m].
+        step: The body's way while a foot stands: ahead, to the left [m], turn to the left [rad].
+        enough: Margin above which neither the times change nor the body sways [m]; absent: a tenth
+            of the feet's mean distance from their middle.
+        farthest: Farthest shift of the body in either axis [m]; absent: 0.16 of the same distance.
+
+    Raises:
+        InvalidGait: Too few legs remain, or they do not hold the robot whatever it does.
+    """
+    feet = numbers(neutral, "neutral")[:, :2]
+    count = len(feet)
+    check_type("gait", gait, (Gait,), "a Gait", error=InvalidGait)
+    if len(gait.offsets) != count:
+        raise InvalidGait(
+            f"gait.offsets has {len(gait.offsets)} values; one per leg, {count} in all."
+        )
+    for leg in lost:
+        if leg not in range(1, count + 1):
+            raise InvalidGait(f"leg {leg} is lost; there are legs 1 to {count}.")
+    legs = tuple(leg for leg in range(1, count + 1) if leg not in lost)
+    if len(legs) <= FEWEST_FEET:
+        raise InvalidGait(
+            f"{len(legs)} of {count} legs remain; at least {FEWEST_FEET + 1} are needed to walk, "
+            f"so that {FEWEST_FEET} stand while one steps."
+        )
+    size = float(np.linalg.norm(feet - feet.mean(axis=0), axis=1).mean())
+    x, y = numbers(centre_of_mass, "centre_of_mass")[:2].tolist()
+    ahead, left, turn = numbers(step, "step").tolist()
+    return _limp(
+        gait,
+        legs,
+        tuple((float(p), float(q)) for p, q in feet),
+        (x, y),
+        (ahead, left, turn),
+        ENOUGH * size if enough is None else enough,
+        FARTHEST * size if farthest is None else farthest,
+    )
+
+
+@lru_cache(maxsize=256)
+def _limp(
+    gait: Gait,
+    legs: tuple[int, ...],
+    places: tuple[tuple[float, float], ...],
+    com: tuple[float, float],
+    step: tuple[float, float, float],
+    enough: float,
+    farthest: float,
+) -> Limp:
+    feet = np.array(places)[np.array(legs) - 1]
+    lost = [str(leg) for leg in range(1, len(places) + 1) if leg not in legs]
+    name = f"{gait.name} without {', '.join(lost)}" if lost else gait.name
+    best = _kept(gait, legs, feet, com, step, farthest, name)
+    for share in SWAYS:
+        if best is not None and best.margin >= enough:
+            return best
+        found = _searched(legs, feet, com, step, farthest, name, share)
+        if best is None or found.margin > best.margin:
+            best = found
+    assert best is not None
+    if best.margin <= 0:
+        raise InvalidGait(
+            f"without leg{'s' if len(lost) > 1 else ''} {', '.join(lost)} the others do not hold "
+            f"the robot: the centre of mass comes {-1e3 * best.margin:.0f} mm beyond their feet.",
+            hint="feet that stand closer to where the legs are missing",
+        )
+    return best
+
+
+def _kept(
+    gait: Gait,
+    legs: tuple[int, ...],
+    feet: Float[np.ndarray, "remaining 2"],
+    com: tuple[float, float],
+    step: tuple[float, float, float],
+    farthest: float,
+    name: str,
+) -> Limp | None:
+    """The legs' own times, where three feet stand at all of them."""
+    offsets = tuple(gait.offsets[leg - 1] for leg in legs)
+    try:
+        rest = replace(gait, name=name, offsets=offsets)
+    except InvalidGait:
+        return None
+    return Limp(rest, legs, *_placed(rest, feet, com, step, farthest))
+
+
+def _searched(
+    legs: tuple[int, ...],
+    feet: Float[np.ndarray, "remaining 2"],
+    com: tuple[float, float],
+    step: tuple[float, float, float],
+    farthest: float,
+    name: str,
+    share: float,
+) -> Limp:
+    """Legs that lift one by one, order and shift fitted to each other."""
+    count = len(legs)
+    duty = CRAWL if count == FEWEST_FEET + 1 else 1 - 1 / count
+    around = np.arctan2(*(feet - feet.mean(axis=0)).T).argsort(kind="stable").argsort()
+    first = Gait(name, duty, tuple((around / count).tolist()), share)
+    best = Limp(first, legs, *_placed(first, feet, com, step, farthest))
+    if count > MOST_LEGS:
+        return best
+    for _ in range(TURNS):
+        place = np.array(com) + best.shift
+        order = best_order(feet, place, duty_factor=duty, step=step, sway=share, name=name).gait
+        found = Limp(order, legs, *_placed(order, feet, com, step, farthest))
+        if found.margin <= best.margin:
+            break
+        best = found
+    return best
+
+
+def _placed(
+    gait: Gait,
+    feet: Float[np.ndarray, "remaining 2"],
+    com: tuple[float, float],
+    step: tuple[float, float, float],
+    farthest: float,
+) -> tuple[tuple[float, float], float]:
+    """The best shift of the body, and the least margin with it."""
+    way = np.array(step)
+    lifts = np.array(gait.offsets, dtype=float)
+    told = timing(lifts, gait.duty_factor, sample_count(way, gait.sway))
+    place = np.array(com) + sway(gait, feet, 1.0, told.phase).way
+    at = foot_way(feet, way, told.share)
+    shift = best_place(at, told.stance, place, farthest)
+    x, y = shift.tolist()
+    return (x, y), least_margin(gait, feet, np.array(com) + shift, way)

@@ -1,0 +1,95 @@
+"""Where a body stands best over its feet."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.gait.support import SAME_PLACE
+
+CLOSE = 1e-9
+"""A place is the best one where it is known that none holds better by more than this [m]."""
+
+MOST_CUTS = 60
+"""A search that is not at its end by then is at the precision of its numbers."""
+
+
+def best_place(
+    feet: Float[np.ndarray, "samples legs 2"],
+    stance: Bool[np.ndarray, "samples legs"],
+    centre_of_mass: Float[np.ndarray, "samples 2"],
+    farthest: float,
+) -> Float[np.ndarray, "2"]:
+    """The shift of the centre of mass with which its least support margin is the largest.
+
+    Inside a polygon the margin is the least distance from the lines of its edges, so that the best
+    shift is the top of a roof of planes. Planes are gathered until no other lies below the top of
+    those that there are. Where no shift is inside all polygons, that from whose farthest line the
+    centre of mass is least far outside is the best.
+
+    Args:
+        feet: Horizontal positions of the feet [m], shape (N, L, 2).
+        stance: Which feet stand, shape (N, L).
+        centre_of_mass: Its horizontal position, in the same axes [m], shape (N, 2).
+        farthest: Farthest that it may be shifted in either axis [m].
+
+    Returns:
+        The shift [m], of equally good ones the smallest, shape (2,); none where no sample has a
+        polygon.
+    """
+    normals, heights = _edges(feet, stance, centre_of_mass)
+    chosen = np.empty(0, dtype=int)
+    shift = np.zeros(2)
+    if not len(heights):
+        return shift
+    for _ in range(MOST_CUTS):
+        margin = normals @ shift + heights
+        lowest = int(np.argmin(margin))
+        if (
+            len(chosen)
+            and margin[lowest] > (normals[chosen] @ shift + heights[chosen]).min() - CLOSE
+        ):
+            break
+        chosen = np.append(chosen, lowest)
+        shift = _top(normals[chosen], heights[chosen], farthest)
+    return shift
+
+
+def _edges(
+    feet: Float[np.ndarray, "samples legs 2"],
+    stance: Bool[np.ndarray, "samples legs"],
+    com: Float[np.ndarray, "samples 2"],
+) -> tuple[Float[np.ndarray, "edges 2"], Float[np.ndarray, " edges"]]:
+    """Of each edge of the polygons its inward normal, and how far inside it the mass is [m]."""
+    along = feet[:, None, :, :] - feet[:, :, None, :]
+    length = np.hypot(along[..., 0], along[..., 1])
+    along = along / np.where(length > SAME_PLACE, length, 1.0)[..., None]
+    inward = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    # Depth of foot k inside the line from foot i to foot j.
+    depth = np.einsum("nikc,nijc->nijk", feet[:, None, :, :] - feet[:, :, None, :], inward)
+    edge = stance[:, :, None] & stance[:, None, :] & (length > SAME_PLACE)
+    edge &= np.all(~stance[:, None, None, :] | (depth > -1e-3 * SAME_PLACE), axis=-1)
+    edge &= np.any(stance[:, None, None, :] & (depth > SAME_PLACE), axis=-1)
+    sample, i, _ = np.nonzero(edge)
+    normals = inward[edge]
+    return normals, np.einsum("ec,ec->e", com[sample] - feet[sample, i], normals)
+
+
+def _top(
+    normals: Float[np.ndarray, "planes 2"], heights: Float[np.ndarray, " planes"], farthest: float
+) -> Float[np.ndarray, "2"]:
+    """The shift at which the lowest of all planes is the highest, of equal ones the smallest."""
+    count = len(heights)
+    sides = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
+    # Of shift s and margin r: n · s - r + h >= 0 under each plane, and the box's sides.
+    rows = np.vstack([np.column_stack([normals, -np.ones(count)]), sides])
+    free = np.concatenate([heights, np.full(4, farthest)])
+    chosen = np.array(list(combinations(range(count + 4), 3)))
+    matrices = rows[chosen]
+    met = np.abs(np.linalg.det(matrices)) > CLOSE
+    corners = np.linalg.solve(matrices[met], -free[chosen[met]][..., None])[..., 0]
+    corners = corners[np.all(corners @ rows.T + free > -1e-3 * CLOSE, axis=1)]
+    level = corners[corners[:, 2] > corners[:, 2].max() - CLOSE]
+    return level[np.argmin(np.hypot(level[:, 0], level[:, 1]))][:2]
