@@ -484,13 +484,20 @@ def test_check_says_why_a_file_is_not(here, capsys):
     assert "in   r.toml" in text
 
 
-@pytest.mark.parametrize("arguments", [["-c", "import phasmid"], ["-m", "phasmid", "--help"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["-c", "import phasmid"],
+        ["-m", "phasmid", "--help"],
+        ["-m", "phasmid", "doctor", "--help"],
+    ],
+)
 def test_importing_and_asking_for_help_load_no_engine(arguments):
     # What makes them quick, and can be checked without a clock.
     code = subprocess.run(
         [sys.executable, "-X", "importtime", *arguments], capture_output=True, text=True, check=True
     )
-    for heavy in ("mujoco", "matplotlib", "xarray", "numpy", "pydantic"):
+    for heavy in ("mujoco", "matplotlib", "xarray", "numpy", "pydantic", "rich"):
         assert f" {heavy}\n" not in code.stderr
 
 
