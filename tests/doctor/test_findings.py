@@ -2,7 +2,9 @@
 
 import re
 import sys
+import tomllib
 from importlib import metadata
+from pathlib import Path
 
 import mujoco
 import numba
@@ -11,6 +13,7 @@ from numba.core.caching import CacheImpl
 
 from phasmid.batch import series
 from phasmid.doctor import State, computing, examine, packages, showing
+from phasmid.video import probe
 
 
 def test_the_machine_is_told_by_its_cores_and_memory(monkeypatch):
@@ -113,6 +116,9 @@ def test_an_engine_that_is_absent_or_does_not_load_stops_all_walks(monkeypatch):
     assert (found.state, found.needed) == (State.BROKEN, True)
     assert found.what == "the simulation does not start: libmujoco.so: cannot open"
     assert found.remedy == "pip install --force-reinstall phasmid"
+    refused = OSError("invalid value for environment variable MUJOCO_GL: bogus")
+    monkeypatch.setattr(mujoco, "mj_step", lambda *_: (_ for _ in ()).throw(refused))
+    assert computing.engine().remedy == "unset MUJOCO_GL"
     monkeypatch.setitem(sys.modules, "mujoco", None)
     found = computing.engine()
     assert (found.state, found.needed) == (State.ABSENT, True)
@@ -183,29 +189,47 @@ def test_a_browser_shows_the_page_where_there_is_one(monkeypatch):
     monkeypatch.delenv("DISPLAY")
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert showing.page().what == "chromium shows report.html, once there is a display"
-    monkeypatch.setattr(showing.shutil, "which", {"apt-get": "/x/apt-get"}.get)
+    monkeypatch.setattr(showing.shutil, "which", lambda name: None)
     found = showing.page()
     assert (found.state, found.needed) == (State.ABSENT, False)
     assert found.what == "no browser was found; report.html opens in that of any machine"
-    assert found.remedy == "sudo apt-get install firefox"
+    assert found.remedy == "install firefox or chromium"
     for system in ("darwin", "win32"):
         monkeypatch.setattr(showing.sys, "platform", system)
         assert showing.page().what == "the system's browser shows report.html"
 
 
 @pytest.mark.parametrize(
-    ("manager", "command"),
+    ("backend", "way"),
     [
-        ("apt-get", "sudo apt-get install libegl1"),
-        ("dnf", "sudo dnf install mesa-libEGL"),
-        ("zypper", "sudo zypper install Mesa-libEGL1"),
-        ("pacman", "sudo pacman -S libglvnd mesa"),
-        ("none", "install libegl1 by your system's package manager"),
+        ("egl", "EGL, without a window"),
+        ("osmesa", "OSMesa, on the processor"),
+        ("cgl", "CGL"),
+        ("glfw", "glfw"),
     ],
 )
-def test_a_package_of_the_system_is_installed_by_what_it_has(manager, command, monkeypatch):
-    monkeypatch.setattr(packages.shutil, "which", {manager: "/x"}.get)
-    assert packages.system_package("libegl1") == command
+def test_what_draws_the_pictures_of_videos_is_told(backend, way, monkeypatch):
+    monkeypatch.setattr(showing, "find_spec", lambda module: object())
+    monkeypatch.setattr(probe, "gl_backend", lambda: backend)
+    found = showing.drawing()
+    assert (found.state, found.remedy) == (State.READY, "")
+    assert found.what == f"pictures of videos: drawn by {way}"
+
+
+def test_without_a_way_to_draw_the_probes_advice_is_passed_on(monkeypatch):
+    monkeypatch.setattr(showing, "find_spec", lambda module: object())
+    monkeypatch.setattr(probe, "gl_backend", lambda: None)
+    lack = probe.Lack("OpenGL without a window (EGL or OSMesa)", "apt install libegl1")
+    monkeypatch.setattr(probe, "lack", lambda suffix: lack)
+    found = showing.drawing()
+    assert (found.state, found.needed) == (State.ABSENT, False)
+    assert found.what == "pictures of videos: they need OpenGL without a window (EGL or OSMesa)"
+    assert found.remedy == "apt install libegl1"
+    monkeypatch.setattr(showing, "find_spec", lambda module: None)
+    found = showing.drawing()
+    assert (found.state, found.needed) == (State.ABSENT, False)
+    assert found.what == "pictures of videos: not tried without PyOpenGL"
+    assert found.remedy == 'pip install "phasmid[video]"'
 
 
 ABSENT = {
@@ -213,12 +237,14 @@ ABSENT = {
     "derivation": ("sympy", "the equations in symbols: sympy is not installed"),
     "parquet": ("pyarrow", "recordings as Parquet files: pyarrow is not installed"),
     "ros": ("mcap_ros2", "recordings as ROS 2 messages: mcap-ros2-support is not installed"),
+    "video": ("av", "videos of walks: av is not installed"),
 }
 PRESENT = {
     "cad": "solids and STEP files: build123d 1.0",
     "derivation": "the equations in symbols: sympy 1.0",
     "parquet": "recordings as Parquet files: pyarrow 1.0",
     "ros": "recordings as ROS 2 messages: mcap 1.0, mcap-ros2-support 1.0",
+    "video": "videos of walks: pyopengl 1.0, av 1.0",
 }
 
 
@@ -250,15 +276,15 @@ def test_an_extra_that_is_too_old_is_broken(monkeypatch):
 
 
 def test_all_extras_of_the_project_are_looked_at():
-    # The packages of each extra are those that the installed metadata names.
-    extras = set(metadata.metadata("phasmid").get_all("Provides-Extra") or [])
+    # The packages of each extra are those that the project asks for on this system.
+    text = (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+    extras = tomllib.loads(text)["project"]["optional-dependencies"]
     topics = {finding.topic for finding in examine()}
-    assert extras - {"dev"} <= topics
-    lines = metadata.requires("phasmid") or []
+    assert set(extras) - {"dev"} <= topics
     for name, one in packages.EXTRAS.items():
         brought = {
             re.match(r"[\w.-]+", line)[0]
-            for line in lines
-            if re.search(rf"extra == ['\"]{name}['\"]", line)
+            for line in extras[name]
+            if sys.platform != "linux" or "!= 'linux'" not in line
         }
         assert brought == {distribution for distribution in one.packages.values() if distribution}

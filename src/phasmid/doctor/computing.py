@@ -66,7 +66,8 @@ def engine() -> Finding:
     except Exception as error:
         # A package whose parts do not fit each other raises anything.
         what = f"the simulation does not start: {reason(error)}"
-        remedy = "pip install --force-reinstall phasmid"
+        forced = "MUJOCO_GL" in str(error)
+        remedy = "unset MUJOCO_GL" if forced else "pip install --force-reinstall phasmid"
         return Finding(topic, State.BROKEN, what, remedy, needed=True)
     return Finding(topic, State.READY, f"MuJoCo {mujoco.__version__}; {_loop()}", needed=True)
 

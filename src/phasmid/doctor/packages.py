@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-import shutil
+import sys
 from dataclasses import dataclass
 from importlib import metadata
 from importlib.util import find_spec
@@ -30,6 +30,11 @@ class Extra:
     packages: dict[str, str]
 
 
+VIDEO = {"OpenGL": "pyopengl", "av": "av"}
+
+if sys.platform != "linux":
+    VIDEO["glfw"] = "glfw"
+
 EXTRAS = {
     one.name: one
     for one in (
@@ -41,6 +46,7 @@ EXTRAS = {
             "recordings as ROS 2 messages",
             {"mcap": "mcap", "mcap_ros2": "mcap-ros2-support"},
         ),
+        Extra("video", "videos of walks", VIDEO),
     )
 }
 
@@ -55,33 +61,6 @@ class Bound(NamedTuple):
 
     versions: str
     needed: bool
-
-
-MANAGERS = {
-    "apt-get": "sudo apt-get install",
-    "dnf": "sudo dnf install",
-    "zypper": "sudo zypper install",
-    "pacman": "sudo pacman -S",
-}
-"""How a package of the system is installed, by the program that does it."""
-
-OTHER_NAMES = {
-    "libegl1": {"dnf": "mesa-libEGL", "zypper": "Mesa-libEGL1", "pacman": "libglvnd mesa"},
-    "firefox": {"zypper": "MozillaFirefox"},
-}
-"""What Debian's packages are called elsewhere."""
-
-
-def system_package(name: str) -> str:
-    """The command that installs a package of the system.
-
-    Args:
-        name: As Debian calls it.
-    """
-    manager = next(filter(shutil.which, MANAGERS), "")
-    if not manager:
-        return f"install {name} by your system's package manager"
-    return f"{MANAGERS[manager]} {OTHER_NAMES.get(name, {}).get(manager, name)}"
 
 
 def version_of(distribution: str) -> str:
