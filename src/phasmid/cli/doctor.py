@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     faults = [one for one in findings if one.needed and one.state is not State.READY]
     if options.json:
         told = {"walks": not faults, "findings": [one.as_dict() for one in findings]}
-        print(json.dumps(told, indent=2, ensure_ascii=False))
+        print(json.dumps(told, indent=2))
     else:
         _print_table(findings)
     if faults:
