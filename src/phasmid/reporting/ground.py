@@ -151,8 +151,9 @@ def _overhang(points: np.ndarray, solid: Mesh, terrain: Ground) -> np.ndarray:
     for under, blur, strength in ((0.03, 0.006, 0.8), (np.inf, 0.030, 0.75)):
         layer = Image.new("L", (MAP, MAP))
         draw = ImageDraw.Draw(layer)
-        for triangle in (solid.corners[heights < under][..., :2] - low) * scale:
-            draw.polygon([(float(x), float(y)) for x, y in triangle], fill=255)
+        triangles = (solid.corners[heights < under][..., :2] - low) * scale
+        for triangle in triangles.reshape(-1, 6).tolist():
+            draw.polygon(triangle, fill=255)
         soft = layer.filter(ImageFilter.GaussianBlur(blur * scale))
         hidden = np.maximum(hidden, strength * np.asarray(soft) / 255)
     place = np.clip((points[..., :2] - low) * scale, 0, MAP - 1).astype(int)
