@@ -94,11 +94,12 @@ def styled() -> Iterator[None]:
 
 
 @cache
-def _settings() -> dict[str, Any]:
+def _settings() -> dict[Any, Any]:
     """All settings of matplotlib: its own, and over them phasmid's."""
     import matplotlib
 
-    settings = dict(matplotlib.rc_params_from_file(Path(__file__).with_name("phasmid.mplstyle")))
+    path = Path(__file__).with_name("phasmid.mplstyle")
+    settings: dict[Any, Any] = dict(matplotlib.rc_params_from_file(path))
     settings.pop("backend", None)
     return settings
 
