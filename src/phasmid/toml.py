@@ -135,7 +135,10 @@ def toml_string(text: str) -> str:
     named = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
 
     def written(c: str) -> str:
-        return named.get(c) or (f"\\u{ord(c):04x}" if ord(c) < 0x20 or ord(c) == 0x7F else c)
+        # What cannot be seen, such as a mark that turns the way of writing, is told by its number.
+        if c in named or c.isprintable() or 0xD800 <= ord(c) < 0xE000:
+            return named.get(c, c)
+        return f"\\u{ord(c):04x}" if ord(c) <= 0xFFFF else f"\\U{ord(c):08x}"
 
     return f'"{"".join(map(written, text))}"'
 

@@ -11,17 +11,20 @@ import subprocess
 import sys
 import threading
 import time
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from hostile import UNSEEN, hostile_files
 from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot, load_servo, preset_names, robot_to_toml
 from phasmid.scenario import load_scenario, option_keys
 from phasmid.simulation import Run, record
+from phasmid.toml import toml_string
 
 
 def answered(capsys, *arguments):
@@ -485,13 +488,20 @@ def test_check_says_why_a_file_is_not(here, capsys):
     assert "in   r.toml" in text
 
 
-@pytest.mark.parametrize("arguments", [["-c", "import phasmid"], ["-m", "phasmid", "--help"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["-c", "import phasmid"],
+        ["-m", "phasmid", "--help"],
+        ["-m", "phasmid", "doctor", "--help"],
+    ],
+)
 def test_importing_and_asking_for_help_load_no_engine(arguments):
     # What makes them quick, and can be checked without a clock.
     code = subprocess.run(
         [sys.executable, "-X", "importtime", *arguments], capture_output=True, text=True, check=True
     )
-    for heavy in ("mujoco", "matplotlib", "xarray", "numpy", "pydantic"):
+    for heavy in ("mujoco", "matplotlib", "xarray", "numpy", "pydantic", "rich"):
         assert f" {heavy}\n" not in code.stderr
 
 
@@ -623,3 +633,33 @@ def test_a_walk_whose_summary_cannot_be_printed_leaves_its_folder_and_no_log(her
     monkeypatch.setattr(sys, "stdout", Full())
     assert main(["walk", "--duration", "0.1", "--no-figures", "--out", "a"]) == 1
     assert [path.name for path in here.iterdir()] == ["a"]
+
+
+def test_hostile_names_drive_no_terminal_W11(here, capsys):
+    # A gait may be called anything; whatever is printed of it is text on one line.
+    for name, text in hostile_files(0.1).items():
+        Path(f"{name}.toml").write_text(text, encoding="utf-8")
+    for arguments in (
+        ["check", "robot.toml"],
+        ["check", "robot.toml", "--json"],
+        ["check", "scenario.toml"],
+        ["check", "scenario.toml", "--voltage", "9"],
+        ["walk", "scenario.toml", "--voltage", "9", "--out", "a"],
+        ["report", "a", "--out", "b"],
+        ["replay", "a"],
+        ["plot", "a", "gait-diagram"],
+        ["export", "a"],
+        ["convert", "robot.toml", "again.toml"],
+        ["walk", "scenario.toml", "--step-length-mm", "400"],
+    ):
+        main(arguments)
+        told = capsys.readouterr()
+        assert told.out + told.err
+        assert not set(UNSEEN) & set(told.out + told.err), arguments
+
+
+@pytest.mark.parametrize("name", ["a\u202eb", "a\x9bb", "a\U000e0041b", "歩く é"])
+def test_letters_that_cannot_be_seen_are_written_by_their_numbers(name):
+    written = toml_string(name)
+    assert written.isprintable()
+    assert tomllib.loads(f"name = {written}") == {"name": name}

@@ -1,6 +1,7 @@
 """A run's page is one file that needs no network, and nothing in a user's file runs in it."""
 
 import base64
+import csv
 import gzip
 import hashlib
 import json
@@ -11,6 +12,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
+from hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid import kinematics
 from phasmid.reporting import report, summarise
 from phasmid.reporting.machine import link_meshes, robot_mesh
@@ -20,11 +22,9 @@ from phasmid.reporting.webpage import Picture, web_page
 from phasmid.reporting.webpage.packing import LARGEST, json_block, packed, unpacked
 from phasmid.reporting.webpage.replay import MOST_BYTES, frames, quaternions, replay
 from phasmid.reporting.webpage.table import data_table
-from phasmid.robot import load_robot, robot_to_toml
-from phasmid.scenario import load_scenario, scenario_to_toml
+from phasmid.robot import load_robot
+from phasmid.scenario import load_scenario
 
-NAME = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
-HOSTILE = f"{NAME}\u2028=1+1"
 VOID = {"meta", "link", "img", "input", "br"}
 LOADING = ("src", "href", "srcset", "poster", "data", "action", "background")
 
@@ -150,12 +150,7 @@ def test_without_scripts_the_still_picture_and_all_numbers_are_there(page, folde
 
 
 def test_hostile_names_are_text_W11(walk):
-    robot = load_robot("phantomx-paper")
-    legs = (replace(robot.legs[0], name=NAME), *robot.legs[1:])
-    recording = walk(duration=2.0, interval=0.02)
-    scenario = load_scenario("paper").replace(description=HOSTILE, duration=2.0)
-    recording.attrs["robot"] = robot_to_toml(replace(robot, name=NAME, legs=legs))
-    recording.attrs["scenario"] = scenario_to_toml(scenario, "robot.toml")
+    recording = hostile_walk(walk(duration=2.0, interval=0.02))
     recording.attrs["phasmid_version"] = HOSTILE
     recording.attrs["ending_reason"] = HOSTILE
     picture = Picture("fig12", HOSTILE, b"<svg xmlns='http://www.w3.org/2000/svg'/>")
@@ -164,7 +159,21 @@ def test_hostile_names_are_text_W11(walk):
     assert [tag for tag, _ in reader.tags].count("script") == 2
     assert reader.handlers == []
     assert not [a for t, a in reader.tags if t == "img" and a.get("src") == "x"]
-    assert "<img src=x onerror=alert(2)>" in " ".join(reader.text)
+    text = " ".join(reader.text)
+    for name in (NAME, *LEG_NAMES):
+        assert name.replace("_", " ") in text
+    # Neither what drives a terminal nor what turns the direction of writing is shown as it is.
+    assert not set(UNSEEN) & set(page)
+
+
+def test_a_file_that_was_recorded_elsewhere_is_shown_without_what_cannot_be_seen(walk):
+    # Our own files tell such letters by their numbers; another program may have written them.
+    recording = walk(duration=2.0, interval=0.02)
+    recording.attrs["scenario"] += "# \x9b\u202e\n# end\n"
+    page = web_page(recording, summarise(recording), [])
+    assert not set(UNSEEN) & set(page)
+    assert "# \N{REPLACEMENT CHARACTER}" in page
+    assert "\n# end\n</pre>" in page
 
 
 def test_json_in_the_page_cannot_end_its_script():
@@ -174,15 +183,19 @@ def test_json_in_the_page_cannot_end_its_script():
     assert json.loads(text) == value
 
 
-def test_formulas_in_headings_of_the_table_are_quoted(walk):
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-2+3", "@SUM(A1)", "a;=1+1", 'a",=1+1,"'])
+def test_formulas_in_headings_of_the_table_are_quoted(walk, name):
     robot = load_robot("phantomx-paper")
-    robot = replace(robot, legs=(replace(robot.legs[0], name="=1+1"), *robot.legs[1:]))
+    robot = replace(robot, legs=(replace(robot.legs[0], name=name), *robot.legs[1:]))
     recording = walk(duration=1.0, interval=0.01, robot=robot)
     table, rate = data_table(recording, read_source(recording))
     heading, first, *_ = table.decode().splitlines()
     # A heading is CHANNEL.LEG.JOINT, so that a leg's name never begins a cell; none is bare.
-    assert all(re.fullmatch(r'"[^=+\-@"][^"]*"', cell) for cell in heading.split(","))
-    assert len(first.split(",")) == len(heading.split(","))
+    cells = next(csv.reader([heading]))
+    assert all(re.match(r"[^=+\-@\s]", cell) for cell in cells)
+    # And cut at any comma or quote, as if there were no quotes.
+    assert not [cell for cell in re.split('[,"]', heading) if cell.startswith(tuple("=+-@\t"))]
+    assert len(first.split(",")) == len(cells)
     assert rate == pytest.approx(50.0)
 
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from hostile import LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid.reporting import report
 
 CHROMIUM = next(
@@ -43,6 +44,16 @@ def browser():
         started.close()
 
 
+@pytest.fixture(scope="module")
+def hostile_page(walk, tmp_path_factory):
+    """A page on disk, of a robot and a scenario whose names would run if they could."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("phasmid.reporting.drawing.DPI", 60)
+        recording = hostile_walk(walk(duration=4.0, interval=0.02))
+        folder = report(recording, tmp_path_factory.mktemp("hostile") / "walk")
+    return folder / "report.html"
+
+
 @contextmanager
 def opened(browser, page, *, width=1400, scheme="light", scripts=True):
     """The page in a window, and what went wrong in it."""
@@ -58,9 +69,17 @@ def opened(browser, page, *, width=1400, scheme="light", scripts=True):
     window.on("console", lambda message: wrong.append(f"{message.type}: {message.text}"))
     window.on("pageerror", lambda error: wrong.append(f"error: {error}"))
     window.on("requestfailed", lambda request: wrong.append(f"failed: {request.url[:80]}"))
+    window.on("dialog", lambda dialog: (wrong.append(f"says: {dialog.message}"), dialog.dismiss()))
+    window.on("request", lambda request: asked(request.url, page, wrong))
     window.goto(page.as_uri())
     yield window, wrong
     context.close()
+
+
+def asked(url, page, wrong):
+    """Note what is asked of anywhere but the page itself."""
+    if not url.startswith(("data:", "blob:")) and url.partition("#")[0] != page.as_uri():
+        wrong.append(f"asks: {url[:80]}")
 
 
 def pixels(window):
@@ -101,6 +120,32 @@ def test_the_page_opens_without_a_network_or_a_complaint(browser, page, width, s
         assert len(colours) > 200
         assert count.max() < 0.9 * count.sum()
         assert (shown.mean() < 128) == (scheme == "dark")
+        assert wrong == []
+
+
+def test_hostile_names_are_read_and_never_run_W11(browser, hostile_page):
+    with opened(browser, hostile_page) as (window, wrong):
+        until(window, "document.getElementById('clock').textContent !== ''")
+        text = window.evaluate("document.body.innerText")
+        for name in (NAME, *LEG_NAMES):
+            assert name in text
+        assert NAME in window.title()
+        assert NAME in window.locator("#view").get_attribute("aria-label")
+        assert window.locator("html.plays").count() == 1
+        # The page's own elements, and no other: its script's data, its script, its chips.
+        count = "document.querySelectorAll('script, [onerror], [onload], img[src=x]').length"
+        assert window.evaluate(count) == 2
+        for part in ("summary", "robot"):
+            window.evaluate(f"document.getElementById('{part}')?.scrollIntoView()")
+        window.evaluate("document.querySelectorAll('details').forEach((d) => (d.open = true))")
+        window.locator("#play").click()
+        window.wait_for_timeout(300)
+        assert not set(UNSEEN) & set(window.evaluate("document.body.innerText"))
+        with window.expect_download() as told:
+            window.locator("#csv").click()
+        heading, *_ = told.value.path().read_text(encoding="utf-8").splitlines()
+        assert "=HYPERLINK" in heading
+        assert ',"=' not in heading
         assert wrong == []
 
 

@@ -80,7 +80,7 @@ def in_parts(
         InvalidInput: The number of threads is none.
     """
     if threads is None:
-        threads = _cores()
+        threads = cores()
     if not _is_count(threads):
         raise InvalidInput(
             f"threads is {threads!r}; it must be a whole number of at least 1, "
@@ -97,7 +97,7 @@ def in_parts(
         return min((sample for sample in found if sample is not None), default=None)
 
 
-def _cores() -> int:
+def cores() -> int:
     """How many cores this process may use, where the system tells, or how many there are."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))

@@ -77,7 +77,7 @@ def _check_robot(imported: Imported, *, as_json: bool) -> int:
     if told["possible"] and imported.robot is not None:
         told["findings"] += _plain_walk(imported.robot)
     if as_json:
-        print(json.dumps(told, indent=2, ensure_ascii=False))
+        print(json.dumps(told, indent=2))
     else:
         if told["robot"]:
             _print_robot(told["robot"])
@@ -196,7 +196,7 @@ def _check_scenario(scenario: Scenario) -> int:
     speed = float(np.abs(walk.qd).max())
     limit, supply = fastest(scenario, walk.robot.servo)
     print(
-        f"scenario {scenario.name}: {walk.robot.name}, {walk.gait.name} gait, "
+        f"scenario {scenario.name}: {plain(walk.robot.name)}, {plain(walk.gait.name)} gait, "
         f"{scenario.duration:g} s, {len(walk.time)} samples"
     )
     way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
@@ -205,14 +205,14 @@ def _check_scenario(scenario: Scenario) -> int:
         f"{np.degrees(walk.trunk.yaw[-1]):.1f}° turn"
     )
     print(
-        f"  fastest joint: {speed:.2f} rad/s; the servo {walk.robot.servo.name} allows "
+        f"  fastest joint: {speed:.2f} rad/s; the servo {plain(walk.robot.servo.name)} allows "
         f"{limit:.2f} rad/s{supply}"
     )
     print(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
     for line in _on_terrain(scenario, walk):
         print(f"  {line}")
     for sentence in idle_fields(scenario):
-        print(f"phasmid: note: {sentence}", file=sys.stderr)
+        print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     print("possible.")
     return 0
 

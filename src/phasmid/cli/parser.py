@@ -7,7 +7,19 @@ import sys
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from phasmid.cli import cad, check, convert, export, paper, plot, replay, report, verify, walk
+from phasmid.cli import (
+    cad,
+    check,
+    convert,
+    doctor,
+    export,
+    paper,
+    plot,
+    replay,
+    report,
+    verify,
+    walk,
+)
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
@@ -21,6 +33,7 @@ COMMANDS = {
     "cad": "a robot as solids (STEP), meshes and what they weigh; needs the extra cad",
     "check": "is this robot or scenario possible, and if not, why not",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
+    "doctor": "what this machine can do, and what to install for the rest",
 }
 
 
@@ -95,6 +108,11 @@ def build_parser(command: str | None) -> Parser:
     )
     convert.add_options(converting)
     converting.set_defaults(run=convert.run)
+    examining = commands.add_parser(
+        "doctor", help=COMMANDS["doctor"], description=f"{COMMANDS['doctor']}.", allow_abbrev=False
+    )
+    doctor.add_options(examining)
+    examining.set_defaults(run=doctor.run)
     return parser
 
 

@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
         check_mcap()
     if not options.quiet:
         for sentence in idle_fields(scenario):
-            print(f"phasmid: note: {sentence}", file=sys.stderr)
+            print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     try:
         with _progress(scenario.duration, quiet=options.quiet) as progress:
             trouble = record(scenario, walk, log, progress=progress, force=options.force)

@@ -27,23 +27,38 @@ def support_margin(
         Margin [m], positive inside the polygon, negative outside; minus infinity where fewer
         than three feet stand or they lie on a line, shape (...).
     """
-    feet = np.asarray(feet, dtype=float)
-    legs = feet.shape[-2]
-    inside = np.full(feet.shape[:-2], np.inf)
-    outside = np.full(feet.shape[:-2], np.inf)
-    edges = np.zeros(feet.shape[:-2], dtype=int)
-    for i, j in permutations(range(legs), 2):
-        along = feet[..., j, :] - feet[..., i, :]
-        length = np.hypot(along[..., 0], along[..., 1])
+    feet, stance = np.asarray(feet, dtype=float), np.asarray(stance, dtype=bool)
+    legs, batch = feet.shape[-2], feet.shape[:-2]
+    centre = np.broadcast_to(centre_of_mass, (*batch, 2)).reshape(-1, 2)
+    standing = np.broadcast_to(stance, (*batch, legs)).reshape(-1, legs)
+    places = feet.reshape(-1, legs, 2)
+    # A walk has few patterns of standing feet, of each of which only those feet count.
+    patterns, which = np.unique(standing, axis=0, return_inverse=True)
+    margin = np.full(len(places), -np.inf)
+    for number, pattern in enumerate(patterns):
+        rows = np.flatnonzero(which.ravel() == number)
+        margin[rows] = _margin(places[np.ix_(rows, np.flatnonzero(pattern))], centre[rows])
+    return margin.reshape(batch)
+
+
+def _margin(
+    feet: Float[np.ndarray, "time standing 2"], centre: Float[np.ndarray, "time 2"]
+) -> Float[np.ndarray, " time"]:
+    """The margin of feet all of which stand."""
+    inside = np.full(len(feet), np.inf)
+    outside = np.full(len(feet), np.inf)
+    edges = np.zeros(len(feet), dtype=int)
+    for i, j in permutations(range(feet.shape[1]), 2):
+        along = feet[:, j] - feet[:, i]
+        length = np.hypot(along[:, 0], along[:, 1])
         apart = length > SAME_PLACE
-        along = along / np.where(apart, length, 1.0)[..., None]
-        inward = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-        depth = np.sum((feet - feet[..., i, None, :]) * inward[..., None, :], axis=-1)
+        along = along / np.where(apart, length, 1.0)[:, None]
+        inward = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+        depth = np.sum((feet - feet[:, i, None]) * inward[:, None], axis=-1)
         # An edge of the polygon, counter-clockwise, has every standing foot on its left.
-        edge = stance[..., i] & stance[..., j] & apart
-        edge &= np.all(~stance | (depth > -1e-3 * SAME_PLACE), axis=-1)
-        edge &= np.any(stance & (depth > SAME_PLACE), axis=-1)
-        way = centre_of_mass - feet[..., i, :]
+        edge = apart & np.all(depth > -1e-3 * SAME_PLACE, axis=-1)
+        edge &= np.any(depth > SAME_PLACE, axis=-1)
+        way = centre - feet[:, i]
         over, beside = np.sum(way * inward, axis=-1), np.sum(way * along, axis=-1)
         past = beside - np.clip(beside, 0.0, length)
         inside = np.where(edge, np.minimum(inside, over), inside)

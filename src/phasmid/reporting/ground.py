@@ -30,6 +30,9 @@ SHARP = 0.004
 MAP = 360
 """Pixels across the map of what hangs over the ground."""
 
+ROWS = 32
+"""Rows of the picture that are worked on together."""
+
 
 def ground(
     view: View, shadows: ShadowMap, solid: Mesh, terrain: Ground
@@ -47,52 +50,75 @@ def ground(
     """
     width, height = view.size
     image = np.ones((height, width, 3))
-    across, down = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays = view.rays(across, down)
     middle = solid.corners.mean(axis=(0, 1))
     size = float(np.ptp(solid.corners[..., :2], axis=(0, 1)).max())
     near = np.zeros((height, width))
+    if not terrain.is_level:
+        mesh = landscape(terrain, middle[:2], FARTHEST * size)
+        index, near = rasterise(view.project(mesh.corners), width, height)
+        near = np.maximum(near, 0.0)
+        edges = _edges(near)
+    # A few rows at a time, which stay in the processor's cache.
+    seen = [
+        _seen(view, slice(top, min(top + ROWS, height)), terrain, near, middle, size)
+        for top in range(0, height, ROWS)
+    ]
+    low = min(points[:, 2].min(initial=0.0) for _, _, _, points in seen)
+    high = max(points[:, 2].max(initial=0.0) for _, _, _, points in seen)
+    cover = _Cover(solid, terrain)
+    for place, reach, fade, points in seen:
+        # The ground under one pixel, so that a line keeps its width on paper.
+        pixel = reach / view.focal
+        grid = _lines(points, GRID, pixel)
+        if terrain.is_level:
+            bright = np.ones(len(points))
+        else:
+            normals = _normals(mesh, index[place], points, terrain)
+            bright = _brightness(normals) / _brightness(np.array([[0.0, 0.0, 1.0]]))
+            # What lies low is a little darker, and an edge is a line: the eye has little else to
+            # tell a step by that it looks onto from above.
+            bright *= 1 - LOWEST_SHADE * (high - points[:, 2]) / max(high - low, 0.02)
+            bright *= 1 - EDGE_SHADE * edges[place]
+            if not isinstance(terrain.shape, Blocky):
+                # On hills finer lines show the shape.
+                grid = np.maximum(grid, 0.6 * _lines(points, GRID / 4, pixel))
+            # Lines of x and y would run together on the side of a step.
+            grid = grid * (normals[:, 2] > 0.5)
+        floor = _floor(points, terrain)
+        colour = floor + grid[:, None] * (LINE - floor)
+        lit = shadows.light(points, blur=0.010, bias=0.0005, taps=16)
+        dim = np.minimum(0.34 * (1 - lit) + 0.34 * cover.over(points), 0.62)
+        colour = np.clip((colour + dim[:, None] * (SHADE - colour)) * bright[:, None], 0, 1)
+        image[place] = 1.0 + fade[:, None] * (colour - 1.0)
+    return image, near
+
+
+def _seen(
+    view: View,
+    rows: slice,
+    terrain: Ground,
+    near: Float[np.ndarray, "height width"],
+    middle: Float[np.ndarray, "3"],
+    size: float,
+) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray, np.ndarray]:
+    """Where ground is seen in some rows of a picture: place, depth, how much of it, and point."""
+    width, height = view.size
+    across, down = np.meshgrid(np.arange(width) + 0.5, np.arange(rows.start, rows.stop) + 0.5)
+    rays = view.rays(across, down)
     if terrain.is_level:
         below = rays[..., 2] < -1e-3
         reach = np.where(below, -view.eye[2] / np.where(below, rays[..., 2], -1.0), 0.0)
     else:
-        mesh = landscape(terrain, middle[:2], FARTHEST * size)
-        index, near = rasterise(view.project(mesh.corners), width, height)
-        below, near = index >= 0, np.maximum(near, 0.0)
-        reach = np.where(below, 1 / np.where(below, near, 1.0), 0.0)
+        below = near[rows] > 0
+        reach = np.where(below, 1 / np.where(below, near[rows], 1.0), 0.0)
     # The floor fades away from the robot and towards the picture's edges.
     away = np.hypot(*(view.eye[k] + rays[..., k] * reach - middle[k] for k in range(2))) / size
     edge = np.minimum(np.minimum(across, width - across) / width, (height - down) / height)
     fade = np.clip((FARTHEST - away) / 0.9, 0, 1) ** 1.5 * np.clip(edge / 0.07, 0, 1) * below
-    rows, columns = np.nonzero(fade > 0.004)
-    reach, fade = reach[rows, columns], fade[rows, columns]
-    points = view.eye + rays[rows, columns] * reach[:, None]
-
-    # The ground under one pixel, so that a line keeps its width on paper.
-    pixel = reach / view.focal
-    grid = _lines(points, GRID, pixel)
-    if terrain.is_level:
-        bright = np.ones(len(points))
-    else:
-        normals = _normals(mesh, index[rows, columns], points, terrain)
-        bright = _brightness(normals) / _brightness(np.array([[0.0, 0.0, 1.0]]))
-        # What lies low is a little darker, and an edge is a line: the eye has little else to tell
-        # a step by that it looks onto from above.
-        low, high = points[:, 2].min(initial=0.0), points[:, 2].max(initial=0.0)
-        bright *= 1 - LOWEST_SHADE * (high - points[:, 2]) / max(high - low, 0.02)
-        bright *= 1 - EDGE_SHADE * _edges(near)[rows, columns]
-        if not isinstance(terrain.shape, Blocky):
-            # On hills finer lines show the shape.
-            grid = np.maximum(grid, 0.6 * _lines(points, GRID / 4, pixel))
-        # Lines of x and y would run together on the side of a step.
-        grid = grid * (normals[:, 2] > 0.5)
-    floor = _floor(points, terrain)
-    colour = floor + grid[:, None] * (LINE - floor)
-    lit = shadows.light(points, blur=0.010, bias=0.0005, taps=16)
-    dim = np.minimum(0.34 * (1 - lit) + 0.34 * _overhang(points, solid, terrain), 0.62)
-    colour = np.clip((colour + dim[:, None] * (SHADE - colour)) * bright[:, None], 0, 1)
-    image[rows, columns] = 1.0 + fade[:, None] * (colour - 1.0)
-    return image, near
+    found = np.nonzero(fade > 0.004)
+    reach, fade = reach[found], fade[found]
+    points = view.eye + rays[found] * reach[:, None]
+    return (found[0] + rows.start, found[1]), reach, fade, points
 
 
 def _lines(points: np.ndarray, distance: float, pixel: np.ndarray) -> np.ndarray:
@@ -136,24 +162,30 @@ def _floor(points: np.ndarray, terrain: Ground) -> np.ndarray:
     return FLOOR + slippery * (SLIPPERY - FLOOR) + gripping * (GRIPPING - FLOOR)
 
 
-def _overhang(points: np.ndarray, solid: Mesh, terrain: Ground) -> np.ndarray:
-    """How much of the sky over ground points is hidden, roughly: what is above, blurred."""
-    from PIL import Image, ImageDraw, ImageFilter
+class _Cover:
+    """How much of the sky is hidden over the ground, roughly: what is above, blurred."""
 
-    low = solid.corners[..., :2].min(axis=(0, 1)) - 0.1
-    span = float((solid.corners[..., :2].max(axis=(0, 1)) + 0.1 - low).max())
-    scale = MAP / span
-    hidden = np.zeros((MAP, MAP))
-    heights = (
-        solid.corners[..., 2] - terrain.height(*np.moveaxis(solid.corners[..., :2], -1, 0))
-    ).min(axis=1)
-    # What is near the ground dims little of it, but sharply; what is high dims much, softly.
-    for under, blur, strength in ((0.03, 0.006, 0.8), (np.inf, 0.030, 0.75)):
-        layer = Image.new("L", (MAP, MAP))
-        draw = ImageDraw.Draw(layer)
-        for triangle in (solid.corners[heights < under][..., :2] - low) * scale:
-            draw.polygon([(float(x), float(y)) for x, y in triangle], fill=255)
-        soft = layer.filter(ImageFilter.GaussianBlur(blur * scale))
-        hidden = np.maximum(hidden, strength * np.asarray(soft) / 255)
-    place = np.clip((points[..., :2] - low) * scale, 0, MAP - 1).astype(int)
-    return np.asarray(hidden[place[..., 1], place[..., 0]])
+    def __init__(self, solid: Mesh, terrain: Ground) -> None:
+        from PIL import Image, ImageDraw, ImageFilter
+
+        self._low = solid.corners[..., :2].min(axis=(0, 1)) - 0.1
+        span = float((solid.corners[..., :2].max(axis=(0, 1)) + 0.1 - self._low).max())
+        self._scale = MAP / span
+        self._hidden = np.zeros((MAP, MAP))
+        heights = (
+            solid.corners[..., 2] - terrain.height(*np.moveaxis(solid.corners[..., :2], -1, 0))
+        ).min(axis=1)
+        # What is near the ground dims little of it, but sharply; what is high dims much, softly.
+        for under, blur, strength in ((0.03, 0.006, 0.8), (np.inf, 0.030, 0.75)):
+            layer = Image.new("L", (MAP, MAP))
+            draw = ImageDraw.Draw(layer)
+            triangles = (solid.corners[heights < under][..., :2] - self._low) * self._scale
+            for triangle in triangles.reshape(-1, 6).tolist():
+                draw.polygon(triangle, fill=255)
+            soft = layer.filter(ImageFilter.GaussianBlur(blur * self._scale))
+            self._hidden = np.maximum(self._hidden, strength * np.asarray(soft) / 255)
+
+    def over(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
+        """Part of the sky that is hidden over points of the ground."""
+        place = np.clip((points[:, :2] - self._low) * self._scale, 0, MAP - 1).astype(int)
+        return np.asarray(self._hidden[place[:, 1], place[:, 0]])

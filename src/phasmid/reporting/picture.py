@@ -44,18 +44,23 @@ def picture(
     places = view.project(corners)
     places[..., :2] *= FINE
     index, near = rasterise(places, width * FINE, height * FINE)
-    before = np.repeat(np.repeat(before, FINE, axis=0), FINE, axis=1)
-    index[near < (1 - SUNK) * before] = -1
-    image = np.repeat(np.repeat(floor, FINE, axis=0), FINE, axis=1)
     rows, columns = np.nonzero(index >= 0)
-    which = index[rows, columns]
-    image[rows, columns] = colours[which]
+    which, near = index[rows, columns], near[rows, columns]
+    pixel = rows // FINE * width + columns // FINE
+    seen = near >= (1 - SUNK) * before.ravel()[pixel]
+    rows, columns, which, near, pixel = (
+        array[seen] for array in (rows, columns, which, near, pixel)
+    )
+    fine = colours[which]
     lit = which < count
-    rows, columns, which = rows[lit], columns[lit], which[lit]
-    rays = view.rays((columns + 0.5) / FINE, (rows + 0.5) / FINE)
-    points = view.eye + rays / near[rows, columns][:, None]
-    image[rows, columns] = shade(solid, which, points, view, shadows)
-    return image.reshape(height, FINE, width, FINE, 3).mean(axis=(1, 3))
+    rays = view.rays((columns[lit] + 0.5) / FINE, (rows[lit] + 0.5) / FINE)
+    points = view.eye + rays / near[lit][:, None]
+    fine[lit] = shade(solid, which[lit], points, view, shadows)
+    # Of each pixel the finer ones that show the ground have its colour.
+    share = np.bincount(pixel, minlength=width * height)[:, None] / FINE**2
+    things = [np.bincount(pixel, fine[:, k], minlength=width * height) for k in range(3)]
+    image = floor.reshape(-1, 3) * (1 - share) + np.stack(things, axis=-1) / FINE**2
+    return image.reshape(height, width, 3)
 
 
 def _front(solid: Mesh, view: View) -> Mesh:

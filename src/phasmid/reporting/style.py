@@ -6,6 +6,7 @@ import io
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -85,14 +86,22 @@ def styled() -> Iterator[None]:
     """Draw and save in phasmid's style, whatever the user's own settings are."""
     import matplotlib
 
-    path = Path(__file__).with_name("phasmid.mplstyle")
     with warnings.catch_warnings():
         # A name in a script that the font lacks is shown as boxes; that is no reason to complain.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        settings = dict(matplotlib.rc_params_from_file(path))
-        settings.pop("backend", None)
-        with matplotlib.rc_context(settings):
+        with matplotlib.rc_context(_settings()):
             yield
+
+
+@cache
+def _settings() -> dict[Any, Any]:
+    """All settings of matplotlib: its own, and over them phasmid's."""
+    import matplotlib
+
+    path = Path(__file__).with_name("phasmid.mplstyle")
+    settings: dict[Any, Any] = dict(matplotlib.rc_params_from_file(path))
+    settings.pop("backend", None)
+    return settings
 
 
 def wrapped(text: Text, parts: Sequence[str], width: float) -> int:
@@ -110,6 +119,9 @@ def wrapped(text: Text, parts: Sequence[str], width: float) -> int:
     smaller = 0.99 * width / max(_width(text, whole), 1.0)
     if 0.92 < smaller < 1:
         text.set_fontsize(smaller * float(text.get_fontsize()))
+    if _width(text, whole) <= width:
+        text.set_text(whole)
+        return 1
     lines = [""]
     for number, part in enumerate(parts):
         part += " ·" if number < len(parts) - 1 else ""

@@ -41,7 +41,10 @@ def support_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
     del legs
     parts, note = shown(runs)
     alone = len(parts) == 1
-    margins = [_margins(run) for run in parts]
+    margins = [
+        _margins(run.recording, run.source, [n for n in WORDS if n in run.recording.data_vars])
+        for run in parts
+    ]
     own = [found[_standing(run)] for run, found in zip(parts, margins, strict=True)]
     least = _least(parts[0], own[0][0]) if alone else ""
     what = {of_what for _, of_what in own}
@@ -90,22 +93,26 @@ def margin_over_time(recording: Recording, source: Source, standing: str) -> tup
     Raises:
         InvalidInput: A channel is absent.
     """
-    feet = first_channel(recording, ("foot_position",))[1]
-    down = first_channel(recording, (standing,))[1]
-    centre, what = centre_of_mass(recording, source), "centre of mass"
-    if centre is None:
-        centre, what = first_channel(recording, ("body_position",))[1], "body's origin"
-    return support_margin(feet[..., :2], down, centre[..., :2]), what
+    return _margins(recording, source, [standing])[standing]
 
 
 def _standing(run: Run) -> str:
     return first_channel(run.recording, NEEDS[1])[0]
 
 
-def _margins(run: Run) -> dict[str, tuple[np.ndarray, str]]:
+def _margins(
+    recording: Recording, source: Source, names: Sequence[str]
+) -> dict[str, tuple[np.ndarray, str]]:
     """What `margin_over_time` gives of each channel that tells which feet stand."""
-    names = [name for name in WORDS if name in run.recording.data_vars]
-    return {name: margin_over_time(run.recording, run.source, name) for name in names}
+    feet = first_channel(recording, ("foot_position",))[1]
+    centre, what = centre_of_mass(recording, source), "centre of mass"
+    if centre is None:
+        centre, what = first_channel(recording, ("body_position",))[1], "body's origin"
+    down = {name: first_channel(recording, (name,))[1] for name in names}
+    return {
+        name: (support_margin(feet[..., :2], standing, centre[..., :2]), what)
+        for name, standing in down.items()
+    }
 
 
 def _least(run: Run, margin: np.ndarray) -> str:
@@ -113,4 +120,5 @@ def _least(run: Run, margin: np.ndarray) -> str:
     at = int(np.argmin(finite))
     if not np.isfinite(finite[at]):
         return "never three feet on the ground"
-    return f"least {1000 * margin[at]:.1f} mm at {run.time[at]:.2f} s"
+    while_three = "" if np.isfinite(margin).all() else " while three feet stand"
+    return f"least {1000 * margin[at]:.1f} mm at {run.time[at]:.2f} s{while_three}"

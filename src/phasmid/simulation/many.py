@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
 from phasmid.arguments import check_callable, check_type, described
+from phasmid.batch.series import cores
 from phasmid.errors import FailedRuns, InvalidInput
 from phasmid.motion import Walk, plan
 from phasmid.recording import Recording
@@ -52,7 +52,7 @@ def simulate_many(
     if given:
         unlocked_loop()
     # Threads share Python's lock: the steps go on beside it, what is told of them does not.
-    with ThreadPoolExecutor(min(workers or _cores(), max(1, len(given)))) as pool:
+    with ThreadPoolExecutor(min(workers or cores(), max(1, len(given)))) as pool:
         places: dict[Future[Recording], int] = {
             pool.submit(_simulate, one, stopped): place for place, one in enumerate(given)
         }
@@ -95,10 +95,3 @@ def _scenario(one: Scenario | tuple[Scenario, Walk]) -> Scenario:
 def _simulate(one: Scenario | tuple[Scenario, Walk], stopped: list[int]) -> Recording:
     scenario, walk = (one, plan(one)) if isinstance(one, Scenario) else one
     return simulate_part(scenario, walk, interrupted=stopped, beside=True)
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

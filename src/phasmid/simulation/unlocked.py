@@ -25,30 +25,15 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled, heed_sources
 from phasmid.simulation.joint_drive import Drive
+from phasmid.simulation.known_engine import check_engine
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-ENGINE = (4, 0)
-"""The engine's version whose functions and structures are used here by their addresses."""
-
 DATA_SIZE = 162120
-"""Size of the structure of the engine's state in that version [bytes]."""
-
-
-def check_engine() -> None:
-    """Refuse an engine of another version, before anything of it is touched.
-
-    Raises:
-        ImportError: The engine's package or its library is of another version.
-    """
-    package = tuple(mujoco.__version__.split(".")[:2])
-    library = divmod(mujoco.mj_version() // 1000, 1000)
-    if package != tuple(map(str, ENGINE)) or library != ENGINE:
-        raise ImportError(f"MuJoCo {mujoco.__version__} may be laid out in another way")
-
+"""Size of the structure of the engine's state in the version that is known [bytes]."""
 
 check_engine()
 

@@ -159,9 +159,9 @@ def _claims(found: list[Claim], summary: Summary) -> str:
 def _figures(pictures: Sequence[Picture]) -> str:
     cards = [
         f'<figure id="figure-{escape(picture.name)}"><div class="card">'
-        f'<img alt="{escape(picture.words)}" decoding="async" '
+        f'<img alt="{escape(plain(picture.words))}" decoding="async" '
         f'src="{data_url(picture.svg, "image/svg+xml")}"></div>'
-        f"<figcaption><strong>{escape(picture.name)}</strong> · {escape(picture.words)}"
+        f"<figcaption><strong>{escape(picture.name)}</strong> · {escape(plain(picture.words))}"
         "</figcaption></figure>"
         for picture in pictures
     ]
@@ -176,7 +176,8 @@ def _data(recording: Recording, summary: Summary, source: Source) -> str:
         text = str(recording.attrs[name])
         file = f"{name}.toml"
         links.append(_download(file, f"{name.capitalize()} file", text.encode(), "text/plain"))
-        cut = text if len(text) <= LONGEST_FILE else f"{text[:LONGEST_FILE]}\n… (cut off here)"
+        cut = "\n".join(map(plain, text[:LONGEST_FILE].split("\n")))
+        cut += "\n… (cut off here)" if len(text) > LONGEST_FILE else ""
         shown.append(f"<details><summary>{file}</summary><pre>{escape(cut)}</pre></details>")
     commands = "\n".join(f"# {what}\n{command}" for what, command in repeat(summary))
     versions = _rows((title, attribute(recording, name)) for name, title in VERSIONS.items())

@@ -1,0 +1,67 @@
+"""What shows a walk: figures, the page of a run, video."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from importlib import import_module
+from importlib.util import find_spec
+
+from phasmid.doctor.computing import reason
+from phasmid.doctor.finding import Finding, State
+
+BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "brave")
+"""Names of browsers that can show the page of a run, as Linux calls them."""
+
+WAYS = {"egl": "EGL, without a window", "osmesa": "OSMesa, on the processor", "cgl": "CGL"}
+"""What the engine draws with, by the values of ``MUJOCO_GL``."""
+
+
+def figures() -> Finding:
+    """Whether figures can be drawn."""
+    topic = "figures"
+    if find_spec("matplotlib") is None:
+        what = "matplotlib is not installed"
+        return Finding(topic, State.ABSENT, what, "pip install matplotlib", needed=True)
+    try:
+        matplotlib = import_module("matplotlib")
+        for kind in ("svg", "agg"):
+            import_module(f"matplotlib.backends.backend_{kind}")
+        import_module("phasmid.reporting")
+    except Exception as error:
+        what = f"figures cannot be drawn: {reason(error)}"
+        remedy = "pip install --force-reinstall phasmid"
+        return Finding(topic, State.BROKEN, what, remedy, needed=True)
+    return Finding(topic, State.READY, f"matplotlib {matplotlib.__version__}", needed=True)
+
+
+def page() -> Finding:
+    """Whether a browser is here that can show the page of a run."""
+    topic = "page"
+    if sys.platform in ("darwin", "win32"):
+        return Finding(topic, State.READY, "the system's browser shows report.html")
+    name = next(filter(shutil.which, BROWSERS), "")
+    if not name:
+        what = "no browser was found; report.html opens in that of any machine"
+        return Finding(topic, State.ABSENT, what, "install firefox or chromium")
+    display = any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
+    here = "" if display else ", once there is a display"
+    return Finding(topic, State.READY, f"{name} shows report.html{here}")
+
+
+def drawing() -> Finding:
+    """Whether the engine can draw the pictures of a video; asked of a process of its own."""
+    from phasmid.video.probe import EXTRA, gl_backend, lack
+
+    topic, purpose = "OpenGL", "pictures of videos"
+    if find_spec("OpenGL") is None:
+        what = f"{purpose}: not tried without PyOpenGL"
+        return Finding(topic, State.ABSENT, what, EXTRA)
+    backend = gl_backend()
+    if backend is not None:
+        what = f"{purpose}: drawn by {WAYS.get(backend, backend)}"
+        return Finding(topic, State.READY, what)
+    lacking = lack(".gif")
+    what = f"{purpose}: they need {lacking.what if lacking else topic}"
+    return Finding(topic, State.ABSENT, what, lacking.advice if lacking else "")
