@@ -22,6 +22,7 @@ from formats.trees import (
     with_link,
 )
 from general_robot import general_robot
+from phasmid import errors
 from phasmid.formats import (
     Imported,
     ImportOptions,
@@ -432,9 +433,9 @@ def test_masses_may_come_from_elsewhere() -> None:
     np.testing.assert_allclose(
         box.legs[0].tibia.inertia, np.diag([2 * b**2, a**2 + b**2, a**2 + b**2]) * m / 12
     )
-    assert refusal(TREE, total_mass=-1.0) == (
-        "the total mass is -1 kg; it must be finite and greater than 0."
-    )
+    with pytest.raises(errors.InvalidInput) as refused:
+        ImportOptions(total_mass=-1.0)
+    assert refused.value.what == "the total mass is -1 kg; it must be finite and greater than 0."
 
 
 def test_a_robot_without_stance_is_refused() -> None:

@@ -132,6 +132,17 @@ def test_the_support_margin_is_the_distance_to_the_hull_of_the_standing_feet(sho
     least = 1000 * summarise(short_walk)["support"]["least_margin"]
     assert min(axis.lines[1].get_ydata()) == pytest.approx(least, abs=1e-9)
     assert f"least {least:.1f} mm" in words(axis.figure)
+    assert "while three feet stand" not in words(axis.figure)
+
+
+def test_a_margin_that_is_at_times_none_is_told_as_that_of_three_feet(walk):
+    recording = walk(duration=2.0, interval=0.01)
+    contact = recording["contact"].values.copy()
+    contact[:7] = False
+    recording["contact"] = (recording["contact"].dims, contact)
+    said = words(plot(recording, "support-margin"))
+    assert "while three feet stand" in said
+    assert "shaded: fewer than three feet" in said
 
 
 def test_without_all_poses_the_margin_is_that_of_the_body_and_says_so(walk):

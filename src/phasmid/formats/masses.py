@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, InvalidRobot, located
+from phasmid.errors import InvalidRobot, located
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import Inertial
@@ -58,7 +58,7 @@ def weighed(
         findings: Where to say what was done.
 
     Raises:
-        InvalidInput: No preset and no file is called so, or the total mass is none.
+        InvalidInput: No preset and no file is called so.
         InvalidRobot: There is no mass to scale.
     """
     chosen = list(links)
@@ -85,11 +85,6 @@ def weighed(
     if options.total_mass is None:
         return chosen
     total = sum(link.inertial.mass for link in chosen if link.inertial)
-    if not (np.isfinite(options.total_mass) and options.total_mass > 0):
-        raise InvalidInput(
-            f"the total mass is {options.total_mass:g} kg; it must be finite and greater than 0.",
-            where="option --total-mass-g",
-        )
     if not total > 0:
         raise InvalidRobot("no link has a mass that could be scaled.", hint="--masses geometry")
     factor = options.total_mass / total

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from phasmid.arguments import check_number, check_type
+from phasmid.arguments import check_number, check_type, described
+from phasmid.errors import InvalidInput
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class ImportOptions:
         strict: Whether anything that was ignored is an error.
 
     Raises:
-        InvalidInput: A value is of a wrong kind.
+        InvalidInput: A value is of a wrong kind, or none that can be.
     """
 
     foot: str = ""
@@ -44,5 +46,16 @@ class ImportOptions:
         for name, folder in self.packages.items():
             check_type("a name in packages", name, (str,), "text")
             check_type(f'packages["{name}"]', folder, (str,), "a folder's path, as text")
+        if self.mesh_unit not in ("", "m", "mm"):
+            raise InvalidInput(
+                f'mesh_unit is {described(self.mesh_unit)}; it must be "m" or "mm".',
+                hint="--mesh-unit mm",
+            )
         if self.total_mass is not None:
             check_number("total_mass", self.total_mass)
+            if not (math.isfinite(self.total_mass) and self.total_mass > 0):
+                raise InvalidInput(
+                    f"the total mass is {self.total_mass:g} kg; "
+                    "it must be finite and greater than 0.",
+                    where="option --total-mass-g",
+                )

@@ -7,6 +7,9 @@ from itertools import permutations
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.arguments import numbers
+from phasmid.errors import InvalidInput
+
 SAME_PLACE = 1e-9
 """Feet closer than this stand in one place [m]."""
 
@@ -26,11 +29,24 @@ def support_margin(
     Returns:
         Margin [m], positive inside the polygon, negative outside; minus infinity where fewer
         than three feet stand or they lie on a line, shape (...).
+
+    Raises:
+        InvalidInput: Something is of a wrong kind or shape.
     """
-    feet, stance = np.asarray(feet, dtype=float), np.asarray(stance, dtype=bool)
+    feet, stance = numbers(feet, "feet"), numbers(stance, "stance").astype(bool)
+    if feet.ndim < 2 or feet.shape[-1] != 2:
+        raise InvalidInput(f"feet has the shape {feet.shape}; it must be (..., legs, 2).")
     legs, batch = feet.shape[-2], feet.shape[:-2]
-    centre = np.broadcast_to(centre_of_mass, (*batch, 2)).reshape(-1, 2)
-    standing = np.broadcast_to(stance, (*batch, legs)).reshape(-1, legs)
+    centre = numbers(centre_of_mass, "centre_of_mass")
+    for name, given, wanted in (
+        ("stance", stance, (*batch, legs)),
+        ("centre_of_mass", centre, (*batch, 2)),
+    ):
+        if given.shape != wanted:
+            raise InvalidInput(
+                f"{name} has the shape {given.shape}; it must be {wanted}, as feet tells."
+            )
+    centre, standing = centre.reshape(-1, 2), stance.reshape(-1, legs)
     places = feet.reshape(-1, legs, 2)
     # A walk has few patterns of standing feet, of each of which only those feet count.
     patterns, which = np.unique(standing, axis=0, return_inverse=True)

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_number, check_type, numbers
+from phasmid.errors import InvalidInput
 from phasmid.gait.gait import Gait
 
 
@@ -41,7 +43,20 @@ def sway(
         neutral: Neutral feet in the body frame, x and y first [m], shape (L, 2) or (L, 3).
         period: Time of a cycle [s].
         time: Times [s], shape (N,).
+
+    Raises:
+        InvalidInput: Something is of a wrong kind or shape.
     """
+    check_type("gait", gait, (Gait,), "a Gait", 'phasmid.gait.load_gait("crawl", 4)')
+    neutral, time = numbers(neutral, "neutral"), numbers(time, "time")
+    check_number("period", period)
+    if neutral.ndim != 2 or neutral.shape[0] != len(gait.offsets) or neutral.shape[1] < 2:
+        raise InvalidInput(
+            f"neutral has the shape {neutral.shape}; it must be one place for each of "
+            f"{len(gait.offsets)} legs."
+        )
+    if time.ndim != 1:
+        raise InvalidInput(f"time has the shape {time.shape}; it must be a list of times.")
     arm = gait.sway * (neutral[:, :2].mean(axis=0) - neutral[:, :2])
     middle = np.asarray(gait.offsets) + gait.swing_fraction / 2
     angle = 2 * np.pi * (np.asarray(time, dtype=float)[:, None] / period - middle)

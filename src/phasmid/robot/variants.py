@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from phasmid.arguments import check_type, described
+from phasmid.arguments import check_number, check_type, described
 from phasmid.errors import InvalidInput
 from phasmid.robot.leg import Leg
 from phasmid.robot.link import Link
@@ -18,9 +18,13 @@ MassModel = Literal["as-given", "mid-length"]
 MountLayout = Literal["as-given", "perpendicular"]
 
 
+def _check_robot(robot: object) -> None:
+    check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
+
+
 def _check(robot: object, name: str, value: object, known: tuple[str, ...]) -> None:
     """Refuse what is no robot, and a word that is none of these."""
-    check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
+    _check_robot(robot)
     if not isinstance(value, str) or value not in known:
         raise InvalidInput(f"{name} is {described(value)}; it must be {' or '.join(known)}.")
 
@@ -88,7 +92,14 @@ def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) 
 
     Raises:
         InvalidRobot: A hip is tilted so far that its leg would point inwards.
+        InvalidInput: It is no robot, or no number.
     """
+    _check_robot(robot)
+    for name, value in (("radius", radius), ("height", height)):
+        if value is not None:
+            check_number(name, value)
+            if not math.isfinite(value):
+                raise InvalidInput(f"{name} is {value}; it must be a finite number.")
     if radius is None and height is None:
         return robot
 
