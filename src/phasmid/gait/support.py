@@ -37,16 +37,8 @@ def support_margin(
     if feet.ndim < 2 or feet.shape[-1] != 2:
         raise InvalidInput(f"feet has the shape {feet.shape}; it must be (..., legs, 2).")
     legs, batch = feet.shape[-2], feet.shape[:-2]
-    centre = numbers(centre_of_mass, "centre_of_mass")
-    for name, given, wanted in (
-        ("stance", stance, (*batch, legs)),
-        ("centre_of_mass", centre, (*batch, 2)),
-    ):
-        if given.shape != wanted:
-            raise InvalidInput(
-                f"{name} has the shape {given.shape}; it must be {wanted}, as feet tells."
-            )
-    centre, standing = centre.reshape(-1, 2), stance.reshape(-1, legs)
+    centre = _spread("centre_of_mass", numbers(centre_of_mass, "centre_of_mass"), (*batch, 2))
+    standing = _spread("stance", stance, (*batch, legs))
     places = feet.reshape(-1, legs, 2)
     # A walk has few patterns of standing feet, of each of which only those feet count.
     patterns, which = np.unique(standing, axis=0, return_inverse=True)
@@ -55,6 +47,16 @@ def support_margin(
         rows = np.flatnonzero(which.ravel() == number)
         margin[rows] = _margin(places[np.ix_(rows, np.flatnonzero(pattern))], centre[rows])
     return margin.reshape(batch)
+
+
+def _spread(name: str, given: np.ndarray, wanted: tuple[int, ...]) -> np.ndarray:
+    """An array with a row for each place of the feet."""
+    try:
+        return np.broadcast_to(given, wanted).reshape(-1, wanted[-1])
+    except ValueError:
+        raise InvalidInput(
+            f"{name} has the shape {given.shape}; it must be {wanted}, as feet tells."
+        ) from None
 
 
 def _margin(
