@@ -15,6 +15,9 @@ from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
 HOME = 5e-4
 """A foot nearer than this to its neutral place need not step there [m]."""
 
+LEAN_AFTER, LEAN_SPEED, FARTHEST_LEAN = 0.1, 0.04, 0.08
+"""How long a lift waits before the body leans [s], how fast [m/s] and how far it does [m]."""
+
 ALMOST = 1e-9
 """Phases closer than this are one instant."""
 
@@ -66,8 +69,8 @@ def margin_without(
     wy = s * v[0] + c * v[1] + v[2] * (rx - path[0])
     if order.gait[2] != 0.0:
         a, b = np.empty((3, 2)), np.empty((3, 2))
-        wave(model, order.offsets, order.gait, state.clock[0], a)
-        wave(model, order.offsets, order.gait, state.clock[0] + turn, b)
+        wave(model, order.used, order.offsets, order.gait, state.clock[0], a)
+        wave(model, order.used, order.offsets, order.gait, state.clock[0] + turn, b)
         dx, dy = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
         rx, ry = rx + state.clock[2] * (c * dx - s * dy), ry + state.clock[2] * (s * dx + c * dy)
     return min(now, margin_of(state.foot, standing, rx + wx * time, ry + wy * time))
@@ -131,6 +134,68 @@ def lift_off(state: Any, order: Any, leg: int, ago: float, time: float) -> None:
 
 
 @compiled
+def lean(state: Any, lifted: np.ndarray, h: float) -> None:
+    """Let the body lean towards the middle of the feet that stay, for a lift that waits.
+
+    Args:
+        state: Where the engine is, changed.
+        lifted: Legs that are due to lift, 1 or 0, shape (L,).
+        h: Step of time [s].
+    """
+    if state.clock[4] < LEAN_AFTER:
+        return
+    x, y, count = 0.0, 0.0, 0
+    for leg in range(len(lifted)):
+        if state.leg[leg] == STANCE and not lifted[leg]:
+            x += state.foot[leg, 0]
+            y += state.foot[leg, 1]
+            count += 1
+    if count < 3:
+        return
+    R, com, path = state.body, state.com, state.path
+    x = x / count - R[0, 0] * com[0] - R[0, 1] * com[1] - R[0, 2] * com[2] - state.trunk[0, 0]
+    y = y / count - R[1, 0] * com[0] - R[1, 1] * com[1] - R[1, 2] * com[2] - state.trunk[0, 1]
+    length = math.sqrt(x * x + y * y)
+    if length < 1e-3:
+        return
+    c, s = math.cos(path[2]), math.sin(path[2])
+    way = LEAN_SPEED * h / length
+    dx, dy = way * (c * x + s * y), way * (c * y - s * x)
+    leant = math.sqrt((state.clock[7] + dx) ** 2 + (state.clock[8] + dy) ** 2)
+    if leant < FARTHEST_LEAN:
+        state.clock[7] += dx
+        state.clock[8] += dy
+
+
+@compiled
+def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -> None:
+    """Let the foot that can best be spared step to its neutral place, one at a time.
+
+    Args:
+        state: Where the engine is, changed.
+        model: The robot.
+        order: What is to be done.
+        tuning: The margins.
+        time: Of a swing [s].
+    """
+    lifted = np.zeros(len(state.leg), dtype=np.int64)
+    best, most = -1, tuning.support_margin
+    for leg in range(len(state.leg)):
+        if state.leg[leg] == HELD:
+            continue
+        if state.leg[leg] != STANCE:
+            return
+        if order.used[leg] and from_home(state, model, leg) > HOME:
+            lifted[leg] = 1
+            margin = margin_without(state, model, order, lifted, time, 0.0)
+            lifted[leg] = 0
+            if margin > most:
+                best, most = leg, margin
+    if best >= 0:
+        lift_off(state, order, best, 0.0, time)
+
+
+@compiled
 def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
     """Let the gait's clock go on by a step of time, and feet lift that are due.
 
@@ -188,10 +253,17 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     time = (1.0 - gait[0]) * gait[1]
     if due > 0 and not wait:
         margin = margin_without(state, model, order, lifted, time, 1.0 - gait[0])
-        wait = margin < tuning.support_margin
+        wait = margin < tuning.support_margin or state.mode[2] == 1
     if wait:
         clock[4] += h
+        lean(state, lifted, h)
+        if clock[4] > tuning.patience:
+            put_in_order(state, model, order, tuning, time)
         return
+    if clock[5] > 4 * tuning.support_margin + 0.01:
+        # The body comes back from where it leant as long as its feet hold it easily.
+        clock[7] *= 1 - min(h, 1.0)
+        clock[8] *= 1 - min(h, 1.0)
     clock[4] = 0.0
     for leg in range(legs):
         if lifted[leg]:

@@ -142,7 +142,10 @@ class LocomotionEngine:
             self.settings.update_period,
         )
         self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
-        self._tell("stopped", code == 2, "stopped the body: a leg could not follow")
+        self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
+        self._tell("held", code == 3, "held all: a leg could not follow")
+        if self._resting != (self.state.mode[0] == STILL):
+            self._take(command)
         waits = self.state.clock[4] > 0.25
         self._tell("waits", waits, "a lift waits: the feet that stay would not hold the robot")
         state = self.state
@@ -226,10 +229,10 @@ class LocomotionEngine:
         self.order.plane[:] = 0.0, 0.0, 1.0, 0.0
         state.foot[:] = feet - [0.0, 0.0, ground]
         state.line[0], state.landing[:] = state.foot, state.foot
-        order, model, tuning = self.order, self._model, self._tuning
+        model, tuning = self._model, self._tuning
         for leg in range(len(feet)):
-            self._step.refresh_region(state, model, order, tuning, leg)
-        self._trunk.place_trunk(state, model, order, tuning)
+            self._step.refresh_region(state, model, tuning, leg)
+        self._trunk.place_trunk(state, model, tuning)
         if not self._step.bend_legs(state, model, tuning, 0.0):
             raise InvalidInput("a foot stands where its leg cannot walk from.")
         state.clock[5] = self._step.measure_support(state)
@@ -244,6 +247,7 @@ class LocomotionEngine:
     def _start(self) -> None:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._command = None
+        self._resting, self._stretched = True, False
         self.events = []
         self._said = set()
         self._write_gait(self.order, None, None, frozenset())
@@ -297,7 +301,10 @@ class LocomotionEngine:
         self._write_gait(wanted, command.gait, command.period, command.lost_legs)
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
-        order.pose[:] = wanted.pose[:] = command.pose
+        resting = self.state.mode[0] == STILL
+        self._resting = resting
+        standing = resting and not any(command.velocity)
+        self._set_pose(np.array(command.pose, dtype=float), standing)
         differs = (
             not np.array_equal(wanted.gait[:3], order.gait[:3])
             or not np.array_equal(wanted.offsets, order.offsets)
@@ -314,6 +321,35 @@ class LocomotionEngine:
                 share = min(share, self._share(order, asked, 1.0))
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
         order.velocity[:] = wanted.velocity[:] = share * asked
+
+    def _set_pose(self, pose: np.ndarray, standing: bool) -> None:
+        """Write the pose, or as much of it as the robot can stand or step in."""
+        wanted, state = self._wanted, self.state
+        share = 1.0
+        if pose.any():
+            gait = wanted.gait.copy()
+            if standing:
+                gait[0], gait[2] = 1.0, 0.0
+            share = float(
+                self._limits.share_of_pose(
+                    self._model,
+                    self._tuning,
+                    wanted.used,
+                    wanted.offsets,
+                    gait,
+                    float(wanted.step[0]),
+                    pose,
+                    self._verdict,
+                )
+            )
+            reason = self._reason()[0] if share < 1.0 else ""
+            self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
+        self.order.pose[:] = wanted.pose[:] = share * pose
+        if standing:
+            self._stretched = share > 0 and bool(pose.any())
+        elif self._stretched:
+            self._stretched = False
+            state.mode[2] = 1
 
     def _share(self, order: Order, velocity: np.ndarray, most: float) -> float:
         region = self._region(order.pose)

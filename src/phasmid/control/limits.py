@@ -73,7 +73,14 @@ def walks_steadily(
             x, y = nx - there[0], ny - there[1]
             dx, dy = c * x + s * y - nx, c * y - s * x - ny
             if gait[2] != 0.0:
-                wave(model, offsets, gait, offsets[leg] + (1 - duty if sign < 0 else 0.0), aside)
+                wave(
+                    model,
+                    used,
+                    offsets,
+                    gait,
+                    offsets[leg] + (1 - duty if sign < 0 else 0.0),
+                    aside,
+                )
                 dx, dy = dx - aside[0, 0], dy - aside[0, 1]
             if within(region[leg], dx, dy, 0.0) < 1.0:
                 verdict[0], verdict[1], verdict[2] = REACH, leg, -1
@@ -81,7 +88,7 @@ def walks_steadily(
     least, quickest = math.inf, 0.0
     for n in range(SAMPLES):
         phase = n / SAMPLES
-        wave(model, offsets, gait, phase, aside)
+        wave(model, used, offsets, gait, phase, aside)
         bx, by = pose[0] + aside[0, 0], pose[1] + aside[0, 1]
         ux, uy = aside[1, 0] / period, aside[1, 1] / period
         for i in range(3):
@@ -186,6 +193,47 @@ def share_of_velocity(
         share = (low + high) / 2
         trial = velocity * share
         if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, last):
+            low = share
+        else:
+            high = share
+            verdict[:] = last
+    return low
+
+
+@compiled
+def share_of_pose(
+    model: Any,
+    tuning: Any,
+    used: np.ndarray,
+    offsets: np.ndarray,
+    gait: np.ndarray,
+    step: float,
+    pose: np.ndarray,
+    verdict: np.ndarray,
+) -> float:
+    """The largest share of a pose, up to 1, in which a robot can step on the spot.
+
+    Args:
+        model: The robot.
+        tuning: The margins.
+        used: Which legs are walked on, shape (L,).
+        offsets: When they lift, shape (L,).
+        gait: Duty factor (1: only stand), period and sway, shape (3 or more,).
+        step: Height of a step [m].
+        pose: Of the body beside its path and its neutral height, shape (6,).
+        verdict: Written: what keeps it from more, as by `walks_steadily`, shape (4,).
+    """
+    # On the spot the feet stay at their neutral places, which need no region.
+    region = np.zeros((len(used), 1, 3))
+    region[:, :, 2] = 1.0
+    rest, last = np.zeros(3), np.zeros(4)
+    if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, rest, verdict):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(10):
+        share = (low + high) / 2
+        trial = pose * share
+        if walks_steadily(model, tuning, region, used, offsets, gait, step, trial, rest, last):
             low = share
         else:
             high = share

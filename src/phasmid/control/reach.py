@@ -129,12 +129,20 @@ def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
 
 
 @compiled
-def wave(model: Any, offsets: np.ndarray, gait: np.ndarray, phase: float, out: np.ndarray) -> None:
+def wave(
+    model: Any,
+    used: np.ndarray,
+    offsets: np.ndarray,
+    gait: np.ndarray,
+    phase: float,
+    out: np.ndarray,
+) -> None:
     """Write the gait's sway, its derivative by phase, and that one's: see `phasmid.gait.sway`.
 
     Args:
         model: The robot.
-        offsets: When the legs lift, shape (L,).
+        used: Which legs are walked on, shape (L,).
+        offsets: When they lift, shape (L,).
         gait: Duty factor, period, sway, shape (3 or more,).
         phase: Of the cycle.
         out: Written: ahead and left [m], shape (3, 2).
@@ -143,11 +151,16 @@ def wave(model: Any, offsets: np.ndarray, gait: np.ndarray, phase: float, out: n
     if gait[2] == 0.0:
         return
     legs = len(offsets)
-    mx, my = 0.0, 0.0
+    mx, my, count = 0.0, 0.0, 0
     for i in range(legs):
-        mx += model.neutral[i, 0] / legs
-        my += model.neutral[i, 1] / legs
+        if used[i]:
+            mx += model.neutral[i, 0]
+            my += model.neutral[i, 1]
+            count += 1
+    mx, my = mx / max(count, 1), my / max(count, 1)
     for i in range(legs):
+        if not used[i]:
+            continue
         x = gait[2] * (mx - model.neutral[i, 0])
         y = gait[2] * (my - model.neutral[i, 1])
         angle = 2 * math.pi * (phase - offsets[i] - (1 - gait[0]) / 2)
@@ -207,7 +220,7 @@ def speed_share(
         x, y = x - model.neutral[leg, 0], y - model.neutral[leg, 1]
         if swaying > 0.0:
             # At its lift the body is aside by this.
-            wave(model, offsets, gait, offsets[leg], aside)
+            wave(model, used, offsets, gait, offsets[leg], aside)
             x -= state.clock[2] * aside[0, 0]
             y -= state.clock[2] * aside[0, 1]
         region = state.region[leg]

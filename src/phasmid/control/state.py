@@ -106,8 +106,13 @@ class State(NamedTuple):
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).
         region: Half-planes about the neutral feet: normals ahead and left, and distance (L, K, 3).
+        posed: For which pose, and slope ahead and left of the ground, shape (L, 8).
+        ground: Four stages of the filter of the ground's height at the origin of odom and of its
+            slopes along x and y, shape (4, 3).
+        offset: What is added to the feet's targets in odom [m], shape (L, 3).
         leg: What each leg does, shape (L,).
-        mode: What the clock does; leg whose region is next; 1 in good order, shape (4,).
+        mode: What the clock does; leg whose region is next; 1 while the body comes back from a
+            pose in which it cannot walk; 1 while feet are put in order one by one, shape (4,).
         numbers: All of the former as one row.
         codes: The last two.
     """
@@ -128,6 +133,9 @@ class State(NamedTuple):
     trunk: np.ndarray
     com: np.ndarray
     region: np.ndarray
+    posed: np.ndarray
+    ground: np.ndarray
+    offset: np.ndarray
     leg: np.ndarray
     mode: np.ndarray
     numbers: np.ndarray
@@ -191,6 +199,9 @@ def new_state(legs: int) -> State:
         (5, 3),
         (3,),
         (legs, DIRECTIONS, 3),
+        (legs, 8),
+        (4, 3),
+        (legs, 3),
     )
     ends = np.cumsum([0] + [int(np.prod(shape)) for shape in shapes])
     numbers, codes = np.zeros(ends[-1]), np.zeros(legs + 4, dtype=np.int64)

@@ -32,6 +32,12 @@ SETTLE = 0.012
 FOLD = 0.8
 """Time in which a leg folds [s]."""
 
+OFFSET_SPEED = 0.1
+"""Largest speed at which offsets of feet are followed [m/s]."""
+
+LEAST = 0.5
+"""Share of the margin of a lift below which the trunk may not take the centre of mass."""
+
 RECOVERY = 2.0
 """How fast the slow-down ends, per second."""
 
@@ -66,9 +72,20 @@ def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
     wanted = np.empty(6)
     for i in range(6):
         wanted[i] = order.pose[i] + order.correction[i]
+    if state.mode[2] == 1:
+        away = 0.0
+        for i in range(6):
+            away = max(away, abs(pose[3, i] - wanted[i]))
+        if away < 2e-3:
+            state.mode[2] = 0
     approach(pose[0], wanted, 0, 1.0, tuning.pose_speed * h)
     approach(pose[0], wanted, 3, 1.0, tuning.pose_turn_speed * h)
     follow(pose, tuning.pose_bandwidth, h)
+    n, ground = order.plane, state.ground
+    ground[0, 0], ground[0, 1], ground[0, 2] = n[3], -n[0] / n[2], -n[1] / n[2]
+    follow(ground, tuning.pose_bandwidth, h)
+    for leg in range(len(state.leg)):
+        approach(state.offset[leg], order.foot_offset[leg], 0, 1.0, OFFSET_SPEED * h)
 
 
 @compiled
@@ -78,7 +95,7 @@ def move_aside(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
     # What the filter's three lags delay and weaken is made up for, at the gait's own rate.
     x = 2 * math.pi / (order.gait[1] * tuning.sway_bandwidth)
     lead, gain = 3 * math.atan(x) / (2 * math.pi), (1 + x * x) ** 1.5
-    wave(model, order.offsets, order.gait, clock[0] + lead, aside)
+    wave(model, order.used, order.offsets, order.gait, clock[0] + lead, aside)
     for i in range(2):
         sway[0, i] = clock[2] * gain * aside[0, i] + clock[7 + i]
     follow(sway, tuning.sway_bandwidth, h)
@@ -104,13 +121,11 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     share = within(state.region[leg], dx, dy, 0.0)
     dx, dy = nx + share * dx, ny + share * dy
     x, y = there[0] + c * dx - s * dy, there[1] + s * dx + c * dy
-    x, y = x + order.foot_offset[leg, 0], y + order.foot_offset[leg, 1]
-    n = order.plane
+    g = state.ground[3]
     z = order.landing[leg]
     if not math.isfinite(z):
-        z = n[3] - (n[0] * x + n[1] * y) / n[2]
-    state.landing[leg, 0], state.landing[leg, 1] = x, y
-    state.landing[leg, 2] = z + order.foot_offset[leg, 2]
+        z = g[0] + g[1] * x + g[2] * y
+    state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z
 
 
 @compiled
@@ -218,7 +233,7 @@ def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
             moment_of(model, leg, state.q[0, leg], state.com)
             continue
         for i in range(3):
-            p[i] = state.foot[leg, i] - trunk[0, i]
+            p[i] = state.foot[leg, i] + state.offset[leg, i] - trunk[0, i]
             v[i] = state.motion[0, leg, i] - trunk[1, i]
             a[i] = state.motion[1, leg, i] - trunk[3, i]
         # In the turning body: v' = v - w x p, a' = a - w' x p - 2 w x v' - w x (w x p).
@@ -266,7 +281,7 @@ def measure_support(state: Any) -> float:
 
 
 @compiled
-def change_gait(state: Any, model: Any, order: Any, wanted: Any, tuning: Any) -> None:
+def change_gait(state: Any, model: Any, order: Any, wanted: Any) -> None:
     """Take the gait that is wanted as soon as no foot would leave its region in it."""
     if order.gait[3] == 0.0:
         return
@@ -290,14 +305,25 @@ def change_gait(state: Any, model: Any, order: Any, wanted: Any, tuning: Any) ->
 
 
 @compiled
-def advance(state: Any, model: Any, order: Any, tuning: Any, h: float) -> bool:
-    """Let everything go on by a step of time; whether all feet can be reached there."""
-    move_trunk(state, model, order, tuning, h)
+def advance(state: Any, model: Any, order: Any, tuning: Any, h: float, held: bool) -> bool:
+    """Let everything go on by a step of time; whether all feet can be reached there.
+
+    Args:
+        state: Where the engine is, changed.
+        model: The robot.
+        order: What is to be done.
+        tuning: The margins.
+        h: Step of time [s].
+        held: Whether the trunk stays where it is.
+    """
+    if not held:
+        move_trunk(state, model, order, tuning, h)
     # Feet land before others lift: in many gaits they do so at the same instant.
     move_feet(state, model, order, tuning, h)
     run_clock(state, model, order, tuning, h)
-    move_aside(state, model, order, tuning, h)
-    place_trunk(state, model, order, tuning)
+    if not held:
+        move_aside(state, model, order, tuning, h)
+    place_trunk(state, model, tuning)
     if not bend_legs(state, model, tuning, h):
         return False
     state.clock[5] = measure_support(state)
@@ -318,13 +344,19 @@ def brake(state: Any, share: float) -> None:
 
 
 @compiled
-def refresh_region(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None:
-    """Bound anew where one leg's foot may stand, at the body's present pose."""
-    n = order.plane
+def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
+    """Bound anew where one leg's foot may stand, if the body's pose is another than it was."""
+    g, posed, slope = state.ground[3], state.posed[leg], np.empty(2)
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
-    sx, sy = -n[0] / n[2], -n[1] / n[2]
-    slope = np.empty(2)
-    slope[0], slope[1] = c * sx + s * sy, c * sy - s * sx
+    slope[0], slope[1] = c * g[1] + s * g[2], c * g[2] - s * g[1]
+    away = max(abs(slope[0] - posed[6]), abs(slope[1] - posed[7]))
+    for i in range(6):
+        away = max(away, abs(state.pose[3, i] - posed[i]))
+    if away < 1e-4 and state.region[leg, 0, 0] != 0.0:
+        return
+    for i in range(6):
+        posed[i] = state.pose[3, i]
+    posed[6], posed[7] = slope[0], slope[1]
     bound_region(model, tuning, leg, state.pose[3], slope, state.region[leg])
 
 
@@ -344,39 +376,47 @@ def update(
         dt: Time from the last update [s].
 
     Returns:
-        0; 1: slowed for a joint's speed; 2: the trunk was stopped, since a leg could not follow.
+        0; 1: slowed for a joint's speed; 2: the trunk was braked or stopped, since a leg could not
+        follow or the feet would not have held it; 3: nothing could be moved at all.
     """
     clock = state.clock
-    change_gait(state, model, order, wanted, tuning)
-    leg = state.mode[1]
-    refresh_region(state, model, order, tuning, leg)
-    state.mode[1] = (leg + 1) % len(state.leg)
-    slow = min(1.0, clock[3] + RECOVERY * dt)
-    said, most = 0, model.joint_speed * dt
-    for _ in range(8):
+    change_gait(state, model, order, wanted)
+    state.mode[1] = (state.mode[1] + 1) % len(state.leg)
+    refresh_region(state, model, tuning, state.mode[1])
+    slow, said, failed = min(1.0, clock[3] + RECOVERY * dt), 0, 0
+    most = model.joint_speed * dt
+    for _ in range(12):
         trial.numbers[:] = state.numbers
         trial.codes[:] = state.codes
-        good = advance(trial, model, order, tuning, slow * dt)
-        ratio = 0.0
-        if good:
-            for leg in range(len(state.leg)):
-                for k in range(3):
-                    ratio = max(ratio, abs(trial.q[0, leg, k] - state.q[0, leg, k]) / most)
-            if ratio <= 1.0:
-                trial.clock[1] = clock[1] + dt
-                trial.clock[3] = slow
-                trial.clock[9] = ratio
-                state.numbers[:] = trial.numbers
-                state.codes[:] = trial.codes
-                return said
-            slow *= 0.99 / ratio
-            said = max(said, 1)
-        else:
-            brake(state, 0.5)
+        held = failed >= 3
+        good = advance(trial, model, order, tuning, slow * dt, held)
+        topples = trial.clock[5] < LEAST * tuning.support_margin and trial.clock[5] < clock[5]
+        if good and topples and not held:
+            good = False
+        if not good:
+            if held:
+                break
+            failed += 1
+            brake(state, 0.5 if failed < 3 else 0.0)
             said = 2
+            continue
+        ratio = 0.0
+        for leg in range(len(state.leg)):
+            for k in range(3):
+                ratio = max(ratio, abs(trial.q[0, leg, k] - state.q[0, leg, k]) / most)
+        if ratio <= 1.0:
+            trial.clock[1] = clock[1] + dt
+            trial.clock[3] = slow
+            trial.clock[9] = ratio
+            state.numbers[:] = trial.numbers
+            state.codes[:] = trial.codes
+            return said
+        slow *= 0.99 / ratio
+        said = max(said, 1)
     # Nothing of what was tried can be done: stay.
     brake(state, 0.0)
     clock[1] += dt
+    clock[3] = slow
     state.q[1] = 0.0
     state.q[2] = 0.0
-    return 2
+    return 3

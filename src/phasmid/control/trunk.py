@@ -85,7 +85,7 @@ def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> N
 
 
 @compiled
-def place_trunk(state: Any, model: Any, order: Any, tuning: Any) -> None:
+def place_trunk(state: Any, model: Any, tuning: Any) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
     path, speed, pose, sway = state.path, state.speed, state.pose, state.sway
     c, s = math.cos(path[2]), math.sin(path[2])
@@ -108,19 +108,24 @@ def place_trunk(state: Any, model: Any, order: Any, tuning: Any) -> None:
     vx, vy = v[0] + bd[0] - w * b[1], v[1] + bd[1] + w * b[0]
     ax = a[0] - w * v[1] + bdd[0] - 2 * w * bd[1] - wd * b[1] - w * w * b[0]
     ay = a[1] + w * v[0] + bdd[1] + 2 * w * bd[0] + wd * b[0] - w * w * b[1]
-    n, level = order.plane, order.plane[3]
-    trunk = state.trunk
+    trunk, ground = state.trunk, state.ground
     trunk[0, 0] = path[0] + c * b[0] - s * b[1]
     trunk[0, 1] = path[1] + s * b[0] + c * b[1]
     # The path rises with the plane under it.
-    sx, sy = -n[0] / n[2], -n[1] / n[2]
+    g, gd, gdd = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        g[i] = ground[3, i]
+        gd[i] = w3 * (ground[2, i] - ground[3, i])
+        gdd[i] = w3 * w3 * (ground[1, i] - 2 * ground[2, i] + ground[3, i])
+    sx, sy = g[1], g[2]
     px, py = c * v[0] - s * v[1], s * v[0] + c * v[1]
     qx, qy = a[0] - w * v[1], a[1] + w * v[0]
-    trunk[0, 2] = level + sx * path[0] + sy * path[1] + model.height + b[2]
+    trunk[0, 2] = g[0] + sx * path[0] + sy * path[1] + model.height + b[2]
     trunk[1, 0], trunk[1, 1] = c * vx - s * vy, s * vx + c * vy
-    trunk[1, 2] = sx * px + sy * py + bd[2]
+    trunk[1, 2] = sx * px + sy * py + gd[0] + gd[1] * path[0] + gd[2] * path[1] + bd[2]
     trunk[3, 0], trunk[3, 1] = c * ax - s * ay, s * ax + c * ay
     trunk[3, 2] = sx * (c * qx - s * qy) + sy * (s * qx + c * qy) + bdd[2]
+    trunk[3, 2] += gdd[0] + gdd[1] * path[0] + gdd[2] * path[1] + 2 * (gd[1] * px + gd[2] * py)
     roll, pitch, yaw = b[3], b[4], b[5] + path[2]
     rotation(roll, pitch, yaw, state.body)
     # Angular velocity of fixed-axes angles, and its derivative.
