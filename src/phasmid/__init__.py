@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from phasmid.robot import Body, Leg, Link, Robot, Servo
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
-    from phasmid.simulation import drive, replay, simulate, simulate_many
+    from phasmid.simulation import replay, simulate, simulate_many
+    from phasmid.simulation.driving import drive
     from phasmid.verification import verify
 
     __version__: str

@@ -12,6 +12,33 @@ FOOT = 4
 """Number of the sensors' random stream."""
 
 
+class FootSensor:
+    """The sensors of all feet, reading by reading.
+
+    Args:
+        table: Noise and threshold.
+        legs: Number of feet.
+    """
+
+    def __init__(self, table: SensorsTable, legs: int) -> None:
+        self._table, self._legs = table, legs
+        self._rng = random_stream(table.sensor_seed, FOOT)
+
+    def noise(self, count: int) -> Float[np.ndarray, "readings legs"]:
+        """That of the next readings [N]."""
+        return self._table.foot_force_noise * self._rng.standard_normal((count, self._legs))
+
+    def read(
+        self, force: Float[np.ndarray, "readings legs"], noise: Float[np.ndarray, "readings legs"]
+    ) -> dict[str, np.ndarray]:
+        """Readings of normal forces [N]."""
+        told = force + noise
+        return {
+            "foot_normal_force_measured": told,
+            "contact_measured": told >= self._table.contact_threshold,
+        }
+
+
 def foot_channels(
     table: SensorsTable,
     time: Float[np.ndarray, " time"],
@@ -30,9 +57,6 @@ def foot_channels(
     sampling = Sampling(table.foot_rate, table.foot_delay)
     reading = sampling.reading_at(time)
     true = normal_force[sampling.row_of(time, np.arange(reading[-1] + 1))]
-    noise = random_stream(table.sensor_seed, FOOT).standard_normal(true.shape)
-    force = (true + table.foot_force_noise * noise)[reading]
-    return {
-        "foot_normal_force_measured": force,
-        "contact_measured": force >= table.contact_threshold,
-    }
+    sensor = FootSensor(table, true.shape[1])
+    told = sensor.read(true, sensor.noise(len(true)))
+    return {name: values[reading] for name, values in told.items()}

@@ -29,7 +29,17 @@ def joint_channels(
     """
     sampling = Sampling(table.joint_rate, table.joint_delay)
     row = sampling.row_of(time, sampling.reading_at(time))
-    told = {"joint_position_measured": quantised(angle, table.encoder_step)[row]}
+    told = joint_readings(table, angle, load)
+    return {name: values[row] for name, values in told.items()}
+
+
+def joint_readings(
+    table: SensorsTable,
+    angle: Float[np.ndarray, "readings legs 3"],
+    load: Float[np.ndarray, "readings legs 3"] | None,
+) -> dict[str, np.ndarray]:
+    """Readings of the servos by channel name; arguments as in `joint_channels`."""
+    told = {"joint_position_measured": quantised(angle, table.encoder_step)}
     if load is not None:
-        told["joint_load_measured"] = quantised(np.clip(load, -1.0, 1.0), table.load_step)[row]
+        told["joint_load_measured"] = quantised(np.clip(load, -1.0, 1.0), table.load_step)
     return told

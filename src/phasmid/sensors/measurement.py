@@ -74,7 +74,7 @@ def measured_channels(
     told: dict[str, np.ndarray] = {}
     if "joint_position" in channels:
         table.check_interval(interval, ["joint"])
-        told |= joint_channels(table, time, channels["joint_position"], _load(robot, channels))
+        told |= joint_channels(table, time, channels["joint_position"], servo_load(robot, channels))
     if all(name in channels for name in IMU_NEEDS):
         table.check_interval(interval, ["imu"])
         seen = (channels[name] for name in IMU_NEEDS)
@@ -85,8 +85,8 @@ def measured_channels(
     return told
 
 
-def _load(robot: Robot, channels: Mapping[str, np.ndarray]) -> np.ndarray | None:
-    """The servos' output as a share of the largest.
+def servo_load(robot: Robot, channels: Mapping[str, np.ndarray]) -> np.ndarray | None:
+    """The servos' output as a share of the largest; None where nothing tells it.
 
     An AX-12 does not measure its torque: what it reports as load is the output that its position
     loop asks of the motor.

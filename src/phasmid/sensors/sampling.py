@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,10 @@ class Sampling:
         passed = time - time[0] - self.delay + 5e-10
         number: np.ndarray = np.maximum(np.floor(passed * self.rate), 0.0).astype(np.int64)
         return number
+
+    def latest(self, passed: float) -> int:
+        """Number of the latest reading that has arrived a time after the beginning [s], from 0."""
+        return max(math.floor((passed - self.delay + 5e-10) * self.rate), 0)
 
     def row_of(
         self, time: Float[np.ndarray, " time"], reading: Int[np.ndarray, " readings"]

@@ -10,6 +10,7 @@ from phasmid.simulation.experiment import (
     simulate,
     with_sensors,
 )
+from phasmid.simulation.fault import Fault
 from phasmid.simulation.many import simulate_many
 from phasmid.simulation.model import build_model
 from phasmid.simulation.refinement import Refinement, time_step_refinement
@@ -22,6 +23,7 @@ __all__ = [
     "Difference",
     "Driving",
     "Ending",
+    "Fault",
     "Refinement",
     "Replay",
     "Run",

@@ -19,10 +19,12 @@ from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.fault import Faults
 from phasmid.simulation.hold import Between, Hold
+from phasmid.simulation.joint_drive import PrescribedDrive
 from phasmid.simulation.run import WATCH_STEPS, Run
 from phasmid.simulation.samples import Keep, Samples
-from phasmid.simulation.senses import TrueSenses
+from phasmid.simulation.senses import ToldSenses
 from phasmid.simulation.telling import run_channels
 
 Commands: TypeAlias = Callable[[float, Observation], Command | None]
@@ -53,6 +55,7 @@ class DrivenRun(Run):
         commands: What it is told to do.
         rate: Updates a second [1/s]; a period is a whole number of time steps.
         between: How targets are filled in between updates.
+        faults: What fails, when.
         interrupted: The robot comes to rest no further as soon as this is not empty.
 
     Attributes:
@@ -74,6 +77,7 @@ class DrivenRun(Run):
         *,
         rate: float,
         between: Between,
+        faults: Faults,
         interrupted: Sequence[int] = (),
     ) -> None:
         self.period_steps = period_steps(scenario, rate)
@@ -87,7 +91,8 @@ class DrivenRun(Run):
         self._shape, self._now = (len(self.robot.legs), 3), self.step
         self._running = np.ones(self._shape, dtype=bool)
         self._velocity_before = self.data.qvel[:3].copy()
-        self._senses = TrueSenses(self)
+        self._senses = ToldSenses(self, faults)
+        self._deaths = sorted(faults.servos())
         start = begin.sample(np.zeros(1))
         self._hold = Hold(between, self.period_steps, self.dt, start.q[0], start.qd[0])
         self._wanted = np.zeros((3, self.block_steps, *self._shape))
@@ -132,9 +137,11 @@ class DrivenRun(Run):
                 self.ended = True
                 break
             rows = self._rows_of(decision, made, count - made)
+            self._let_die(self._now * self.dt)
             last = self._now + len(rows) > self.steps
             now = self._advance(rows, at=made, last=last, interrupted=interrupted)
             if now:
+                self._senses.take(made, made + now, self._now)
                 made += now
                 self._now += now
                 self._velocity_before = self.buffer.qvel[made - 1, :3]
@@ -160,6 +167,16 @@ class DrivenRun(Run):
             room[part] = values[: len(rows)]
         self._tell(at // self.period_steps, decision)
         return rows
+
+    def _let_die(self, time: float) -> None:
+        """Let those servos die whose time has come, as of an update."""
+        while self._deaths and self._deaths[0][0] <= time + 1e-9:
+            _, leg, joint = self._deaths.pop(0)
+            self._running[leg, joint] = False
+            self.drive.fail(3 * leg + joint)
+            if isinstance(self.drive, PrescribedDrive):
+                # That loop counts on a constraint for every joint.
+                self._unlocked = None
 
     def _is_finite(self) -> bool:
         """Whether the engine's state is one that a controller can be told of."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -18,9 +18,11 @@ from phasmid.motion import Motion
 from phasmid.recording import Recording, load_recording
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
+from phasmid.scenario.sensors import SENSORS
 from phasmid.simulation.driven import Commands, DrivenRun, period_steps
 from phasmid.simulation.ending import Trouble
 from phasmid.simulation.experiment import with_sensors
+from phasmid.simulation.fault import Fault, Faults
 from phasmid.simulation.hold import between_updates
 from phasmid.simulation.keeping import kept_in_log, kept_in_memory
 from phasmid.simulation.run import Progress
@@ -44,6 +46,7 @@ def drive(
     rate: float = 200.0,
     between: str | None = None,
     start: Float[np.ndarray, "legs 3"] | None = None,
+    faults: Sequence[Fault | str] = (),
     progress: Progress | None = None,
     log: str | Path | None = None,
     force: bool = False,
@@ -67,6 +70,8 @@ def drive(
             targets to the new ones, which they reach as the next update comes. None: ``cubic``
             where the drive is ``prescribed``, which knows no other, and else ``hold``.
         start: Joint angles to begin with [rad], shape (L, 3).
+        faults: What fails, when: each a `phasmid.simulation.Fault`, or a sentence such as
+            ``right_middle.tibia dead at 5 s``.
         progress: Is told how far the run is.
         log: As in `phasmid.simulate`.
         force: Whether an older log of that name is replaced.
@@ -81,7 +86,15 @@ def drive(
             that does not fit it, or a controller that answers with no targets.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
-    driving = Driving.of(scenario, controller, commands, rate=rate, between=between, start=start)
+    driving = Driving.of(
+        scenario,
+        controller,
+        commands,
+        rate=rate,
+        between=between,
+        start=start,
+        faults=faults,
+    )
     check_callable("progress", progress)
     if log is not None:
         driving.record(log, progress=progress, force=force)
@@ -99,6 +112,7 @@ class Driving:
     commands: Commands
     rate: float
     between: str | None
+    faults: Faults
 
     @classmethod
     def of(
@@ -109,7 +123,8 @@ class Driving:
         *,
         rate: float,
         between: str | None,
-        start: Float[np.ndarray, "legs 3"] | None,
+        start: Float[np.ndarray, "legs 3"] | None = None,
+        faults: Sequence[Fault | str] = (),
     ) -> Driving:
         """What a caller gives, refused where it cannot be driven.
 
@@ -136,7 +151,9 @@ class Driving:
             begin = standing(scenario, scenario.load_robot(), start)
         check_time_step(scenario, begin)
         check_start(scenario, begin)
-        return cls(scenario, begin, controller, _commands(commands), rate, between)
+        failing = Faults(begin.robot, faults, scenario.sensors.contact_threshold)
+        scenario = _with_delays(scenario)
+        return cls(scenario, begin, controller, _commands(commands), rate, between, failing)
 
     def simulate(self, *, progress: Progress | None = None) -> Recording:
         """Make the run in memory."""
@@ -178,6 +195,7 @@ class Driving:
             self.commands,
             rate=self.rate,
             between=between_updates(self.scenario.simulation.drive, self.between),
+            faults=self.faults,
         )
 
     def _attributes(self, run: DrivenRun) -> Attributes:
@@ -188,6 +206,7 @@ class Driving:
         return said | {
             "controller": _name(self.controller),
             "control_rate": float(self.rate),
+            "faults": json.dumps([str(fault) for fault in self.faults.faults]),
             "between_updates": between_updates(self.scenario.simulation.drive, self.between),
         }
 
@@ -219,6 +238,14 @@ def scenario_engine(scenario: Scenario, rate: float) -> LocomotionEngine:
         step_height=stride.step_height,
         update_period=1 / rate,
     )
+
+
+def _with_delays(scenario: Scenario) -> Scenario:
+    """The scenario, with sensors whose readings arrive a time step late at the earliest."""
+    table, dt = scenario.sensors, scenario.simulation.dt
+    delays = {f"{sensor}_delay": getattr(table, f"{sensor}_delay") for sensor in SENSORS}
+    short = {name: dt for name, delay in delays.items() if delay < dt}
+    return scenario.replace(**short) if short and table.measured == "everything" else scenario
 
 
 def _name(controller: Controller) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +16,7 @@ from phasmid.recording import Recording, load_recording
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
 from phasmid.simulation.ending import Trouble
+from phasmid.simulation.fault import Faults, spoilt_recording_channels
 from phasmid.simulation.figures import BLOCK_SAMPLES, Figures
 from phasmid.simulation.keeping import kept_in_log, kept_in_memory
 from phasmid.simulation.run import Progress, Run
@@ -114,10 +116,20 @@ def simulate_part(
 def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
     """A recording with what its sensors would have told, where the scenario asks for that.
 
-    A log does not hold it, since it follows from the rest.
+    A log does not hold it, since it follows from the rest. Faults that the recording tells of are
+    in what its sensors tell.
     """
-    wanted = scenario.sensors.measured == "everything"
-    return sense(scenario, recording) if wanted else recording
+    if scenario.sensors.measured != "everything":
+        return recording
+    told = sense(scenario, recording)
+    texts = json.loads(str(told.attrs.get("faults", "[]")))
+    if not texts:
+        return told
+    faults = Faults(scenario.load_robot(), texts, scenario.sensors.contact_threshold)
+    added = [str(name) for name in told.data_vars if name not in recording.data_vars]
+    channels = {name: np.asarray(told[name].values) for name in added}
+    spoilt = spoilt_recording_channels(faults, np.asarray(told["time"].values), channels)
+    return told.assign({name: (told[name].dims, spoilt[name], told[name].attrs) for name in added})
 
 
 def record(

@@ -78,6 +78,9 @@ class Drive(Protocol):
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
         """What is wrong with the drive in a state, to be told when a run ends early; or nothing."""
 
+    def fail(self, joint: int) -> None:
+        """Let go of a joint from now on, counted leg by leg: it is limp."""
+
 
 class Memoryless:
     """What drives share that remember nothing from one step to the next, and do not fail."""
@@ -112,7 +115,8 @@ class PrescribedDrive(Memoryless):
         self._constraints = model.eq_data
         self._angle = self._constraints[:, 0]
         self._width = np.array([self._constraints.shape[1]])
-        self._count = 3 * len(walk.robot.legs)
+        self._held = np.arange(3 * len(walk.robot.legs))
+        self._count = len(self._held)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the angles at which the constraints hold."""
@@ -127,7 +131,17 @@ class PrescribedDrive(Memoryless):
         force: np.ndarray = self._data.efc_force[: self._count]
         if self._data.ne < self._count or len(force) < self._count:
             raise LostConstraints
-        return force
+        if self._count == len(self._angle):
+            return force
+        torque = np.zeros(len(self._angle))
+        torque[self._held] = force
+        return torque
+
+    def fail(self, joint: int) -> None:
+        """Take away a joint's constraint."""
+        self._data.eq_active[joint] = 0
+        self._held = self._held[self._held != joint]
+        self._count = len(self._held)
 
     def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
         """The constraints' numbers, and how many each of them has."""
@@ -166,6 +180,7 @@ class IdealServoDrive(Memoryless):
         self._stall, self._stiffness = servo.stall_torque, servo.stiffness
         self._drop_per_speed = servo.stall_torque / servo.no_load_speed
         self._numbers = np.array([self._stall, self._drop_per_speed])
+        self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
         self._drop, self._loss = np.empty((2, model.nu))
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -182,6 +197,10 @@ class IdealServoDrive(Memoryless):
         """What the servos gave, their own friction not taken off."""
         force: np.ndarray = self._force
         return force
+
+    def fail(self, joint: int) -> None:
+        """Take a joint's motor away; rotor and friction stay."""
+        self._gains[joint] = self._biases[joint] = 0.0
 
     def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
         """Goals, speeds, the limits that follow from these, and by what numbers."""

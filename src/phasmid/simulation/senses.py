@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.control import Observation
-from phasmid.simulation.servo import FIELDS
+from phasmid.sensors.stream import SensorStream
+from phasmid.simulation.fault import Faults
+from phasmid.simulation.samples import Samples
+from phasmid.simulation.servo import FIELDS, RUNNING
+from phasmid.simulation.telling import run_channels
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run
@@ -45,7 +51,7 @@ class TrueSenses:
 
         Args:
             time: On the controller's clock [s].
-            running: Which servos answer, shape (L, 3).
+            running: Which servos have not died, shape (L, 3).
             velocity_before: Of the body a step earlier, world axes [m/s], shape (3,).
         """
         run, legs, data = self._run, self._legs, self._run.data
@@ -58,6 +64,8 @@ class TrueSenses:
             normal = run.ground.normal(foot[:, 0], foot[:, 1])
             normal_force = np.sum(force * normal, axis=1)
         if self._own:
+            rows_of = run.drive.state.reshape(len(FIELDS), legs, 3)
+            running = running & (rows_of[FIELDS.index("shutdown")] == RUNNING)
             load = run.drive.state.reshape(len(FIELDS), legs, 3)[FIELDS.index("duty")].copy()
         else:
             load = run.drive.torque().reshape(legs, 3) / self._stall
@@ -84,3 +92,108 @@ class TrueSenses:
         self._engine.mju_negQuat(self._away, orientation)
         self._engine.mju_rotVecQuat(told, force, self._away)
         return told
+
+
+OBSERVED = {
+    "joint_position_measured": "joint_position",
+    "joint_load_measured": "joint_load",
+    "imu_angular_velocity": "angular_velocity",
+    "imu_acceleration": "acceleration",
+    "imu_orientation": "orientation",
+    "foot_normal_force_measured": "foot_normal_force",
+    "contact_measured": "contact",
+}
+"""Channels of measurements, and where an observation has them."""
+
+
+class ToldSenses:
+    """Senses as the scenario's sensors tell them, and with faults.
+
+    A force or a load is read at the end of the step in which it acts, so that a reading arrives a
+    time step after its moment at the earliest.
+
+    Args:
+        run: The run whose robot is observed.
+        faults: Of its robot.
+    """
+
+    def __init__(self, run: Run, faults: Faults) -> None:
+        self._run, self._faults = run, faults
+        self._true = TrueSenses(run)
+        self._stream: SensorStream | None = None
+        if run.scenario.sensors.measured == "everything":
+            self._stream = SensorStream(run.scenario, run.robot, run.time)
+            self._stream.begin(self._seen_now())
+        self._frozen: dict[int, dict[str, np.ndarray]] = {}
+
+    def _seen_now(self) -> dict[str, np.ndarray]:
+        """Channels of the robot at rest, before the first step."""
+        run = self._run
+        now = Samples.empty(run.model, run.drive, 1)
+        now.write(0, run.data, run.drive)
+        return run_channels(run, now, {})
+
+    def take(self, begin: int, end: int, step: int) -> None:
+        """Let the sensors read what has happened.
+
+        Args:
+            begin: The first of the buffer's samples that is new.
+            end: The one after the last.
+            step: Index of the first's time step.
+        """
+        stream, run = self._stream, self._run
+        if stream is None:
+            return
+        for at in range(begin + -step % run.every, end, run.every):
+            row = (step + at - begin) // run.every
+            if stream.needs(row):
+                sample = run.buffer.part(slice(at, at + 1))
+                stream.take(row, run_channels(run, sample, {}))
+            else:
+                stream.skip(run.buffer.qvel[at, :3].copy())
+
+    def observe(
+        self,
+        time: float,
+        running: Bool[np.ndarray, "legs 3"],
+        velocity_before: Float[np.ndarray, "3"],
+    ) -> Observation:
+        """What the controller is told; arguments as in `TrueSenses.observe`."""
+        true = self._true.observe(time, running, velocity_before)
+        spoilt = self._faults.of_sensors
+        if self._stream is None and not spoilt:
+            return true
+        if spoilt:
+            self._freeze(time, true)
+        told = self._told(time, true)
+        if spoilt:
+            rows = {name: values[None] for name, values in told.items()}
+            rows = self._faults.spoil(rows, np.array([time]), self._frozen)
+            told = {name: values[0] for name, values in rows.items()}
+        changes: dict[str, Any] = {OBSERVED[name]: value for name, value in told.items()}
+        if self._stream is not None:
+            # Most servos tell no speed.
+            changes["joint_velocity"] = None
+        elif spoilt and true.joint_velocity is not None:
+            # A speed is told by the encoder too.
+            moves = changes["joint_position"] == true.joint_position
+            off = np.where(np.isfinite(changes["joint_position"]), 0.0, np.nan)
+            changes["joint_velocity"] = np.where(moves, true.joint_velocity, off)
+        return replace(true, **changes)
+
+    def _told(self, time: float, true: Observation) -> dict[str, np.ndarray]:
+        if self._stream is not None:
+            return self._stream.told(time)
+        return {name: getattr(true, field) for name, field in OBSERVED.items()}
+
+    def _freeze(self, time: float, true: Observation) -> None:
+        """Keep what sensors tell that get stuck now."""
+        interval = self._run.every * self._run.dt
+        for number, fault in enumerate(self._faults.faults):
+            if fault.kind != "stuck" or number in self._frozen or fault.time > time + 1e-9:
+                continue
+            # As a recording has it: at the last of its samples before the fault.
+            moment = math.floor(fault.time / interval + 1e-6) * interval
+            self._frozen[number] = {
+                name: np.copy(value) for name, value in self._told(moment, true).items()
+            }

@@ -39,10 +39,10 @@ until it next looks at the position; position error [ticks] and its smoothed cha
 NUMBERS = 28
 """How many numbers `servo_numbers` gives."""
 
-RUNNING, OVERLOADED, OVERHEATED = 0.0, 1.0, 2.0
+RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
 """Whether a servo runs, and why it shut down."""
 
-REASONS = {OVERLOADED: "overload", OVERHEATED: "overheating"}
+REASONS = {OVERLOADED: "overload", OVERHEATED: "overheating", FAILED: "failure"}
 
 MOST_OF_LIMIT = 0.75
 """Part of the largest stable step that is allowed: legs are lighter in other poses."""
@@ -290,6 +290,10 @@ class ServoDrive:
             self._rows,
             self._applied,
         )
+
+    def fail(self, joint: int) -> None:
+        """Shut a servo down for good."""
+        self._rows[FIELDS.index("shutdown"), joint] = FAILED
 
     def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
         """What `command` hands to `servo_step`, but for the goals."""

@@ -65,6 +65,10 @@ class _Planned(Memoryless):
         """Nothing: the rows of the legs say it all."""
         del target
 
+    def fail(self, joint: int) -> None:
+        """Refused: nobody asks this simulator's joints to fail."""
+        raise NotImplementedError(joint)
+
     def torque(self) -> Float[np.ndarray, " joints"]:
         """None: torques are found after the motion."""
         return np.empty(0)

@@ -1,0 +1,291 @@
+"""What goes wrong with the robot during a run: servos that die, sensors that die, stick or lie."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.arguments import check_number, check_type
+from phasmid.errors import InvalidInput, nearest
+from phasmid.robot import JOINTS, Robot
+from phasmid.sensors.imu import turned
+
+KINDS = ("dead", "stuck", "off")
+"""``dead``: tells no number any more, of a foot also no contact; of a servo: its joint is limp.
+``stuck``: tells what it told then. ``off``: tells what is true and an amount more."""
+
+VECTORS = {
+    "gyro": "imu_angular_velocity",
+    "accelerometer": "imu_acceleration",
+    "orientation": "imu_orientation",
+}
+"""Parts of the inertial sensor, and the channels that they tell."""
+
+UNITS = {
+    "encoder": {"deg": math.radians(1), "rad": 1.0},
+    "foot": {"N": 1.0},
+    "gyro": {"deg/s": math.radians(1), "rad/s": 1.0},
+    "accelerometer": {"m/s2": 1.0, "m/s²": 1.0},
+    "orientation": {"deg": math.radians(1), "rad": 1.0},
+}
+"""Units of the amounts by which sensors may be off; the last one of each is SI."""
+
+FORM = "right_middle.tibia dead at 5 s"
+WORDS = re.compile(
+    r"(?P<place>[\w.-]+)(?: (?P<part>encoder|foot|servo))? (?P<kind>[a-z]+)"
+    r"(?: by (?P<amount>[-+.,\deE]+) ?(?P<unit>[a-zA-Z²/2]+))? at (?P<time>[-+.\deE]+) ?s"
+)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Something that fails at a time and stays so.
+
+    Attributes:
+        part: ``servo``, ``encoder``, ``foot``, ``gyro``, ``accelerometer``, ``orientation``, or
+            ``imu`` for all three of the last.
+        kind: One of `KINDS`; a servo can only be dead, and an inertial sensor as a whole not off.
+        time: When it begins [s].
+        leg: Name of the leg, of servo, encoder and foot.
+        joint: Name of its joint, of servo and encoder.
+        amount: By how much it is off [rad, N, rad/s, m/s², rad]: three numbers along the body's
+            axes of gyro, accelerometer and orientation, which is turned about that vector.
+
+    Raises:
+        InvalidInput: There is no such part or kind, or a number is not finite or missing.
+    """
+
+    part: str
+    kind: str
+    time: float
+    leg: str = ""
+    joint: str = ""
+    amount: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        parts = ("servo", "encoder", "foot", *VECTORS, "imu")
+        for name, known in (("part", parts), ("kind", KINDS)):
+            value = getattr(self, name)
+            check_type(name, value, (str,), "text")
+            if value not in known:
+                guess = nearest(value, known)
+                raise InvalidInput(
+                    f'a fault has no {name} "{value}"; it must be one of {", ".join(known)}.',
+                    hint=f'"{guess}"' if guess else f'"{FORM}"',
+                )
+        check_number("a fault's time", self.time)
+        if not (math.isfinite(self.time) and self.time >= 0):
+            raise InvalidInput(f"a fault's time is {self.time:g} s; it must be finite, 0 or more.")
+        if self.part == "servo" and self.kind != "dead":
+            raise InvalidInput(
+                f"a servo cannot be {self.kind}; it can only be dead.", hint=f'"{FORM}"'
+            )
+        if self.part == "imu" and self.kind == "off":
+            raise InvalidInput(
+                "imu cannot be off as a whole; one of its parts can.",
+                hint='"gyro off by 0,0,5 deg/s at 2 s"',
+            )
+        needed = 0 if self.kind != "off" else 3 if self.part in VECTORS else 1
+        if len(self.amount) != needed:
+            raise InvalidInput(
+                f"a fault of kind {self.kind} of {self.part} has {len(self.amount)} amounts; it "
+                f"must have {needed}."
+            )
+        for value in self.amount:
+            check_number("a fault's amount", value)
+            if not math.isfinite(value):
+                raise InvalidInput(f"a fault's amount is {value:g}; it must be a finite number.")
+
+    @classmethod
+    def of(cls, text: str) -> Fault:
+        """The fault that a sentence tells.
+
+        Args:
+            text: Such as ``right_middle.tibia dead at 5 s`` (the servo),
+                ``right_middle.tibia encoder stuck at 5 s``, ``left_front foot off by 2 N at 1 s``,
+                ``gyro off by 0,0,5 deg/s at 2 s``, ``imu dead at 3 s``.
+
+        Raises:
+            InvalidInput: It is none.
+        """
+        check_type("a fault", text, (str,), "text", f'"{FORM}"')
+        found = WORDS.fullmatch(" ".join(text.split()))
+        if found is None:
+            raise InvalidInput(
+                f'a fault is "{text[:80]}"; it must say what fails, how and when.', hint=f'"{FORM}"'
+            )
+        place, part, kind = found["place"], found["part"], found["kind"]
+        leg, _, joint = place.partition(".")
+        if part is None:
+            part = "servo" if joint else place
+        leg = "" if part in VECTORS or part == "imu" else leg
+        amount: tuple[float, ...] = ()
+        if found["amount"] is not None:
+            units = UNITS.get(part, {})
+            if found["unit"] not in units:
+                raise InvalidInput(
+                    f'"{text}": {part} is off by an amount in {" or ".join(units) or "nothing"}.'
+                )
+            scale = units[found["unit"]]
+            amount = tuple(_number(word, text) * scale for word in found["amount"].split(","))
+        return cls(part, kind, _number(found["time"], text), leg, joint, amount)
+
+    def __str__(self) -> str:
+        place = {"servo": f"{self.leg}.{self.joint}", "foot": f"{self.leg} foot"}
+        place["encoder"] = f"{self.leg}.{self.joint} encoder"
+        words = [place.get(self.part, self.part), self.kind]
+        if self.amount:
+            unit = list(UNITS[self.part])[-1]
+            words.append(f"by {','.join(repr(float(value)) for value in self.amount)} {unit}")
+        return f"{' '.join(words)} at {float(self.time)!r} s"
+
+    def joint_of(self, robot: Robot) -> tuple[int, ...]:
+        """Index of the leg and the joint concerned; of a foot of the leg alone; else nothing.
+
+        Raises:
+            InvalidInput: The robot has none of that name.
+        """
+        if self.part in VECTORS or self.part == "imu":
+            return ()
+        names = robot.leg_names
+        if self.leg not in names:
+            guess = nearest(self.leg, names)
+            raise InvalidInput(
+                f'fault "{self}": {robot.name} has no leg "{self.leg}".',
+                hint=f'"{guess}"' if guess else f"one of {', '.join(names)}",
+            )
+        leg = names.index(self.leg)
+        if self.part == "foot":
+            return (leg,)
+        if self.joint not in JOINTS:
+            guess = nearest(self.joint, JOINTS)
+            raise InvalidInput(
+                f'fault "{self}": a leg has no joint "{self.joint}".',
+                hint=f'"{guess}"' if guess else f"one of {', '.join(JOINTS)}",
+            )
+        return leg, JOINTS.index(self.joint)
+
+
+def _number(word: str, text: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise InvalidInput(f'"{text}": "{word}" is no number.', hint=f'"{FORM}"') from None
+
+
+class Faults:
+    """Faults of one robot, and what they make of what its sensors tell.
+
+    Args:
+        robot: The robot.
+        faults: Each a `Fault`, or the sentence of one.
+        threshold: Normal force from which a foot is said to touch [N].
+
+    Attributes:
+        faults: All of them.
+
+    Raises:
+        InvalidInput: One of them is none, or of a part that the robot lacks.
+    """
+
+    def __init__(self, robot: Robot, faults: Sequence[Fault | str], threshold: float) -> None:
+        if isinstance(faults, str | Fault):
+            faults = [faults]
+        check_type("faults", faults, (list, tuple), "a list of faults", f'["{FORM}"]')
+        self.faults = tuple(f if isinstance(f, Fault) else Fault.of(f) for f in faults)
+        self._places = [fault.joint_of(robot) for fault in self.faults]
+        self._threshold = threshold
+
+    def servos(self) -> list[tuple[float, int, int]]:
+        """When servos die [s], and which: indices of leg and joint."""
+        return [
+            (fault.time, *place)  # type: ignore[misc]
+            for fault, place in zip(self.faults, self._places, strict=True)
+            if fault.part == "servo"
+        ]
+
+    @property
+    def of_sensors(self) -> bool:
+        """Whether any of them concerns what is told."""
+        return any(fault.part != "servo" for fault in self.faults)
+
+    def spoil(
+        self,
+        told: Mapping[str, np.ndarray],
+        time: Float[np.ndarray, " time"],
+        frozen: Mapping[int, Mapping[str, np.ndarray]],
+    ) -> dict[str, np.ndarray]:
+        """What sensors tell with their faults, a copy.
+
+        Args:
+            told: Channels of measurements by name, shapes (N, ...).
+            time: Of these samples [s], shape (N,).
+            frozen: What was told when a sensor got stuck, by the fault's index, each one sample
+                without its leading axis.
+        """
+        spoilt = {name: values.copy() for name, values in told.items()}
+        for number, (fault, place) in enumerate(zip(self.faults, self._places, strict=True)):
+            rows = time >= fault.time - 1e-9
+            if fault.part == "servo" or not rows.any():
+                continue
+            for name in _channels(fault):
+                if name in spoilt:
+                    still = frozen.get(number, {}).get(name)
+                    self._spoil(spoilt, name, rows, place, fault, still)
+        return spoilt
+
+    def _spoil(
+        self,
+        told: dict[str, np.ndarray],
+        name: str,
+        rows: Bool[np.ndarray, " time"],
+        place: tuple[int, ...],
+        fault: Fault,
+        frozen: np.ndarray | None,
+    ) -> None:
+        values = told[name]
+        at = (rows, *place)
+        if fault.kind == "dead":
+            values[at] = False if values.dtype == np.bool_ else np.nan
+        elif fault.kind == "stuck":
+            assert frozen is not None
+            values[at] = frozen[place]
+        elif name == "contact_measured":
+            # Its force has been spoilt before.
+            values[at] = told["foot_normal_force_measured"][at] >= self._threshold
+        elif name == "imu_orientation":
+            values[rows] = turned(values[rows], np.tile(fault.amount, (int(rows.sum()), 1)))
+        else:
+            values[at] += fault.amount if len(fault.amount) > 1 else fault.amount[0]
+
+
+def _channels(fault: Fault) -> tuple[str, ...]:
+    """Channels of measurements that a fault spoils; a foot's contact after its force."""
+    if fault.part == "encoder":
+        return ("joint_position_measured",)
+    if fault.part == "foot":
+        return ("foot_normal_force_measured", "contact_measured")
+    return tuple(VECTORS.values()) if fault.part == "imu" else (VECTORS[fault.part],)
+
+
+def spoilt_recording_channels(
+    faults: Faults, time: Float[np.ndarray, " time"], told: Mapping[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """What a recording's sensors tell, with their faults.
+
+    Args:
+        faults: Of its robot.
+        time: Of its samples [s], shape (N,).
+        told: Its measured channels.
+    """
+    frozen = {}
+    for number, fault in enumerate(faults.faults):
+        if fault.kind == "stuck" and time[-1] >= fault.time - 1e-9:
+            row = max(int(np.searchsorted(time, fault.time + 1e-9, side="right")) - 1, 0)
+            frozen[number] = {name: values[row] for name, values in told.items()}
+    return faults.spoil(told, time, frozen)
