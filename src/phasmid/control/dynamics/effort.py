@@ -275,33 +275,52 @@ class FeedForward:
         if found is None:
             friction = float(friction_needed(force, normals, share))
             demand = float(demand_of(torque, self._limits))
-            remark = self._reason(torque, friction, demand, missing)
+            remark = self._reason(torque, normals, friction, demand, missing)
             return Effort(torque, force, 0.0 if remark else 1.0, friction, demand, remark)
         remark = ""
         if found.part < WHOLE:
             friction = float(friction_needed(force, normals, share))
-            remark = self._reason(torque, friction, float(demand_of(torque, self._limits)), missing)
+            demand = float(demand_of(torque, self._limits))
+            remark = self._reason(torque, normals, friction, demand, missing)
         load_joints(self._needs, found.force, torque)
         torque += (1.0 - found.part) * (self._rest.torque - self._needs.torque)
         friction = float(friction_needed(found.force, normals, share))
         demand = float(demand_of(torque, self._limits))
         return Effort(torque, found.force, found.part, friction, demand, remark)
 
-    def _reason(self, torque: np.ndarray, friction: float, demand: float, missing: float) -> str:
-        """The limit that the cheapest forces pass."""
+    def _reason(
+        self,
+        torque: np.ndarray,
+        normals: np.ndarray,
+        friction: float,
+        demand: float,
+        missing: float,
+    ) -> str:
+        """The limit for which the motion cannot be had."""
         if missing > MISSING:
             return "the standing feet cannot carry the robot: fewer than three, or on one line."
-        if demand > 1.0 and (friction <= self.friction or math.isinf(friction)):
+        along, up = self._slope(normals)
+        if along > self.friction * up:
+            needed = f"{along / up:.2f}" if up > 0.0 else "any amount"
+            return f"the feet need a friction of {needed} of {self.friction:.2f}."
+        if demand > 1.0:
             limit = np.where(torque > 0.0, self._limits[1], -self._limits[0]).ravel()
             share = np.abs(torque).ravel() / np.maximum(limit, 1e-12)
             worst = int(np.argmax(share))
-            needed = abs(float(torque.ravel()[worst]))
-            return f"{self._names[worst]} needs {needed:.2f} N·m of {limit[worst]:.2f}."
+            needed_torque = abs(float(torque.ravel()[worst]))
+            return f"{self._names[worst]} needs {needed_torque:.2f} N·m of {limit[worst]:.2f}."
         if math.isinf(friction):
             return "a foot would have to pull at the ground."
         if friction > self.friction:
-            return f"the feet need a friction of {friction:.2f} of {self.friction:.2f}."
+            return f"a foot needs a friction of {friction:.2f} of {self.friction:.2f}."
         return ""
+
+    def _slope(self, normals: np.ndarray) -> tuple[float, float]:
+        """The load along the ground, and across it, on a plane of the feet's mean normal [N]."""
+        n = normals.mean(axis=0)
+        load = self._needs.wrench[:3]
+        up = float(load @ n) / max(float(np.linalg.norm(n)), 1e-12)
+        return math.sqrt(max(float(load @ load) - up * up, 0.0)), up
 
 
 WHOLE = 1.0 - 1e-6

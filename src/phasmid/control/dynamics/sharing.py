@@ -17,7 +17,6 @@ MINIMUM_NORM, WEIGHTED, MINIMUM_TORQUE = 0, 1, 2
 """What is made least: squares of forces, those along the ground weighted, or of torques."""
 
 
-
 def _share_forces(
     needs: Needs,
     share: np.ndarray,
