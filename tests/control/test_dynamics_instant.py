@@ -9,7 +9,7 @@ import pytest
 
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
-from phasmid.control.dynamics import EffortSettings, FeedForward, load_shares
+from phasmid.control.dynamics.effort import EffortSettings, FeedForward, load_shares
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, share_load
 from phasmid.robot import Robot, load_robot, preset_names

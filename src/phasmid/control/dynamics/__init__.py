@@ -1,5 +1,4 @@
-"""What torques the commanded motion takes, whether the ground and the servos can give them."""
+"""What torques the commanded motion takes, and whether ground and servos can give them.
 
-from phasmid.control.dynamics.effort import Effort, EffortSettings, FeedForward, load_shares
-
-__all__ = ["Effort", "EffortSettings", "FeedForward", "load_shares"]
+Its modules of loops load the compiler when they are imported; they are imported by who uses them.
+"""

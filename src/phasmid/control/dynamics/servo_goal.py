@@ -46,9 +46,10 @@ def goal_numbers(servo: Servo, voltage: float) -> Float[np.ndarray, " numbers"]:
     )
 
 
-def _fill_goals(
+def fill_goals(
     q: np.ndarray, qd: np.ndarray, torque: np.ndarray, numbers: np.ndarray, goal: np.ndarray
 ) -> None:
+    """What `goals_for_torque` returns, as a loop for the compiler; arguments of shape (J,)."""
     tick, gain, punch, most = numbers[0], numbers[1], numbers[6], numbers[7]
     per_torque, per_speed = numbers[8], numbers[9]
     loss, coulomb, viscous = numbers[10], numbers[11], numbers[12]
@@ -71,9 +72,6 @@ def _fill_goals(
         goal[j] = q[j] + tick * (error if side == 1 else -error)
 
 
-fill_goals = compiled(_fill_goals)
-
-
 def goals_for_torque(
     q: Float[np.ndarray, "*batch"],
     qd: Float[np.ndarray, "*batch"],
@@ -93,5 +91,7 @@ def goals_for_torque(
         numbers: From `goal_numbers`.
     """
     goal = np.empty(q.shape)
-    fill_goals(q.reshape(-1), qd.reshape(-1), torque.reshape(-1), numbers, goal.reshape(-1))
+    compiled(fill_goals)(
+        q.reshape(-1), qd.reshape(-1), torque.reshape(-1), numbers, goal.reshape(-1)
+    )
     return goal
