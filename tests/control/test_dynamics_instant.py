@@ -9,7 +9,7 @@ import pytest
 
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
-from phasmid.control.dynamics.effort import EffortSettings, FeedForward, load_shares
+from phasmid.control.dynamics.effort import EffortSettings, FeedForward
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, share_load
 from phasmid.robot import Robot, load_robot, preset_names
@@ -222,21 +222,12 @@ def test_two_feet_cannot_carry_a_robot_and_it_is_told() -> None:
     )
 
 
-def test_the_load_comes_and_goes_without_a_jump() -> None:
-    standing_for = np.array([-1.0, 0.0, 0.02, 0.05, 0.2, 0.2, 0.2])
-    leaving_in = np.array([0.2, 0.2, 0.2, 0.2, np.inf, 0.03, 0.0])
-    x = np.array([0.2, 0.5, 0.3])
-    curve = x**3 * (10 - 15 * x + 6 * x**2)
-    expected = [0.0, 0.0, curve[0], curve[1], 1.0, curve[2], 0.0]
-    np.testing.assert_allclose(load_shares(standing_for, leaving_in, 0.1), expected, atol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"friction": -1.0}, "friction is -1; it must be from 0 to 10."),
         ({"friction_used": 0.0}, "friction_used is 0; it must be from 0.01 to 1."),
-        ({"transfer": float("nan")}, "transfer is nan; it must be from 0 to 10."),
+        ({"load_transfer": float("nan")}, "load_transfer is nan; it must be from 0 to 10."),
         (
             {"force_model": "friction-cone"},
             'force_model is "friction-cone"; it must be one without limits of its own: friction '

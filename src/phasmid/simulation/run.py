@@ -15,7 +15,7 @@ from jaxtyping import Float
 from phasmid.arguments import numbers
 from phasmid.batch.compiled import numba
 from phasmid.errors import InvalidInput
-from phasmid.motion import Motion, SampledMotion
+from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.simulation.complaint import collected_complaints
 from phasmid.simulation.ending import Ending, Trouble, watch
@@ -31,7 +31,7 @@ from phasmid.simulation.model import build_model
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import raised
-from phasmid.simulation.torque import TorqueDrive, feed_forward
+from phasmid.simulation.torque import TorqueDrive, standing_torque, walking_torque
 
 if TYPE_CHECKING:
     import mujoco
@@ -194,7 +194,10 @@ class Run:
     def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
         """The targets of some steps, evaluated from the plan."""
         walk = self.walk.sample(np.arange(start, stop) * self.dt)
-        torque = feed_forward(self.scenario, walk) if self._fed else None
+        torque = None
+        if self._fed:
+            assert isinstance(walk, Walk)
+            torque = walking_torque(self.scenario, walk)
         return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque), self.dt)
 
     def _repeated_targets(self) -> Float[np.ndarray, "samples joints"] | None:
@@ -244,7 +247,7 @@ class Run:
     def _still(self, start: SampledMotion, count: int) -> Float[np.ndarray, "samples joints"]:
         """Targets of joints that stay where they start, for a number of steps."""
         still = np.zeros_like(start.q)
-        torque = feed_forward(self.scenario, start) if self._fed else None
+        torque = standing_torque(self.scenario, start) if self._fed else None
         return np.repeat(
             self.drive.targets(Setpoints(start.q, still, still, torque), self.dt), count, axis=0
         )

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
-from phasmid.forces import planned_torque
+from phasmid.forces import minimum_norm, planned_torque
+from phasmid.kinematics import jacobian
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import Scenario
 from phasmid.simulation.drive import IdealServoDrive, Setpoints
@@ -45,21 +47,51 @@ class TorqueDrive(IdealServoDrive):
         return torque
 
 
-def feed_forward(scenario: Scenario, walk: SampledMotion) -> Float[np.ndarray, "samples legs 3"]:
-    """What the plan takes by inverse dynamics, the servos' rotors included [N·m].
+def check_feed_forward(scenario: Scenario, walk: Motion) -> None:
+    """Refuse to drive joints by torque along a motion of which no torque is known.
+
+    Raises:
+        InvalidInput: It is no plan of a walk: nobody knows which of its feet stand.
+    """
+    if scenario.simulation.drive == "torque" and not isinstance(walk, Walk):
+        raise InvalidInput(
+            'drive is "torque" and the joints follow a trajectory, which does not tell which feet '
+            "stand; it must be another drive.",
+            hint='"ideal-servo"',
+        )
+
+
+def walking_torque(scenario: Scenario, walk: Walk) -> Float[np.ndarray, "samples legs 3"]:
+    """What a plan takes by inverse dynamics, the servos' rotors included [N·m].
 
     Args:
         scenario: Tells how the feet share the load.
         walk: The plan at some times.
 
     Raises:
-        InvalidInput: It is no plan of a walk: nobody knows which of its feet stand.
         InfeasibleLoad: The standing feet cannot give what the motion needs.
     """
-    if not isinstance(walk, Walk):
-        raise InvalidInput(
-            'drive is "torque" and the joints follow a trajectory, which does not tell which feet '
-            "stand; it must be another drive.",
-            hint='"ideal-servo"',
-        )
     return planned_torque(scenario, walk) + walk.robot.servo.armature * walk.qdd
+
+
+def standing_torque(
+    scenario: Scenario, start: SampledMotion
+) -> Float[np.ndarray, "samples legs 3"]:
+    """What holds a robot that stands on all its feet [N·m], shape (N, L, 3).
+
+    Args:
+        scenario: Its gravity is used.
+        start: Where it stands.
+
+    Raises:
+        InfeasibleLoad: Its feet lie on a line.
+    """
+    robot, trunk, q = start.robot, start.trunk, start.q
+    R, still = trunk.rotation, np.zeros_like(q)
+    body = BodyMotion.at_rest(trunk.position, R)
+    gravity = scenario.model.gravity
+    torque, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
+    feet = start.foot_position - trunk.position[:, None]
+    force = minimum_norm(feet, np.ones(q.shape[:-1], dtype=bool), wrench)
+    J = R[:, None] @ robot.arrays.R_body_hip @ jacobian(robot.arrays, q)
+    return torque - np.einsum("...ij,...i->...j", J, force)

@@ -3,90 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_number
 from phasmid.compiled import compiled
 from phasmid.control.dynamics.cones import limited_forces
 from phasmid.control.dynamics.instant import find_needs, needs_in, needs_size, packed, unpack
-from phasmid.control.dynamics.sharing import (
-    MINIMUM_NORM,
-    MINIMUM_TORQUE,
-    WEIGHTED,
-    friction_needed,
-    load_joints,
-    share_forces,
-)
-from phasmid.errors import InvalidInput
-from phasmid.forces import MinimumNorm, MinimumTorque, WeightedMinimumNorm, force_model
+from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.dynamics.sharing import friction_needed, load_joints, share_forces
 from phasmid.robot import JOINTS, Robot
 from phasmid.units import STANDARD_GRAVITY
 
 MISSING = 1e-6
 """A part of the load that may be missing without a word."""
-
-
-@dataclass(frozen=True)
-class EffortSettings:
-    """How foot forces are chosen, and within which limits.
-
-    Attributes:
-        force_model: How the standing feet share the load where no limit counts: a member of the
-            family of force models that knows no limits of its own, by name.
-        tangential_weight: Of ``weighted-minimum-norm``.
-        friction: Coefficient between foot and ground that is relied upon.
-        friction_used: Part of it that the forces may use.
-        torque_used: Part of the servos' torque that they may use.
-        transfer: Time in which a foot takes on its load after landing, and gives it up before it
-            lifts [s].
-
-    Raises:
-        InvalidInput: A number is out of range, or there is no such model.
-    """
-
-    force_model: str = "minimum-norm"
-    tangential_weight: float = 10.0
-    friction: float = 0.7
-    friction_used: float = 0.8
-    torque_used: float = 1.0
-    transfer: float = 0.06
-
-    def __post_init__(self) -> None:
-        ranges = {
-            "friction": (0.0, 10.0),
-            "friction_used": (0.01, 1.0),
-            "torque_used": (0.01, 1.0),
-            "transfer": (0.0, 10.0),
-        }
-        for name, (low, high) in ranges.items():
-            value = getattr(self, name)
-            check_number(name, value)
-            if not low <= value <= high:
-                raise InvalidInput(f"{name} is {value:g}; it must be from {low:g} to {high:g}.")
-        self.cost()
-
-    def cost(self) -> tuple[int, float]:
-        """What is made least, and its option, for `share_forces`.
-
-        Raises:
-            InvalidInput: The force model is none without limits.
-        """
-        model = force_model(self.force_model)
-        if isinstance(model, MinimumNorm):
-            return MINIMUM_NORM, 1.0
-        if isinstance(model, WeightedMinimumNorm):
-            return WEIGHTED, WeightedMinimumNorm(self.tangential_weight).tangential_weight
-        if isinstance(model, MinimumTorque):
-            return MINIMUM_TORQUE, model.lever
-        raise InvalidInput(
-            f'force_model is "{self.force_model}"; it must be one without limits of its own: '
-            "friction and torque limits are kept with each of them.",
-            hint='"minimum-norm", "weighted-minimum-norm" or "minimum-torque"',
-        )
 
 
 class Effort(NamedTuple):
@@ -325,35 +256,3 @@ class FeedForward:
 
 WHOLE = 1.0 - 1e-6
 """A part of the motion that is taken for all of it."""
-
-
-def load_shares(
-    standing: Float[np.ndarray, " legs"],
-    leaving: Float[np.ndarray, " legs"],
-    transfer: float,
-) -> Float[np.ndarray, " legs"]:
-    """Each foot's part of its full share of the load, without a jump when it lands or lifts.
-
-    Args:
-        standing: Time since each foot landed [s]; 0 or less: it does not stand.
-        leaving: Time until it lifts [s]; infinite: not foreseen.
-        transfer: Time in which the load moves [s].
-    """
-    result = np.empty_like(standing)
-    fill_shares(standing, leaving, transfer, result)
-    return result
-
-
-def _fill_shares(
-    standing: np.ndarray, leaving: np.ndarray, transfer: float, share: np.ndarray
-) -> None:
-    for leg in range(standing.shape[0]):
-        share[leg] = 0.0
-        if standing[leg] > 0.0 and leaving[leg] > 0.0:
-            share[leg] = 1.0
-            if transfer > 0.0:
-                x = min(standing[leg], leaving[leg], transfer) / transfer
-                share[leg] = x * x * x * (10.0 + x * (6.0 * x - 15.0))
-
-
-fill_shares = compiled(_fill_shares)

@@ -12,9 +12,7 @@ import numpy as np
 
 from phasmid.compiled import compiled
 from phasmid.control.dynamics.instant import Needs
-
-MINIMUM_NORM, WEIGHTED, MINIMUM_TORQUE = 0, 1, 2
-"""What is made least: squares of forces, those along the ground weighted, or of torques."""
+from phasmid.control.dynamics.settings import MINIMUM_TORQUE, WEIGHTED
 
 
 def _share_forces(
@@ -116,7 +114,7 @@ def _cost_of(
     D[:] = 0.0
     if share < 1e-9:
         return
-    if cost == 2:
+    if cost == MINIMUM_TORQUE:
         h00 = J[0, 0] * J[0, 0] + J[0, 1] * J[0, 1] + J[0, 2] * J[0, 2] + option * option
         h11 = J[1, 0] * J[1, 0] + J[1, 1] * J[1, 1] + J[1, 2] * J[1, 2] + option * option
         h22 = J[2, 0] * J[2, 0] + J[2, 1] * J[2, 1] + J[2, 2] * J[2, 2] + option * option
@@ -133,7 +131,7 @@ def _cost_of(
         for i in range(3):
             c[i] = J[i, 0] * torque[0] + J[i, 1] * torque[1] + J[i, 2] * torque[2]
         return
-    across = 1.0 / option if cost == 1 else 1.0
+    across = 1.0 / option if cost == WEIGHTED else 1.0
     for i in range(3):
         for j in range(3):
             D[i, j] = share * (1.0 - across) * n[i] * n[j]
