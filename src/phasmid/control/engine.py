@@ -86,6 +86,7 @@ class LocomotionEngine:
             raise InvalidInput("settings are given as a whole or as keywords, not both.")
         # Compilers are loaded by who walks, not by who names a command.
         from phasmid.control import limits, reach, step, trunk
+        from phasmid.control.dynamics.stage import DynamicsStage
 
         self._step, self._limits, self._reach, self._trunk = step, limits, reach, trunk
         self.robot = robot
@@ -103,6 +104,10 @@ class LocomotionEngine:
         self.gait = self._gait(settings.gait)
         self._command: Command | None = None
         self._regions: dict[tuple[float, ...], np.ndarray] = {}
+        self.dynamics: DynamicsStage | None = None
+        if settings.dynamics == "feed-forward":
+            self.dynamics = DynamicsStage(robot, settings.effort, settings.update_period)
+        self._admitted = np.zeros(3)
         self._start()
 
     # What a user calls
@@ -132,6 +137,9 @@ class LocomotionEngine:
             self.state.clock[1] = time
         if command is not self._command:
             self._take(command)
+        if self.dynamics is not None:
+            self.order.velocity[:] = self.dynamics.velocity_share * self._admitted
+            self._wanted.velocity[:] = self.order.velocity
         code = self._step.update(
             self.state,
             self._trial,
@@ -148,8 +156,12 @@ class LocomotionEngine:
             self._take(command)
         waits = self.state.clock[4] > 0.25
         self._tell("waits", waits, "a lift waits: the feet that stay would not hold the robot")
-        state = self.state
-        return JointTargets(state.q[0].copy(), state.clock[3] * state.q[1])
+        state, torque = self.state, None
+        if self.dynamics is not None:
+            torque = self.dynamics.update(state, self.order)
+            remark = self.dynamics.effort.remark
+            self._tell("effort", bool(remark), f"slows down: {remark.rstrip('.')}")
+        return JointTargets(state.q[0].copy(), state.clock[3] * state.q[1], torque)
 
     def largest_velocity(
         self,
@@ -248,6 +260,8 @@ class LocomotionEngine:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._command = None
         self._resting, self._stretched = True, False
+        if self.dynamics is not None:
+            self.dynamics.reset()
         self.events = []
         self._said = set()
         self._write_gait(self.order, None, None, frozenset())
@@ -320,7 +334,7 @@ class LocomotionEngine:
             if differs:
                 share = min(share, self._share(order, asked, 1.0))
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
-        order.velocity[:] = wanted.velocity[:] = share * asked
+        order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
 
     def _set_pose(self, pose: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 from phasmid.arguments import check_number, check_type
+from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
+
+DYNAMICS = ("feed-forward", "none")
+"""Whether targets come with torques."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +43,9 @@ class EngineSettings:
         landing_depth: How far a foot that finds no ground goes on down [m].
         landing_speed: How fast it does [m/s].
         patience: Time for which a lift waits for support before feet are put in order [s].
+        dynamics: ``feed-forward``: targets come with the torques that the motion takes, and the
+            velocity is taken back where ground or servos cannot give them; ``none``: without.
+        effort: How the forces of the feet are chosen then, and within which limits.
 
     Raises:
         InvalidInput: A number is not finite or out of its range.
@@ -63,20 +70,27 @@ class EngineSettings:
     landing_depth: float = 0.03
     landing_speed: float = 0.1
     patience: float = 1.0
+    dynamics: str = "feed-forward"
+    effort: EffortSettings = field(default_factory=EffortSettings)
 
     def __post_init__(self) -> None:
         if self.gait is not None:
             check_type("gait", self.gait, (str, Gait), "the name of a gait, or a Gait")
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name == "gait" or (field.name == "period" and value is None):
+        check_type("effort", self.effort, (EffortSettings,), "EffortSettings", "EffortSettings()")
+        if self.dynamics not in DYNAMICS:
+            raise InvalidInput(
+                f'dynamics is "{self.dynamics}"; it must be {" or ".join(DYNAMICS)}.',
+                hint='"feed-forward"',
+            )
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if one.name not in _RANGES or (one.name == "period" and value is None):
                 continue
-            check_number(field.name, value)
-            least, most = _RANGES[field.name]
+            check_number(one.name, value)
+            least, most = _RANGES[one.name]
             if not (math.isfinite(value) and least <= value <= most):
                 raise InvalidInput(
-                    f"{field.name} is {value:g}; "
-                    f"it must be at least {least:g} and at most {most:g}."
+                    f"{one.name} is {value:g}; it must be at least {least:g} and at most {most:g}."
                 )
 
 

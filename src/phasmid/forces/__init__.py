@@ -1,6 +1,6 @@
 """How the ground shares the load, and what a walk needs."""
 
-from phasmid.forces.analysis import analyse
+from phasmid.forces.analysis import analyse, planned_torque
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.family import (
     FORCE_MODELS,
@@ -33,5 +33,6 @@ __all__ = [
     "friction_statistics",
     "load_share",
     "minimum_norm",
+    "planned_torque",
     "share_load",
 ]

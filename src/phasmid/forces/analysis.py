@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid.arguments import check_type
 from phasmid.dynamics import BodyMotion, inverse_dynamics
@@ -74,6 +75,20 @@ def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
         "body_velocity": walk.trunk.velocity,
         "body_orientation": walk.trunk.quaternion,
     }
+
+
+def planned_torque(scenario: Scenario, walk: Walk) -> Float[np.ndarray, "samples legs 3"]:
+    """Joint torques that the model asks of a walk [N·m], shape (N, L, 3); see `analyse`.
+
+    Args:
+        scenario: Tells whether the motion counts or only gravity, and how the load is shared.
+        walk: The plan.
+
+    Raises:
+        InvalidInput: Torque limits shall count for a force model that knows none.
+        InfeasibleLoad: The standing feet cannot give what the motion needs.
+    """
+    return _torque_and_force(scenario, walk)[0]
 
 
 def planned_body(walk: Walk) -> BodyMotion:

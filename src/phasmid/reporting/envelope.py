@@ -109,7 +109,7 @@ def servo_limits(source: Source) -> tuple[Limits, str]:
     whose stall current is not known, follows the straight line that its drive follows.
     """
     servo, drive = source.robot.servo, source.scenario.simulation.drive
-    if servo.stall_current is None or drive == "ideal-servo":
+    if servo.stall_current is None or drive in {"ideal-servo", "torque"}:
         return lambda speed: ideal_limits(servo, speed), "line from stall to no-load speed"
     if drive == "servo":
         table = source.scenario.servo

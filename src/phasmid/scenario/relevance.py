@@ -61,6 +61,7 @@ TERRAINS: Counts = {
 
 IMPORTS: Counts = {name: set() for name in RobotImportTable.model_fields}
 OWN_DRIVE: Counts = {name: {"servo"} for name in ServoTable.model_fields}
+GAINS: Counts = {"position_gain": {"torque"}, "speed_gain": {"torque"}}
 MEASURED: Counts = {
     name: {"everything"} for name in SensorsTable.model_fields if name != "measured"
 }
@@ -89,6 +90,7 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
         *_idle("model", model, FORCE_MODELS, "force_model", model.force_model),
         *_idle("contact", contact, CONTACT_LAWS, "contact_law", contact.contact_law),
         *_idle("terrain", scenario.terrain, TERRAINS, "terrain", kind),
+        *_idle("simulation", scenario.simulation, GAINS, "drive", drive),
     ]
     if robot is None and isinstance(scenario.robot, str) and not is_foreign(scenario.robot):
         found += _idle("robot_import", scenario.robot_import, IMPORTS, "robot", scenario.robot)

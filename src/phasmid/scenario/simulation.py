@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Gt, Le
+from annotated_types import Ge, Gt, Le
 
-from phasmid.tables import Count, Length, Table, Time
+from phasmid.tables import Count, Length, Number, Table, Time
 
 
 class SimulationTable(Table):
@@ -15,7 +15,13 @@ class SimulationTable(Table):
     Attributes:
         drive: ``prescribed``: joints follow the plan, whatever torque it takes (the paper's way);
             ``ideal-servo``: position servos with the torque and speed limits of the robot's servo;
-            ``servo``: the robot's servo with its own law, motor, gears and heat.
+            ``servo``: the robot's servo with its own law, motor, gears and heat; ``torque``: what
+            the planned motion takes by inverse dynamics, and more against errors, within the
+            torque and speed limits of the robot's servo.
+        position_gain: Of ``torque``: angular acceleration against an error of a joint's angle
+            [1/s²]; the joint's inertia is that of the robot standing on half of its legs.
+        speed_gain: Of ``torque``: the same against an error of its speed [1/s]; absent: what damps
+            critically, twice the root of the position's.
         dt: Time step [s].
         record_interval: Time between recorded samples [s], a whole number of steps; absent: every
             step, or every millisecond where steps are shorter.
@@ -24,7 +30,9 @@ class SimulationTable(Table):
             feet; absent: where the plan has it.
     """
 
-    drive: Literal["prescribed", "ideal-servo", "servo"] = "prescribed"
+    drive: Literal["prescribed", "ideal-servo", "servo", "torque"] = "prescribed"
+    position_gain: Annotated[Number, Gt(0), Le(1e5)] = 900.0
+    speed_gain: Annotated[Number, Ge(0), Le(1e3)] | None = None
     dt: Annotated[Time, Gt(0)] = 0.001
     record_interval: Annotated[Time, Gt(0)] | None = None
     max_steps: Annotated[Count, Gt(0)] = 100_000_000

@@ -24,6 +24,7 @@ from phasmid.simulation.samples import Samples
 from phasmid.simulation.start import check_start
 from phasmid.simulation.telling import run_attributes, run_channels
 from phasmid.simulation.time_step import check_time_step
+from phasmid.simulation.torque import check_feed_forward
 
 LOGGED_FIGURES = 16 * BLOCK_SAMPLES
 """Most of the model's figures that wait for their samples where a run is in a log alone."""
@@ -208,6 +209,7 @@ def _prepare(
     """
     walk.check_planned_for(scenario)
     check_time_step(scenario, walk)
+    check_feed_forward(scenario, walk)
     if start is None:
         check_start(scenario, walk)
     run = new_run(scenario, walk, start=start, interrupted=interrupted, beside=beside)

@@ -101,7 +101,8 @@ def _weights(
     """
     zero, one, T = np.zeros_like(s), np.ones_like(s), period
     if between == "hold":
-        rows = [[zero, zero, one, zero], [zero] * 4, [zero] * 4]
+        # Joints stay, but the speeds are told: what a motion takes at a speed depends on it.
+        rows = [[zero, zero, one, zero], [zero, zero, zero, one], [zero] * 4]
     elif between == "linear":
         rows = [[zero, zero, one, T * s], [zero, zero, zero, one], [zero] * 4]
     else:

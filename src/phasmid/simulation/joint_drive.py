@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.control.dynamics.servo_goal import SLOW
 from phasmid.errors import PhasmidError
 from phasmid.motion import Motion
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
@@ -177,7 +178,9 @@ class IdealServoDrive(Memoryless):
         self._velocity = data.qvel[6:]
         self._limits = model.actuator_forcerange
         self._lower, self._upper = self._limits.T
-        self._stall, self._stiffness = servo.stall_torque, servo.stiffness
+        self._stall, self._friction = servo.stall_torque, servo.friction
+        self._stiffness: float | np.ndarray = servo.stiffness
+        self._damping: float | np.ndarray = servo.damping
         self._drop_per_speed = servo.stall_torque / servo.no_load_speed
         self._numbers = np.array([self._stall, self._drop_per_speed])
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
@@ -210,10 +213,17 @@ class IdealServoDrive(Memoryless):
         """Goals of the servos, shape (N, 3 L) [rad], whatever the time step.
 
         A servo gives its stiffness times how far it is from its goal: a goal further by the
-        feed-forward torque over that stiffness adds this torque, within the servo's limits.
+        feed-forward torque over that stiffness adds this torque, within the servo's limits. With
+        it goes what the servo's damping and friction take from the wanted motion.
         """
         del dt
         goal = wanted.q.reshape(len(wanted.q), -1)
         if wanted.torque is None:
             return goal
-        return goal + wanted.torque.reshape(goal.shape) / self._stiffness
+        speed = wanted.qd.reshape(goal.shape)
+        torque = wanted.torque.reshape(goal.shape) + self._damping * speed
+        return goal + (torque + self._friction_at(speed)) / self._stiffness
+
+    def _friction_at(self, speed: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+        """Torque that friction takes from joints that turn [N·m]; slow ones have part of it."""
+        return self._friction * np.clip(speed / SLOW, -1.0, 1.0)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics import neutral_feet
+from phasmid.dynamics import BodyMotion, mass_matrix
+from phasmid.kinematics import jacobian, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import add_foot, friction_hardness, set_contact
@@ -145,7 +146,8 @@ def _add_leg(
         ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
     )
     servo, drive = robot.servo, scenario.simulation.drive
-    driven = drive == "ideal-servo"
+    driven = drive in {"ideal-servo", "torque"}
+    gains = iter(joint_gains(robot, scenario).T[3 * robot.legs.index(leg) :])
     for joint, link, (position, quaternion) in zip(JOINTS, leg.links, poses, strict=True):
         name = f"{leg.name}.{joint}"
         body = parent.add_body(name=name, pos=position, quat=quaternion)
@@ -159,13 +161,41 @@ def _add_leg(
         )
         if driven:
             actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
-            actuator.set_to_position(kp=servo.stiffness, kv=servo.damping)
+            if drive == "torque":
+                stiffness, damping = (float(gain) for gain in next(gains))
+                actuator.set_to_motor()
+                actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+                actuator.biasprm[1], actuator.biasprm[2] = -stiffness, -damping
+            else:
+                actuator.set_to_position(kp=servo.stiffness, kv=servo.damping)
             actuator.forcelimited = True
             actuator.forcerange = [-servo.stall_torque, servo.stall_torque]
         elif drive == "prescribed":
             _prescribe(spec, name, scenario.simulation.dt)
         parent = body
     add_foot(parent, leg, scenario.contact.tip_width, friction)
+
+
+def joint_gains(robot: Robot, scenario: Scenario) -> Float[np.ndarray, "2 joints"]:
+    """Stiffness [N·m/rad] and damping [N·m·s/rad] of joints that are driven by torque, (2, 3 L).
+
+    They are the scenario's gains times each joint's inertia: that of its leg and its rotor at the
+    neutral stance, with a mass at the foot, the robot's share for half of the legs.
+
+    Args:
+        robot: The robot, L legs.
+        scenario: Its gains are used.
+    """
+    legs, table = len(robot.legs), scenario.simulation
+    feet = np.array([leg.neutral_foot for leg in robot.legs])
+    q = joint_angles(robot.arrays, feet)
+    own = np.diagonal(mass_matrix(robot, BodyMotion.at_rest(), q))[6:]
+    carried = 2 * robot.mass / legs * np.sum(jacobian(robot.arrays, q) ** 2, axis=-2).ravel()
+    inertia = own + carried + robot.servo.armature
+    damping = table.speed_gain
+    if damping is None:
+        damping = 2 * math.sqrt(table.position_gain)
+    return np.stack([table.position_gain * inertia, damping * inertia])
 
 
 def _mount_quaternion(leg: Leg) -> tuple[float, float, float, float]:

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from phasmid.arguments import numbers
 from phasmid.batch.compiled import numba
 from phasmid.errors import InvalidInput
-from phasmid.motion import Motion, SampledMotion
+from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.simulation.complaint import collected_complaints
 from phasmid.simulation.ending import Ending, Trouble, watch
@@ -31,6 +31,7 @@ from phasmid.simulation.model import build_model
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import raised
+from phasmid.simulation.torque import TorqueDrive, standing_torque, walking_torque
 
 if TYPE_CHECKING:
     import mujoco
@@ -86,6 +87,7 @@ class Run:
         self.done = self.step = 0
         self.trouble: Trouble | None = None
         self.ended = False
+        self._fed = scenario.simulation.drive == "torque"
         self._one_cycle = self._repeated_targets()
         self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._complaints: list[str] = []
@@ -192,7 +194,11 @@ class Run:
     def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
         """The targets of some steps, evaluated from the plan."""
         walk = self.walk.sample(np.arange(start, stop) * self.dt)
-        return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd), self.dt)
+        torque = None
+        if self._fed:
+            assert isinstance(walk, Walk)
+            torque = walking_torque(self.scenario, walk)
+        return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque), self.dt)
 
     def _repeated_targets(self) -> Float[np.ndarray, "samples joints"] | None:
         """The targets of one cycle, where it is a whole number of steps and not too many.
@@ -217,7 +223,7 @@ class Run:
         data.qpos[2] += raised(self.scenario, start)
         data.qpos[3:7] = start.trunk.quaternion[0]
         data.qpos[7:] = start.q[0].ravel()
-        self.drive.command(start.q[0].ravel())
+        self.drive.command(self._still(start, 1)[0])
         if self.footing.needed:
             self.footing.follow()
         mujoco.mj_forward(self.model, data)
@@ -240,7 +246,11 @@ class Run:
 
     def _still(self, start: SampledMotion, count: int) -> Float[np.ndarray, "samples joints"]:
         """Targets of joints that stay where they start, for a number of steps."""
-        return np.repeat(start.q.reshape(1, -1), count, axis=0)
+        still = np.zeros_like(start.q)
+        torque = standing_torque(self.scenario, start) if self._fed else None
+        return np.repeat(
+            self.drive.targets(Setpoints(start.q, still, still, torque), self.dt), count, axis=0
+        )
 
     def _set_going(self, start: SampledMotion) -> None:
         """Give the robot at rest the place and the speeds with which the plan starts."""
@@ -445,4 +455,6 @@ def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk:
     kind = scenario.simulation.drive
     if kind == "servo":
         return ServoDrive(model, data, walk, scenario)
+    if kind == "torque":
+        return TorqueDrive(model, data, walk, scenario)
     return (PrescribedDrive if kind == "prescribed" else IdealServoDrive)(model, data, walk)

@@ -9,6 +9,12 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled
+from phasmid.control.dynamics.servo_goal import (
+    FULL_PUNCH,
+    FULL_PWM,
+    goal_numbers,
+    goals_for_torque,
+)
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
@@ -193,10 +199,6 @@ def servo_numbers(
     )
 
 
-FULL_PUNCH, FULL_PWM = 1023, 885
-"""Full output in the makers' units: of the compliance law, and of the PID law."""
-
-
 def longest_servo_step(servo: Servo, mobility: float) -> float:
     """Longest time step that resolves a servo's gears on a robot's legs [s].
 
@@ -258,6 +260,7 @@ class ServoDrive:
             servo, model.opt.timestep, table.voltage, table.ambient_temperature
         )
         assert self._numbers.shape == (NUMBERS,)  # As many as the machine code reads.
+        self._goal_numbers = goal_numbers(servo, table.voltage)
         self._names = [f"{leg.name}.{joint}" for leg in walk.robot.legs for joint in JOINTS]
         self._angle, self._speed = data.qpos[7:], data.qvel[6:]
         self._applied = data.qfrc_applied[6:]
@@ -308,10 +311,14 @@ class ServoDrive:
     def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Goals of the servos, shape (N, 3 L) [rad], whatever the time step.
 
-        These servos take no torque: a feed-forward torque changes nothing.
+        These servos take no torque: their law is inverted, so that it gives the feed-forward
+        torque where the joint is as wanted.
         """
         del dt
-        return wanted.q.reshape(len(wanted.q), -1)
+        if wanted.torque is None:
+            return wanted.q.reshape(len(wanted.q), -1)
+        goal = goals_for_torque(wanted.q, wanted.qd, wanted.torque, self._goal_numbers)
+        return goal.reshape(len(wanted.q), -1)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Output, current, rotor's speed, temperature and shutdown of every servo."""

@@ -1,0 +1,258 @@
+"""Feed-forward torque: what the joints must give so that the robot moves as it shall."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.compiled import compiled
+from phasmid.control.dynamics.cones import limited_forces
+from phasmid.control.dynamics.instant import find_needs, needs_in, needs_size, packed, unpack
+from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.dynamics.sharing import friction_needed, load_joints, share_forces
+from phasmid.robot import JOINTS, Robot
+from phasmid.units import STANDARD_GRAVITY
+
+MISSING = 1e-6
+"""A part of the load that may be missing without a word."""
+
+
+class Effort(NamedTuple):
+    """What a motion takes.
+
+    Attributes:
+        torque: Of the joints [N·m], shape (L, 3).
+        force: Of the ground on the feet [N], world axes, shape (L, 3).
+        part: How much of the motion can be had, 1: all of it, 0: at rest alone, or not even that.
+        friction: Coefficient of friction that these forces need.
+        demand: Largest torque as a part of what its servo gives at its speed.
+        remark: What cannot be done, in a sentence; empty where all can.
+    """
+
+    torque: Float[np.ndarray, "legs 3"]
+    force: Float[np.ndarray, "legs 3"]
+    part: float
+    friction: float
+    demand: float
+    remark: str
+
+
+def _find_effort(
+    masses: np.ndarray,
+    R: np.ndarray,
+    w: np.ndarray,
+    dw: np.ndarray,
+    a: np.ndarray,
+    q: np.ndarray,
+    qd: np.ndarray,
+    qdd: np.ndarray,
+    share: np.ndarray,
+    normals: np.ndarray,
+    numbers: np.ndarray,
+    work: np.ndarray,
+) -> tuple[float, float, float]:
+    legs = q.shape[0]
+    needs = needs_in(work, legs)
+    at = 15 * legs + 6
+    D = work[at : at + 9 * legs].reshape((legs, 3, 3))
+    c = work[at + 9 * legs : at + 12 * legs].reshape((legs, 3))
+    limits = work[at + 12 * legs : at + 18 * legs].reshape((2, legs, 3))
+    force = work[at + 18 * legs : at + 21 * legs].reshape((legs, 3))
+    torque = work[at + 21 * legs : at + 24 * legs].reshape((legs, 3))
+    felt = np.empty(3)
+    felt[0], felt[1], felt[2] = a[0], a[1], a[2] + numbers[0]
+    stall, drop = numbers[1], numbers[2]
+    find_needs(unpack(masses, legs), R, w, dw, felt, q, qd, qdd, needs)
+    missing = share_forces(needs, share, normals, int(numbers[3]), numbers[4], D, c, force)
+    load_joints(needs, force, torque)
+    for leg in range(legs):
+        for k in range(3):
+            loss = drop * qd[leg, k]
+            limits[1, leg, k] = max(stall - max(loss, 0.0), 0.0)
+            limits[0, leg, k] = min(-stall - min(loss, 0.0), 0.0)
+    return missing, friction_needed(force, normals, share), demand_of(torque, limits)
+
+
+def _demand_of(torque: np.ndarray, limits: np.ndarray) -> float:
+    worst = 0.0
+    for leg in range(torque.shape[0]):
+        for k in range(3):
+            value = torque[leg, k]
+            limit = limits[1, leg, k] if value > 0.0 else limits[0, leg, k]
+            worst = max(worst, value / limit if limit != 0.0 else np.inf)
+    return worst
+
+
+demand_of = compiled(_demand_of)
+find_effort = compiled(_find_effort)
+
+
+class FeedForward:
+    """Finds torques and foot forces for one robot, instant by instant.
+
+    Args:
+        robot: The robot, L legs.
+        settings: How forces are chosen.
+        gravity: Acceleration of free fall [m/s²].
+        rotor: Inertia of the servos' rotors at the joints [kg·m²]; None: by the robot's servo.
+
+    Attributes:
+        settings: The settings.
+        friction: Coefficient that the forces may use; it may be changed at any time.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        settings: EffortSettings | None = None,
+        *,
+        gravity: float = STANDARD_GRAVITY,
+        rotor: float | None = None,
+    ) -> None:
+        self.settings = settings or EffortSettings()
+        legs, servo = len(robot.legs), robot.servo
+        self._masses = packed(robot, rotor=servo.armature if rotor is None else rotor)
+        self.friction = self.settings.friction * self.settings.friction_used
+        stall = self.settings.torque_used * servo.stall_torque
+        drop = stall / servo.no_load_speed
+        self._numbers = np.array([gravity, stall, drop, *self.settings.cost()])
+        self._work, at = np.zeros(needs_size(legs) + 24 * legs), needs_size(legs)
+        self._needs = needs_in(self._work, legs)
+        self._rest = needs_in(np.zeros(needs_size(legs)), legs)
+        inverse, _, limits, force, torque = np.split(
+            self._work[at:], np.cumsum([9 * legs, 3 * legs, 6 * legs, 3 * legs])
+        )
+        self._D, self._limits = inverse.reshape(legs, 3, 3), limits.reshape(2, legs, 3)
+        self._force, self._torque = force.reshape(legs, 3), torque.reshape(legs, 3)
+        self._up = np.tile([0.0, 0.0, 1.0], (legs, 1))
+        self._lift = np.array([0.0, 0.0, gravity])
+        self._still, self._no_rates = np.zeros(3), np.zeros((legs, 3))
+        self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
+
+    def update(
+        self,
+        rotation: Float[np.ndarray, "3 3"],
+        angular_velocity: Float[np.ndarray, "3"],
+        angular_acceleration: Float[np.ndarray, "3"],
+        acceleration: Float[np.ndarray, "3"],
+        q: Float[np.ndarray, "legs 3"],
+        qd: Float[np.ndarray, "legs 3"],
+        qdd: Float[np.ndarray, "legs 3"],
+        share: Float[np.ndarray, " legs"],
+        normals: Float[np.ndarray, "legs 3"] | None = None,
+    ) -> Effort:
+        """What a motion takes at one instant; the world's z points up, against gravity.
+
+        Args:
+            rotation: R_world_body, shape (3, 3).
+            angular_velocity: Of the trunk, world axes [rad/s].
+            angular_acceleration: Of the trunk, world axes [rad/s²].
+            acceleration: Of the body's origin, world axes, without gravity [m/s²].
+            q: Joint angles [rad], shape (L, 3).
+            qd: Joint speeds [rad/s], shape (L, 3).
+            qdd: Joint accelerations [rad/s²], shape (L, 3).
+            share: Each foot's part of its full share of the load; 0: it does not stand.
+            normals: Of the ground under the feet, world axes; None: straight up, shape (L, 3).
+        """
+        normals = self._up if normals is None else normals
+        missing, friction, demand = find_effort(
+            self._masses,
+            rotation,
+            angular_velocity,
+            angular_acceleration,
+            acceleration,
+            q,
+            qd,
+            qdd,
+            share,
+            normals,
+            self._numbers,
+            self._work,
+        )
+        force, torque = self._force.copy(), self._torque.copy()
+        if friction <= self.friction and demand <= 1.0 and missing <= MISSING:
+            return Effort(torque, force, 1.0, friction, demand, "")
+        return self._within_limits(rotation, q, share, normals, force, torque, missing)
+
+    def _within_limits(
+        self,
+        rotation: np.ndarray,
+        q: np.ndarray,
+        share: np.ndarray,
+        normals: np.ndarray,
+        force: np.ndarray,
+        torque: np.ndarray,
+        missing: float,
+    ) -> Effort:
+        """Other forces that keep the limits, or as much of the motion as they can give."""
+        still, rates = self._still, self._no_rates
+        masses = unpack(self._masses, len(q))
+        find_needs(masses, rotation, still, still, self._lift, q, rates, rates, self._rest)
+        found = None
+        if missing <= MISSING:
+            found = limited_forces(
+                self._needs,
+                self._rest,
+                self._D,
+                force,
+                share,
+                normals,
+                self.friction,
+                self._limits,
+            )
+        if found is None:
+            friction = float(friction_needed(force, normals, share))
+            demand = float(demand_of(torque, self._limits))
+            remark = self._reason(torque, normals, friction, demand, missing)
+            return Effort(torque, force, 0.0 if remark else 1.0, friction, demand, remark)
+        remark = ""
+        if found.part < WHOLE:
+            friction = float(friction_needed(force, normals, share))
+            demand = float(demand_of(torque, self._limits))
+            remark = self._reason(torque, normals, friction, demand, missing)
+        load_joints(self._needs, found.force, torque)
+        torque += (1.0 - found.part) * (self._rest.torque - self._needs.torque)
+        friction = float(friction_needed(found.force, normals, share))
+        demand = float(demand_of(torque, self._limits))
+        return Effort(torque, found.force, found.part, friction, demand, remark)
+
+    def _reason(
+        self,
+        torque: np.ndarray,
+        normals: np.ndarray,
+        friction: float,
+        demand: float,
+        missing: float,
+    ) -> str:
+        """The limit for which the motion cannot be had."""
+        if missing > MISSING:
+            return "the standing feet cannot carry the robot: fewer than three, or on one line."
+        along, up = self._slope(normals)
+        if along > self.friction * up:
+            needed = f"{along / up:.2f}" if up > 0.0 else "any amount"
+            return f"the feet need a friction of {needed} of {self.friction:.2f}."
+        if demand > 1.0:
+            limit = np.where(torque > 0.0, self._limits[1], -self._limits[0]).ravel()
+            share = np.abs(torque).ravel() / np.maximum(limit, 1e-12)
+            worst = int(np.argmax(share))
+            needed_torque = abs(float(torque.ravel()[worst]))
+            return f"{self._names[worst]} needs {needed_torque:.2f} N·m of {limit[worst]:.2f}."
+        if math.isinf(friction):
+            return "a foot would have to pull at the ground."
+        if friction > self.friction:
+            return f"a foot needs a friction of {friction:.2f} of {self.friction:.2f}."
+        return ""
+
+    def _slope(self, normals: np.ndarray) -> tuple[float, float]:
+        """The load along the ground, and across it, on a plane of the feet's mean normal [N]."""
+        n = normals.mean(axis=0)
+        load = self._needs.wrench[:3]
+        up = float(load @ n) / max(float(np.linalg.norm(n)), 1e-12)
+        return math.sqrt(max(float(load @ load) - up * up, 0.0)), up
+
+
+WHOLE = 1.0 - 1e-6
+"""A part of the motion that is taken for all of it."""

@@ -1,0 +1,293 @@
+"""Inverse dynamics of the whole robot for one instant, as loops for the compiler.
+
+It is `dynamics.inverse_dynamics` without feet on the ground, with feet and Jacobians beside it,
+for a controller that asks once per update and cannot wait for array operations.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.compiled import compiled
+from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.robot import Robot
+
+
+class Masses(NamedTuple):
+    """What the loops have to know of a robot with L legs.
+
+    Attributes:
+        lengths: Of the links [m], shape (L, 3).
+        mass: Of the links [kg], shape (L, 3).
+        first: Their first moments about their frames' origins [kg·m], shape (L, 3, 3).
+        second: Their inertias about these origins [kg·m²], shape (L, 3, 3, 3).
+        R_body_hip: Shape (L, 3, 3).
+        p_body_hip: [m], shape (L, 3).
+        trunk_mass: [kg], shape (1,).
+        trunk_first: [kg·m], shape (3,).
+        trunk_second: [kg·m²], shape (3, 3).
+        rotor: Inertia of each joint's rotor, seen at the joint [kg·m²], shape (1,).
+    """
+
+    lengths: Float[np.ndarray, "legs 3"]
+    mass: Float[np.ndarray, "legs 3"]
+    first: Float[np.ndarray, "legs 3 3"]
+    second: Float[np.ndarray, "legs 3 3 3"]
+    R_body_hip: Float[np.ndarray, "legs 3 3"]
+    p_body_hip: Float[np.ndarray, "legs 3"]
+    trunk_mass: Float[np.ndarray, "1"]
+    trunk_first: Float[np.ndarray, "3"]
+    trunk_second: Float[np.ndarray, "3 3"]
+    rotor: Float[np.ndarray, "1"]
+
+
+class Needs(NamedTuple):
+    """What a motion needs at one instant; arrays that `find_needs` fills.
+
+    Attributes:
+        torque: Joint torques without the ground [N·m], shape (L, 3).
+        wrench: Force [N] and moment about the body's origin [N·m] that the feet must give, in the
+            axes of the world, shape (6,).
+        foot: Feet from the body's origin, in the axes of the world [m], shape (L, 3).
+        jacobian: d foot / d q in these axes [m/rad], shape (L, 3, 3).
+    """
+
+    torque: Float[np.ndarray, "legs 3"]
+    wrench: Float[np.ndarray, "6"]
+    foot: Float[np.ndarray, "legs 3"]
+    jacobian: Float[np.ndarray, "legs 3 3"]
+
+
+def packed(robot: Robot, *, rotor: float = 0.0) -> Float[np.ndarray, " numbers"]:
+    """The numbers of a robot in one row, as `unpack` takes them: few arrays are quicker to call.
+
+    Args:
+        robot: The robot, L legs.
+        rotor: Inertia of each joint's rotor, seen at the joint [kg·m²].
+    """
+    arrays, body = robot.arrays, robot.body
+    first, second = moments_about_origin(arrays.mass, arrays.com, arrays.inertia)
+    trunk = moments_about_origin(np.array(body.mass), body.com, body.inertia)
+    legs = arrays.lengths, arrays.mass, first, second, arrays.R_body_hip, arrays.p_body_hip
+    parts = (*legs, body.mass, *trunk, rotor)
+    return np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in parts])
+
+
+def _unpack(row: np.ndarray, legs: int) -> Masses:
+    n = legs
+    return Masses(
+        row[: 3 * n].reshape((n, 3)),
+        row[3 * n : 6 * n].reshape((n, 3)),
+        row[6 * n : 15 * n].reshape((n, 3, 3)),
+        row[15 * n : 42 * n].reshape((n, 3, 3, 3)),
+        row[42 * n : 51 * n].reshape((n, 3, 3)),
+        row[51 * n : 54 * n].reshape((n, 3)),
+        row[54 * n : 54 * n + 1],
+        row[54 * n + 1 : 54 * n + 4],
+        row[54 * n + 4 : 54 * n + 13].reshape((3, 3)),
+        row[54 * n + 13 : 54 * n + 14],
+    )
+
+
+def needs_size(legs: int) -> int:
+    """How many numbers the needs of a robot are.
+
+    Args:
+        legs: Number of its legs.
+    """
+    return 15 * legs + 6
+
+
+def _needs_in(row: np.ndarray, legs: int) -> Needs:
+    n = legs
+    return Needs(
+        row[: 3 * n].reshape((n, 3)),
+        row[15 * n : 15 * n + 6],
+        row[3 * n : 6 * n].reshape((n, 3)),
+        row[6 * n : 15 * n].reshape((n, 3, 3)),
+    )
+
+
+def _find_needs(
+    masses: Masses,
+    R: np.ndarray,
+    w: np.ndarray,
+    dw: np.ndarray,
+    felt: np.ndarray,
+    q: np.ndarray,
+    qd: np.ndarray,
+    qdd: np.ndarray,
+    needs: Needs,
+) -> None:
+    trunk_f, trunk_n, base = np.empty(3), np.empty(3), np.empty((3, 3))
+    # Columns of base: w, dw and the felt acceleration in the body's axes.
+    for i in range(3):
+        base[i, 0] = R[0, i] * w[0] + R[1, i] * w[1] + R[2, i] * w[2]
+        base[i, 1] = R[0, i] * dw[0] + R[1, i] * dw[1] + R[2, i] * dw[2]
+        base[i, 2] = R[0, i] * felt[0] + R[1, i] * felt[1] + R[2, i] * felt[2]
+    w0, w1, w2 = base[0, 0], base[1, 0], base[2, 0]
+    d0, d1, d2 = base[0, 1], base[1, 1], base[2, 1]
+    a0, a1, a2 = base[0, 2], base[1, 2], base[2, 2]
+    _newton_euler(
+        masses.trunk_mass[0],
+        masses.trunk_first,
+        masses.trunk_second,
+        w0,
+        w1,
+        w2,
+        d0,
+        d1,
+        d2,
+        a0,
+        a1,
+        a2,
+        trunk_f,
+        trunk_n,
+    )
+    f, n = np.empty((3, 3)), np.empty((3, 3))
+    turn, hip = np.empty((3, 2)), np.empty((3, 3))
+    for leg in range(q.shape[0]):
+        B, p = masses.R_body_hip[leg], masses.p_body_hip[leg]
+        coxa, femur, tibia = masses.lengths[leg]
+        # The hip's acceleration, then all in the hip's axes.
+        along = w0 * p[0] + w1 * p[1] + w2 * p[2]
+        square = w0 * w0 + w1 * w1 + w2 * w2
+        h0 = a0 + d1 * p[2] - d2 * p[1] + w0 * along - square * p[0]
+        h1 = a1 + d2 * p[0] - d0 * p[2] + w1 * along - square * p[1]
+        h2 = a2 + d0 * p[1] - d1 * p[0] + w2 * along - square * p[2]
+        for i in range(3):
+            hip[i, 0] = B[0, i] * w0 + B[1, i] * w1 + B[2, i] * w2
+            hip[i, 1] = B[0, i] * d0 + B[1, i] * d1 + B[2, i] * d2
+            hip[i, 2] = B[0, i] * h0 + B[1, i] * h1 + B[2, i] * h2
+        x, y, z = hip[0, 0], hip[1, 0], hip[2, 0]
+        dx, dy, dz = hip[0, 1], hip[1, 1], hip[2, 1]
+        ax, ay, az = hip[0, 2], hip[1, 2], hip[2, 2]
+        for k in range(3):
+            c, s = math.cos(q[leg, k]), math.sin(q[leg, k])
+            turn[k, 0], turn[k, 1] = c, s
+            start = 0.0 if k == 0 else masses.lengths[leg, k - 1]
+            ax -= start * (y * y + z * z)
+            ay += start * (dz + x * y)
+            az += start * (x * z - dy)
+            if k == 1:
+                # The femur's axis is the coxa's -y (Table 1's alpha of 90 degrees).
+                y, z = z, -y
+                dy, dz = dz, -dy
+                ay, az = az, -ay
+            x, y = c * x + s * y, c * y - s * x
+            dx, dy = c * dx + s * dy, c * dy - s * dx
+            ax, ay = c * ax + s * ay, c * ay - s * ax
+            rate = qd[leg, k]
+            dx, dy, dz = dx + y * rate, dy - x * rate, dz + qdd[leg, k]
+            z += rate
+            _newton_euler(
+                masses.mass[leg, k],
+                masses.first[leg, k],
+                masses.second[leg, k],
+                x,
+                y,
+                z,
+                dx,
+                dy,
+                dz,
+                ax,
+                ay,
+                az,
+                f[k],
+                n[k],
+            )
+        fx = fy = fz = nx = ny = nz = 0.0
+        for back in range(3):
+            k = 2 - back
+            fx, fy, fz = fx + f[k, 0], fy + f[k, 1], fz + f[k, 2]
+            nx, ny, nz = nx + n[k, 0], ny + n[k, 1], nz + n[k, 2]
+            needs.torque[leg, k] = nz + masses.rotor[0] * qdd[leg, k]
+            c, s = turn[k, 0], turn[k, 1]
+            fx, fy = c * fx - s * fy, s * fx + c * fy
+            nx, ny = c * nx - s * ny, s * nx + c * ny
+            if k == 1:
+                fy, fz = -fz, fy
+                ny, nz = -nz, ny
+            if k > 0:
+                start = masses.lengths[leg, k - 1]
+                ny -= start * fz
+                nz += start * fy
+        g0 = B[0, 0] * fx + B[0, 1] * fy + B[0, 2] * fz
+        g1 = B[1, 0] * fx + B[1, 1] * fy + B[1, 2] * fz
+        g2 = B[2, 0] * fx + B[2, 1] * fy + B[2, 2] * fz
+        trunk_f[0] += g0
+        trunk_f[1] += g1
+        trunk_f[2] += g2
+        trunk_n[0] += B[0, 0] * nx + B[0, 1] * ny + B[0, 2] * nz + p[1] * g2 - p[2] * g1
+        trunk_n[1] += B[1, 0] * nx + B[1, 1] * ny + B[1, 2] * nz + p[2] * g0 - p[0] * g2
+        trunk_n[2] += B[2, 0] * nx + B[2, 1] * ny + B[2, 2] * nz + p[0] * g1 - p[1] * g0
+
+        # The foot and its Jacobian, in the hip's axes, then in the world's.
+        c1, s1, c2, s2 = turn[0, 0], turn[0, 1], turn[1, 0], turn[1, 1]
+        c3, s3 = c2 * turn[2, 0] - s2 * turn[2, 1], s2 * turn[2, 0] + c2 * turn[2, 1]
+        out, up = femur * c2 + tibia * c3, femur * s2 + tibia * s3
+        reach = coxa + out
+        hip[0, 0], hip[1, 0], hip[2, 0] = -reach * s1, reach * c1, 0.0
+        hip[0, 1], hip[1, 1], hip[2, 1] = -up * c1, -up * s1, out
+        hip[0, 2], hip[1, 2], hip[2, 2] = -tibia * s3 * c1, -tibia * s3 * s1, tibia * c3
+        for i in range(3):
+            u0 = R[i, 0] * B[0, 0] + R[i, 1] * B[1, 0] + R[i, 2] * B[2, 0]
+            u1 = R[i, 0] * B[0, 1] + R[i, 1] * B[1, 1] + R[i, 2] * B[2, 1]
+            u2 = R[i, 0] * B[0, 2] + R[i, 1] * B[1, 2] + R[i, 2] * B[2, 2]
+            at = R[i, 0] * p[0] + R[i, 1] * p[1] + R[i, 2] * p[2]
+            needs.foot[leg, i] = at + u0 * reach * c1 + u1 * reach * s1 + u2 * up
+            for k in range(3):
+                needs.jacobian[leg, i, k] = u0 * hip[0, k] + u1 * hip[1, k] + u2 * hip[2, k]
+    for i in range(3):
+        needs.wrench[i] = R[i, 0] * trunk_f[0] + R[i, 1] * trunk_f[1] + R[i, 2] * trunk_f[2]
+        needs.wrench[3 + i] = R[i, 0] * trunk_n[0] + R[i, 1] * trunk_n[1] + R[i, 2] * trunk_n[2]
+
+
+@compiled
+def _newton_euler(
+    mass: float,
+    first: np.ndarray,
+    second: np.ndarray,
+    x: float,
+    y: float,
+    z: float,
+    dx: float,
+    dy: float,
+    dz: float,
+    ax: float,
+    ay: float,
+    az: float,
+    force: np.ndarray,
+    moment: np.ndarray,
+) -> None:
+    """Force, and moment about the frame's origin, that give a rigid body its motion."""
+    c0, c1, c2 = first[0], first[1], first[2]
+    along = x * c0 + y * c1 + z * c2
+    square = x * x + y * y + z * z
+    force[0] = mass * ax + dy * c2 - dz * c1 + x * along - square * c0
+    force[1] = mass * ay + dz * c0 - dx * c2 + y * along - square * c1
+    force[2] = mass * az + dx * c1 - dy * c0 + z * along - square * c2
+    p = second[0, 0] * x + second[0, 1] * y + second[0, 2] * z
+    q = second[1, 0] * x + second[1, 1] * y + second[1, 2] * z
+    r = second[2, 0] * x + second[2, 1] * y + second[2, 2] * z
+    u = second[0, 0] * dx + second[0, 1] * dy + second[0, 2] * dz
+    v = second[1, 0] * dx + second[1, 1] * dy + second[1, 2] * dz
+    t = second[2, 0] * dx + second[2, 1] * dy + second[2, 2] * dz
+    moment[0] = u + y * r - z * q + c1 * az - c2 * ay
+    moment[1] = v + z * p - x * r + c2 * ax - c0 * az
+    moment[2] = t + x * q - y * p + c0 * ay - c1 * ax
+
+
+find_needs = compiled(_find_needs)
+"""Fill `Needs` from the trunk's rotation, angular velocity and acceleration, and the acceleration
+of its origin minus gravity's, all in the axes of the world, and the joints' motion."""
+
+unpack = compiled(_unpack)
+"""Views of the numbers of a robot."""
+
+needs_in = compiled(_needs_in)
+"""Views of needs that lie in one row."""

@@ -1,0 +1,242 @@
+"""Torques and foot forces of one instant are those of the batch functions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from general_robot import general_robot
+from phasmid import dynamics, kinematics
+from phasmid.control.dynamics.effort import EffortSettings, FeedForward
+from phasmid.errors import InvalidInput
+from phasmid.forces import Contacts, FrictionCone, JointLoad, share_load
+from phasmid.robot import Robot, load_robot, preset_names
+
+ROBOTS = [*preset_names(), "general"]
+
+
+def robot_called(name: str) -> Robot:
+    return general_robot() if name == "general" else load_robot(name)
+
+
+def states(robot: Robot, count: int, *, spread: float = 0.3):
+    """Random states near the neutral stance, in order of `FeedForward.update`."""
+    rng = np.random.default_rng(7)
+    legs = len(robot.legs)
+    for _ in range(count):
+        quaternion = np.array([1.0, 0, 0, 0]) + spread * rng.normal(size=4)
+        R = kinematics.quaternion_rotation(quaternion / np.linalg.norm(quaternion))
+        w, dw, a = rng.normal(size=(3, 3)) * np.array([[1.0], [5.0], [2.0]])
+        neutral = kinematics.joint_angles(
+            robot.arrays, np.array([leg.neutral_foot for leg in robot.legs])
+        )
+        q = neutral + spread * rng.normal(size=(legs, 3))
+        qd, qdd = 2 * rng.normal(size=(legs, 3)), 10 * rng.normal(size=(legs, 3))
+        share = np.where(rng.permutation(legs) < max(4, legs - 2), rng.uniform(0.2, 1, legs), 0.0)
+        normals = np.array([0, 0, 1.0]) + 0.2 * rng.normal(size=(legs, 3))
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        yield R, w, dw, a, q, qd, qdd, share, normals
+
+
+def batch_answer(robot, state, model, *, rotor=0.0):
+    """Torques and forces by `phasmid.dynamics` and `phasmid.forces`."""
+    R, w, dw, a, q, qd, qdd, share, normals = state
+    body = dynamics.BodyMotion(np.zeros(3), R, np.zeros(3), w, a, dw)
+    torque, wrench = dynamics.inverse_dynamics(robot, body, q, qd, qdd)
+    J = R @ robot.arrays.R_body_hip @ kinematics.jacobian(robot.arrays, q)
+    joints = JointLoad(J, torque + rotor * qdd)
+    feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T
+    contacts = Contacts(feet, share, normals, 100.0)
+    force = share_load(contacts, wrench, model, joints=joints)
+    return joints.with_ground(force), force, wrench, feet
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("model", ["minimum-norm", "weighted-minimum-norm", "minimum-torque"])
+def test_an_instant_has_the_torques_and_forces_of_the_batch(name: str, model: str) -> None:
+    # Both solve the same equations; forces reach 1e3 N where legs are nearly stretched, so that
+    # round-off of 2e-16 times a condition number of up to 1e3 stays below 1e-9 of the largest.
+    robot = robot_called(name)
+    settings = EffortSettings(force_model=model, friction=10.0, friction_used=1.0)
+    # Servos without limits, and feet that may pull: what is made least is all that counts.
+    servo = replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)
+    feed = FeedForward(replace(robot, servo=servo), settings, rotor=0.01)
+    feed.friction = np.inf
+    for state in states(robot, 40):
+        torque, force, _, _ = batch_answer(robot, state, model, rotor=0.01)
+        effort = feed.update(*state)
+        scale = max(1.0, np.abs(force).max())
+        np.testing.assert_allclose(effort.force, force, rtol=0, atol=1e-9 * scale)
+        np.testing.assert_allclose(effort.torque, torque, rtol=0, atol=1e-9 * scale)
+
+
+def standing(robot: Robot, **motion):
+    """The robot at its neutral stance, in order of `FeedForward.update`, with some motion."""
+    legs = len(robot.legs)
+    feet = np.array([leg.neutral_foot for leg in robot.legs])
+    q, still = kinematics.joint_angles(robot.arrays, feet), np.zeros((legs, 3))
+    state = {
+        "rotation": np.eye(3),
+        "angular_velocity": np.zeros(3),
+        "angular_acceleration": np.zeros(3),
+        "acceleration": np.zeros(3),
+        "q": q,
+        "qd": still,
+        "qdd": still,
+        "share": np.ones(legs),
+    }
+    return {name: np.array(value) for name, value in (state | motion).items()}
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_feet_give_the_weight_and_the_acceleration(name: str) -> None:
+    # Nothing turns: sum F = m (a + g), to round-off of 20 links' weights of up to 50 N.
+    robot = robot_called(name)
+    a = np.array([0.3, -0.2, 0.4])
+    settings = EffortSettings(friction=10.0)
+    effort = FeedForward(robot, settings).update(**standing(robot, acceleration=a))
+    expected = robot.mass * (a + np.array([0.0, 0.0, 9.81]))
+    np.testing.assert_allclose(effort.force.sum(axis=0), expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_joints_power_and_the_feet_s_make_the_energy_grow(name: str) -> None:
+    # tau . qd + sum F . v_foot = d (T + V) / dt. The central difference over 2 h = 2e-5 s misses
+    # by h² / 6 of a third derivative of up to 1e5 W/s², 2e-6 W, and 1e-16 E / h = 1e-9 W.
+    robot, h = robot_called(name), 1e-5
+    settings = EffortSettings(friction=10.0, friction_used=1.0)
+    feed = FeedForward(
+        replace(robot, servo=replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)),
+        settings,
+        rotor=0.0,
+    )
+    feed.friction = np.inf
+    for state in states(robot, 5):
+        R, w, dw, a, q, qd, qdd, _, _ = state
+        v = np.array([0.1, -0.2, 0.05])
+        effort = feed.update(*state)
+
+        def energy(t: float, R=R, w=w, dw=dw, a=a, q=q, qd=qd, qdd=qdd, v=v) -> float:
+            turn = w * t + dw * t**2 / 2
+            angle = max(float(np.linalg.norm(turn)), 1e-300)
+            quaternion = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * turn / angle)])
+            body = dynamics.BodyMotion(
+                v * t + a * t**2 / 2,
+                kinematics.quaternion_rotation(quaternion) @ R,
+                v + a * t,
+                w + dw * t,
+                a,
+                dw,
+            )
+            angles, rates = q + qd * t + qdd * t**2 / 2, qd + qdd * t
+            kinetic = dynamics.kinetic_energy(robot, body, angles, rates)
+            return float(kinetic + dynamics.potential_energy(robot, body, angles))
+
+        feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T
+        J = R @ robot.arrays.R_body_hip @ kinematics.jacobian(robot.arrays, q)
+        speed = v + np.cross(w, feet) + (J @ qd[..., None])[..., 0]
+        power = np.sum(effort.torque * qd) + np.sum(effort.force * speed)
+        growth = (energy(h) - energy(-h)) / (2 * h)
+        assert power == pytest.approx(growth, abs=2e-5)
+
+
+def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:
+    # The pyramid lies inside the cone of mu and around that of mu cos(pi/8): its cost lies between
+    # those of the two cones, to 1e-6 of it, to which the solver is right.
+    robot, mu = load_robot("phantomx-paper"), 0.25
+    state = standing(robot, acceleration=[0.5, 0.3, 0.0])
+    settings = EffortSettings("minimum-torque", friction=mu, friction_used=1.0)
+    effort = FeedForward(robot, settings, rotor=0.0).update(**state)
+    free = FeedForward(robot, replace(settings, friction=10.0), rotor=0.0).update(**state)
+    assert free.friction > mu
+    assert effort.friction <= mu * (1 + 1e-9)
+    assert (effort.part, effort.remark) == (1.0, "")
+    args = [*state.values(), np.tile([0, 0, 1.0], (6, 1))]
+    _, _, wrench, feet = batch_answer(robot, args, "minimum-torque")
+    given = np.concatenate([effort.force.sum(axis=0), np.cross(feet, effort.force).sum(axis=0)])
+    np.testing.assert_allclose(given, wrench, rtol=0, atol=1e-7)
+
+    def cost(torque):
+        return float(np.sum(torque**2))
+
+    bounds = []
+    for inner in (1.0, np.cos(np.pi / 8)):
+        J = robot.arrays.R_body_hip @ kinematics.jacobian(robot.arrays, state["q"])
+        body = dynamics.BodyMotion(
+            *np.zeros((1, 3)), np.eye(3), *np.zeros((2, 3)), state["acceleration"], np.zeros(3)
+        )
+        torque, _ = dynamics.inverse_dynamics(robot, body, state["q"], state["qd"], state["qdd"])
+        joints = JointLoad(J, torque)
+        contacts = Contacts(feet, state["share"], friction=mu * inner)
+        force = share_load(contacts, wrench, FrictionCone("minimum-torque"), joints=joints)
+        bounds.append(cost(joints.with_ground(force)))
+    assert bounds[0] * (1 - 1e-6) <= cost(effort.torque) <= bounds[1] * (1 + 1e-6)
+
+
+def test_of_too_much_acceleration_as_much_is_given_as_friction_allows() -> None:
+    # Level ground: sum of tangential forces = m a, of normal ones = m g, so that a part s of
+    # a = 6 m/s² is possible where s a <= mu g; the pyramid takes cos(pi/8) of mu at the least.
+    robot = load_robot("phantomx-paper")
+    settings = EffortSettings(friction=0.5, friction_used=0.6)
+    effort = FeedForward(robot, settings).update(**standing(robot, acceleration=[6.0, 0, 0]))
+    most = 0.3 * 9.81 / 6.0
+    assert np.cos(np.pi / 8) * most * (1 - 1e-3) <= effort.part <= most * (1 + 1e-6)
+    assert effort.friction <= 0.3 * (1 + 1e-6)
+    assert effort.remark == "the feet need a friction of 0.61 of 0.30."
+
+
+def test_a_slope_too_steep_for_friction_is_told_before_the_robot_slides() -> None:
+    # On a slope of angle s the feet at rest need tan s: tan 20 deg = 0.36.
+    robot, s = load_robot("phantomx-paper"), np.radians(20)
+    R = np.array([[np.cos(s), 0, np.sin(s)], [0, 1, 0], [-np.sin(s), 0, np.cos(s)]])
+    state = standing(robot, rotation=R, normals=np.tile(R[:, 2], (6, 1)))
+    for friction, part in ((0.5, 1.0), (0.3, 0.0)):
+        settings = EffortSettings(friction=friction, friction_used=1.0)
+        effort = FeedForward(robot, settings).update(**state)
+        assert effort.part == part
+    assert effort.remark == "the feet need a friction of 0.36 of 0.30."
+
+
+def test_a_load_beyond_the_servos_is_told_with_its_joint() -> None:
+    robot = load_robot("phantomx-paper")
+    heavy = replace(robot, body=replace(robot.body, mass=20.0))
+    effort = FeedForward(heavy).update(**standing(heavy))
+    worst = int(np.argmax(np.abs(effort.torque)))
+    joint = f"{robot.legs[worst // 3].name}.{['coxa', 'femur', 'tibia'][worst % 3]}"
+    needed = np.abs(effort.torque).max()
+    assert effort.part == 0.0
+    assert effort.demand == pytest.approx(needed / 1.5)
+    assert effort.remark == f"{joint} needs {needed:.2f} N·m of 1.50."
+
+
+def test_two_feet_cannot_carry_a_robot_and_it_is_told() -> None:
+    robot = load_robot("phantomx-paper")
+    share = np.array([1.0, 0, 0, 0, 0, 1.0])
+    effort = FeedForward(robot).update(**standing(robot, share=share))
+    assert np.isfinite(effort.force).all()
+    assert np.isfinite(effort.torque).all()
+    assert effort.remark == (
+        "the standing feet cannot carry the robot: fewer than three, or on one line."
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"friction": -1.0}, "friction is -1; it must be from 0 to 10."),
+        ({"friction_used": 0.0}, "friction_used is 0; it must be from 0.01 to 1."),
+        ({"load_transfer": float("nan")}, "load_transfer is nan; it must be from 0 to 10."),
+        (
+            {"force_model": "friction-cone"},
+            'force_model is "friction-cone"; it must be one without limits of its own: friction '
+            "and torque limits are kept with each of them.",
+        ),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_settings_that_cannot_be_are_refused(changes: dict, message: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        EffortSettings(**changes)
+    assert caught.value.what == message

@@ -1,0 +1,75 @@
+"""Servos without torque input give the torque that is fed forward."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid.control.dynamics.servo_goal import goal_numbers, goals_for_torque
+from phasmid.robot import load_robot
+from simulation.servo_bench import Bench
+
+AX = load_robot("phantomx-ax").servo
+PID = replace(AX, law="pid", p_gain=800.0)
+
+
+def goal(servo, q, qd, torque, voltage=12.0):
+    numbers = goal_numbers(servo, voltage)
+    return float(goals_for_torque(*np.array([[q], [qd], [torque]]), numbers)[0])
+
+
+@pytest.mark.parametrize("servo", [AX, PID], ids=["compliance", "pid"])
+@pytest.mark.parametrize("voltage", [9.0, 12.0])
+@pytest.mark.parametrize("qd", [-2.0, -0.5, 0.5, 2.0])
+def test_a_turning_servo_gives_the_torque_that_is_fed_forward(servo, voltage, qd) -> None:
+    # Motor: k i = d V k / R - k² w / R; of it the gears lose c1 |k i| + c0 against the motion, and
+    # b w. The law sees whole ticks of goal and angle, so the output misses by up to one tick of
+    # slope: 1/32 of full output for AX (1/885 * 6.25 for PID), hence that share of the stall push.
+    for torque in (-0.6, -0.2, 0.3, 0.7):
+        numbers = goal_numbers(servo, voltage)
+        wanted = goal(servo, 0.0, qd, torque, voltage)
+        error = wanted / servo.resolution
+        duty = _output(servo, error)
+        motor = servo.motor
+        push = motor.constant * (duty * voltage - motor.constant * qd) / motor.resistance
+        friction = np.sign(qd) * (motor.coulomb + motor.load_loss * abs(push))
+        given = push - friction - motor.viscous * qd
+        if abs(duty) < servo.torque_limit - 1e-12 and abs(duty) > servo.punch / 1023:
+            assert given == pytest.approx(torque, abs=1e-12 * (1 + numbers[8]))
+
+
+def _output(servo, error: float) -> float:
+    """The position law, from its definition, without the rounding to ticks."""
+    if servo.law == "pid":
+        duty = servo.p_gain / 128 / 885 * error
+    else:
+        side = 0 if error < 0 else 1
+        beyond = abs(error) - servo.compliance_margin[side]
+        duty = 0.0
+        if beyond > 0:
+            duty = servo.punch / 1023 + (1 - servo.punch / 1023) * beyond / 32.0
+        duty = np.copysign(duty, error)
+    return float(np.clip(duty, -servo.torque_limit, servo.torque_limit))
+
+
+def sag(load: float, *, fed: bool) -> float:
+    """How far a servo at rest at its target gives way when it is loaded [ticks]."""
+    bench, target = Bench(AX), 100 * AX.resolution
+    bench.put(target)
+    bench.run(0.1, target)
+    bench.load = load
+    bench.run(3.0, goal(AX, target, 0.0, load) if fed else target)
+    return (target - float(bench.angle[0])) / AX.resolution
+
+
+def test_a_loaded_servo_stays_where_it_shall_be() -> None:
+    # The law alone needs an error before it gives anything. A load of 1.2 N m is held once
+    # push (1 + c1) + c0 = 1.2, hence push = 0.8 of 2.93 N m, 0.27 of full output: the margin of 1
+    # tick and 32 (0.27 - 0.03) ticks, 8.8, less half a tick of rounding, and half the play of 1.7
+    # ticks. Its law inverted gives 1.2 N m at the target itself, where friction holds the rotor at
+    # once: what is left is at most half the play, 0.9 ticks, and the twist of the gears, 1.2 N m
+    # by 60 N m/rad, 3.9 ticks.
+    assert sag(1.2, fed=False) > 8
+    assert abs(sag(1.2, fed=True)) < 4.8
