@@ -76,9 +76,7 @@ def drive(engine, commands, duration):
         rows["velocity"].append(s.speed[2].copy())
         rows["slow"].append(s.clock[3])
     rows = {name: np.array(values) for name, values in rows.items()}
-    return Seen(
-        engine.robot, dt, stance=rows["leg"] == STANCE, events=engine.events.copy(), **rows
-    )
+    return Seen(engine.robot, dt, stance=rows["leg"] == STANCE, events=engine.events.copy(), **rows)
 
 
 def random_commands(robot, rng, duration):

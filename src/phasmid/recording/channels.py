@@ -81,6 +81,13 @@ CHANNELS: dict[str, Channel] = {
     "slow_down": Channel(("time",), "1", "rate at which the engine's own time passes"),
     "support_margin": Channel(("time",), "m", "centre of mass from the edge of the planned stance"),
     "gait_phase": Channel(("time",), "1", "phase of the gait's clock"),
+    "sequence": Channel(
+        ("time",),
+        "1",
+        "0 lies, 1 gets up or sits down, 2 stands or walks, 3 stops, 4 lifts legs, 5 has them by "
+        "hand, 6 gathers its legs",
+    ),
+    "safety_mode": Channel(("time",), "1", "0 free, 1 slow, 2 sits, 3 holds still"),
 }
 """Every channel by its name, in the order in which a recording keeps them."""
 

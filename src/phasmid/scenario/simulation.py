@@ -28,6 +28,10 @@ class SimulationTable(Table):
         max_steps: Longest run that is not refused [steps].
         start_height: Height of the body frame at the start [m], from where the robot drops onto its
             feet; absent: where the plan has it.
+        start_posture: Of a robot that a controller drives: ``standing`` on its feet, or ``packed``:
+            on its belly with its legs folded.
+        belly_contact: Whether the trunk's underside can lie on the ground; without it a trunk that
+            touches the ground ends the run. A robot that starts packed always can.
     """
 
     drive: Literal["prescribed", "ideal-servo", "servo", "torque"] = "prescribed"
@@ -37,3 +41,10 @@ class SimulationTable(Table):
     record_interval: Annotated[Time, Gt(0)] | None = None
     max_steps: Annotated[Count, Gt(0)] = 100_000_000
     start_height: Annotated[Length, Gt(0), Le(10)] | None = None
+    start_posture: Literal["standing", "packed"] = "standing"
+    belly_contact: bool = False
+
+    @property
+    def can_lie(self) -> bool:
+        """Whether the trunk can lie on the ground."""
+        return self.belly_contact or self.start_posture == "packed"

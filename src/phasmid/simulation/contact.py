@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.kinematics import joint_angles, leg_frames
-from phasmid.robot import Leg
+from phasmid.robot import Leg, Robot
 from phasmid.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -36,26 +37,51 @@ def friction_hardness(scenario: Scenario) -> float:
     return contact.friction_damping / contact.law_damping
 
 
+def add_belly(trunk: mujoco.MjsBody, robot: Robot, friction: list[float]) -> None:
+    """Give the trunk the points on which it can lie: the corners of its underside."""
+    for i, corner in enumerate(belly_points(robot)):
+        _add_point(trunk, belly_name(i), corner, friction)
+
+
+def belly_points(robot: Robot) -> Float[np.ndarray, "points 3"]:
+    """Centres of the small spheres on which a trunk lies, in the body frame [m], shape (4, 3)."""
+    corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
+    points = np.concatenate([corners, -np.ones((4, 1))], axis=1) * robot.body.size / 2
+    points[:, 2] += POINT_RADIUS
+    return points
+
+
+def belly_name(point: int) -> str:
+    """Name of one of the trunk's four contact points in the engine's model."""
+    return f"trunk.point{point}"
+
+
 def add_foot(tibia: mujoco.MjsBody, leg: Leg, tip_width: float, friction: list[float]) -> None:
     """Give a tibia its foot: four points that touch the ground, and a site at its tip."""
-    import mujoco
-
     tibia.add_site(name=f"{leg.name}.foot", pos=[leg.tibia.length, 0.0, 0.0])
     for i, corner in enumerate(foot_points(leg, tip_width)):
-        tibia.add_geom(
-            name=point_name(leg, i),
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[POINT_RADIUS, 0.0, 0.0],
-            pos=corner,
-            mass=0.0,
-            condim=3,
-            friction=friction,
-            # The point's own spring counts, not a mixture with the ground's.
-            priority=1,
-            # Points touch the ground and not each other.
-            contype=0,
-            conaffinity=1,
-        )
+        _add_point(tibia, point_name(leg, i), corner, friction)
+
+
+def _add_point(
+    body: mujoco.MjsBody, name: str, place: Float[np.ndarray, "3"], friction: list[float]
+) -> None:
+    import mujoco
+
+    body.add_geom(
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[POINT_RADIUS, 0.0, 0.0],
+        pos=place,
+        mass=0.0,
+        condim=3,
+        friction=friction,
+        # The point's own spring counts, not a mixture with the ground's.
+        priority=1,
+        # Points touch the ground and not each other.
+        contype=0,
+        conaffinity=1,
+    )
 
 
 def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
@@ -85,8 +111,10 @@ def point_name(leg: Leg, point: int) -> str:
     return f"{leg.name}.point{point}"
 
 
-def set_contact(spec: mujoco.MjSpec, leg: Leg, scenario: Scenario, mobility: float) -> None:
-    """Make each contact point a spring and damper in N/m and N·s/m.
+def set_contact(
+    spec: mujoco.MjSpec, points: Iterable[str], scenario: Scenario, mobility: float
+) -> None:
+    """Make contact points springs and dampers in N/m and N·s/m.
 
     With a constant impedance d the engine's force on a point of mobility A is
     (reference acceleration - acceleration) d / ((1 - d) A). Direct values of -K (1 - d) A and
@@ -98,7 +126,7 @@ def set_contact(spec: mujoco.MjSpec, leg: Leg, scenario: Scenario, mobility: flo
         return
     d = scenario.contact.impedance
     scale = (1 - d) * mobility
-    for i in range(CONTACT_POINTS):
-        point = spec.geom(point_name(leg, i))
+    for name in points:
+        point = spec.geom(name)
         point.solimp = [d, d, 0.001, 0.5, 2.0]
         point.solref = [-scenario.contact.stiffness * scale, -scenario.contact.law_damping * scale]

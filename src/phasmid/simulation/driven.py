@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_number, check_type, described
-from phasmid.control import Command, Controller, JointTargets, Observation
+from phasmid.control import Command, Controller, JointTargets, Observation, Posture
 from phasmid.errors import InvalidInput, nearest
 from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.ending import Ending, Trouble, trunk_clearance
 from phasmid.simulation.fault import Faults
 from phasmid.simulation.hold import Between, Hold
 from phasmid.simulation.joint_drive import PrescribedDrive
@@ -29,6 +29,9 @@ from phasmid.simulation.telling import run_channels
 
 Commands: TypeAlias = Callable[[float, Observation], Command | None]
 """Tells what the robot shall do at a time on the controller's clock [s]; None ends the run."""
+
+RISEN = 0.01
+"""A trunk higher over the ground than this no longer lies [m]."""
 
 LONG_RUN = 100_000
 """Steps from which on the compiled loop is worth the import of its compiler."""
@@ -81,6 +84,7 @@ class DrivenRun(Run):
         interrupted: Sequence[int] = (),
     ) -> None:
         self.period_steps = period_steps(scenario, rate)
+        self._shall_lie = True
         # Whole periods alone, so that each block begins with an update.
         self.block_steps = math.ceil(WATCH_STEPS / self.period_steps) * self.period_steps
         self._failure: Trouble | None = None
@@ -122,6 +126,9 @@ class DrivenRun(Run):
         if not self.asked or command != self.asked[-1][1]:
             check_type("command", command, (Command,), "a Command", "Command(velocity=(0.1, 0, 0))")
             self.asked.append((observation.time, command))
+        self._shall_lie = command.posture is Posture.PACKED
+        if self._shall_lie:
+            self.lies = self.scenario.simulation.can_lie
         targets = self.controller.update(observation, command)
         _check_targets(targets, self._shape)
         tell = getattr(self.controller, "telemetry", None)
@@ -184,7 +191,12 @@ class DrivenRun(Run):
 
     def _look(self, count: int) -> Trouble | None:
         """What the watch finds, or why the controller cannot be followed."""
-        return super()._look(count) or self._failure
+        trouble = super()._look(count) or self._failure
+        if self.lies and count and not self._shall_lie:
+            # Once it has risen, a trunk that touches the ground has fallen.
+            height = trunk_clearance(self.robot, self.buffer.qpos[count - 1 : count], self.ground)
+            self.lies = bool(height[0] < RISEN)
+        return trouble
 
     def _keep(self, count: int, keep: Keep) -> None:
         """Hand on what is recorded; `told` then knows which of the block's samples these are."""

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from phasmid.arguments import check_callable, check_type, described
 from phasmid.control import Command, Controller, LocomotionEngine, Observation, Player
+from phasmid.control.sequences import SequenceSettings, packing
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion
 from phasmid.recording import Recording, load_recording
@@ -148,7 +149,10 @@ class Driving:
             begin = own
             begin.check_planned_for(scenario)
         else:
-            begin = standing(scenario, scenario.load_robot(), start)
+            robot = scenario.load_robot()
+            if start is None and scenario.simulation.start_posture == "packed":
+                start = packing(robot, SequenceSettings()).folded
+            begin = standing(scenario, robot, start)
         check_time_step(scenario, begin)
         check_start(scenario, begin)
         failing = Faults(begin.robot, faults, scenario.sensors.contact_threshold)

@@ -59,6 +59,8 @@ def watch(
     qpos: Float[np.ndarray, "samples q"],
     qvel: Float[np.ndarray, "samples v"],
     ground: Ground | None = None,
+    *,
+    lies: bool = False,
 ) -> Trouble | None:
     """Look through consecutive states for the first that ends a run.
 
@@ -67,6 +69,7 @@ def watch(
         qpos: Engine positions: trunk position, quaternion, joints; shape (N, 7 + 3 L).
         qvel: Engine velocities: trunk, joints; shape (N, 6 + 3 L).
         ground: What it walks on; level at height 0 where none is given.
+        lies: Whether the trunk may touch the ground, since it can lie there and is to.
 
     Returns:
         What was found first; None where all is well.
@@ -77,10 +80,12 @@ def watch(
         # The vertical in body axes: the rotation's last row.
         up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
         tilt = up[2] < math.cos(STEEPEST_TILT)
-        if ground is None or ground.is_level:
+        if lies:
+            lowest = np.zeros(len(qpos))
+        elif ground is None or ground.is_level:
             lowest = qpos[:, 2] - (robot.body.size / 2) @ np.abs(up)
         else:
-            lowest = _clearance(robot, qpos, ground)
+            lowest = trunk_clearance(robot, qpos, ground)
         # All is well nearly always; the sum is finite only where every number is.
         well = speed[:3].sum() < FASTEST_BODY and speed[3:].max() < FASTEST_JOINT
         if well and np.isfinite(qpos.sum()) and not tilt.any() and lowest.min() >= 0:
@@ -117,10 +122,19 @@ def watch(
     return min((t for t in found if t), key=lambda t: t.sample, default=None)
 
 
-def _clearance(
+def trunk_clearance(
     robot: Robot, qpos: Float[np.ndarray, "samples q"], ground: Ground
 ) -> Float[np.ndarray, " samples"]:
-    """Least height over the ground of the trunk's underside, at nine points of it [m]."""
+    """Least height over the ground of the trunk's underside, at nine points of it [m].
+
+    Args:
+        robot: The robot.
+        qpos: Engine positions, as for `watch`.
+        ground: What it walks on.
+
+    Returns:
+        Heights [m], shape (N,).
+    """
     length, width, height = robot.body.size / 2
     sides = np.array([-1.0, 0.0, 1.0])
     places = np.stack(np.meshgrid(length * sides, width * sides, [-height]), axis=-1).reshape(-1, 3)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.errors import InvalidInput
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, point_name
@@ -59,6 +60,21 @@ def add_ground(spec: mujoco.MjSpec, scenario: Scenario) -> list[float]:
             friction=friction,
         )
     return friction
+
+
+def check_flat(scenario: Scenario) -> None:
+    """Refuse ground on which no trunk can lie.
+
+    Raises:
+        InvalidInput: It is curved: each foot stands on a plane of its own there, the trunk on none.
+    """
+    if _has_tangents(scenario.load_terrain()):
+        raise InvalidInput(
+            f'terrain is "{scenario.terrain.terrain}"; a trunk can lie on flat ground, on a slope '
+            "and on what is built of blocks alone.",
+            where="simulation",
+            hint='start_posture = "standing" and belly_contact = false',
+        )
 
 
 def _has_tangents(ground: Ground) -> bool:

@@ -12,8 +12,16 @@ from phasmid.dynamics import BodyMotion, mass_matrix
 from phasmid.kinematics import jacobian, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.scenario import Scenario
-from phasmid.simulation.contact import add_foot, friction_hardness, set_contact
-from phasmid.simulation.ground import GROUND, add_ground, add_tangents
+from phasmid.simulation.contact import (
+    CONTACT_POINTS,
+    add_belly,
+    add_foot,
+    belly_name,
+    friction_hardness,
+    point_name,
+    set_contact,
+)
+from phasmid.simulation.ground import GROUND, add_ground, add_tangents, check_flat
 
 if TYPE_CHECKING:
     import mujoco
@@ -50,7 +58,11 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
     # The spring's constants are scaled by the engine's own measure of each foot's mobility,
     # which is known only after a first compilation.
     for leg, mobility in zip(robot.legs, _mobility(model, robot), strict=True):
-        set_contact(spec, leg, scenario, float(mobility))
+        points = [point_name(leg, i) for i in range(CONTACT_POINTS)]
+        set_contact(spec, points, scenario, float(mobility))
+    if scenario.simulation.can_lie:
+        points = [belly_name(i) for i in range(CONTACT_POINTS)]
+        set_contact(spec, points, scenario, float(model.body("trunk").invweight0[0]))
     model = spec.compile()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model
@@ -109,6 +121,9 @@ def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, height])
     trunk.add_freejoint(name="trunk")
     _set_inertia(trunk, robot.body.mass, robot.body.com, robot.body.inertia)
+    if scenario.simulation.can_lie:
+        check_flat(scenario)
+        add_belly(trunk, robot, friction)
     for leg in robot.legs:
         _add_leg(spec, trunk, leg, robot, scenario, friction)
     add_tangents(spec, robot, scenario)

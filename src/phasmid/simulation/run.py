@@ -61,6 +61,7 @@ class Run:
         log: Samples of the run, where they are kept in memory.
         done: Number of samples recorded.
         ended: Whether the run is over before its last step, without trouble.
+        lies: Whether the trunk may touch the ground at present.
         simulator: What makes the steps.
     """
 
@@ -88,6 +89,7 @@ class Run:
         self.trouble: Trouble | None = None
         self.ended = False
         self._fed = scenario.simulation.drive == "torque"
+        self.lies = scenario.simulation.can_lie
         self._one_cycle = self._repeated_targets()
         self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._complaints: list[str] = []
@@ -346,7 +348,7 @@ class Run:
     def _look(self, count: int) -> Trouble | None:
         """What the watch finds in the buffer's first samples, and what the engine complained of."""
         seen = self.buffer.qpos[:count], self.buffer.qvel[:count]
-        trouble = watch(self.robot, *seen, self.ground) if count else None
+        trouble = watch(self.robot, *seen, self.ground, lies=self.lies) if count else None
         if trouble:
             return trouble
         if self._complaints:

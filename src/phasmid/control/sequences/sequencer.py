@@ -50,7 +50,7 @@ LONGEST_STEP = 0.05
 
 
 class Stage(Enum):
-    """What the robot is about; the value is told in telemetry's channel ``stage``."""
+    """What the robot is about; the value is told in channel ``sequence``."""
 
     LYING = 0
     GETTING_UP = 1
@@ -176,7 +176,7 @@ class Sequencer:
         """The stage by number, beside what the walking controller tells."""
         inner = getattr(self.walker, "telemetry", None)
         told = dict(inner()) if callable(inner) else {}
-        return told | {"stage": float(self.stage.value)}
+        return told | {"sequence": float(self.stage.value)}
 
     # Walking -----------------------------------------------------------------------------------
 
