@@ -176,7 +176,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
             words = f"a preset ({', '.join(preset_names())}) or a file"
         elif key == "gait":
             words = "; ".join(f"{', '.join(gaits)} of {n} legs" for n, gaits in GAITS.items())
-            words += "; or the name of your own"
+            words += "; alternating, wave, ripple of others; or a gait file (.toml)"
         fields.add_argument(
             f"--{key.replace('_', '-')}",
             dest=f"field:{key}",
@@ -246,7 +246,8 @@ def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
         words.append(Path(options.trajectory).stem)
     for key, value in vars(options).items():
         if key.startswith("field:") and value is not None:
-            text = Path(value).stem if key.removeprefix("field:") in PLACES else value
+            file = key.removeprefix("field:") in PLACES or value.endswith(".toml")
+            text = Path(value).stem if file else value
             words.append(f"{key.removeprefix('field:').replace('_', '-')}-{text}")
     name = "_".join(words)
     plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in name)

@@ -1,6 +1,7 @@
 """Which legs stand, when: gaits, a library of them, and the support they give."""
 
 from phasmid.gait.cycle import least_margin
+from phasmid.gait.file import is_gait_file, offsets_in_order, read_gait
 from phasmid.gait.forms import alternating_gait, gait_of_phases, gait_of_steps, wave_gait
 from phasmid.gait.gait import Gait
 from phasmid.gait.library import GAITS, HEXAPOD_GAITS, check_gait_name, gaits_of, load_gait
@@ -27,9 +28,12 @@ __all__ = [
     "gait_of_phases",
     "gait_of_steps",
     "gaits_of",
+    "is_gait_file",
     "least_margin",
     "load_gait",
     "margin_at",
+    "offsets_in_order",
+    "read_gait",
     "support_margin",
     "sway",
     "wave_gait",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
+from pathlib import Path
 
 from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, nearest
+from phasmid.gait.file import gait_from_file, is_gait_file
 from phasmid.gait.forms import alternating_gait, gait_of_steps, wave_gait
 from phasmid.gait.gait import FEWEST_FEET, Gait
 
@@ -88,18 +90,23 @@ def check_gait_name(name: str) -> None:
     load_gait(name, next((count for count in (6, 4, 8) if nearest(name, GAITS[count])), 6))
 
 
-def load_gait(name: str, leg_count: int = 6) -> Gait:
-    """The gait of this name.
+def load_gait(name: str | Path, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
+    """The gait of this name, or in this file.
 
     Args:
-        name: Such as ``tripod``.
+        name: Such as ``tripod``, or the path of a ``.toml`` file.
         leg_count: Number of legs of the robot that shall walk.
+        leg_names: Names of its legs, in their order, for a file that goes by them.
 
     Raises:
         InvalidGait: There is no such gait for that number of legs, or it is no number.
+        InvalidInput: The file is absent or not well formed.
     """
-    check_type("gait", name, (str,), "the name of a gait", error=InvalidGait)
+    check_type("gait", name, (str, Path), "the name of a gait, or a .toml file", error=InvalidGait)
     check_type("leg_count", leg_count, (int,), "a whole number", error=InvalidGait)
+    if is_gait_file(name):
+        return gait_from_file(Path(name), leg_count, leg_names)
+    name = str(name)
     known = gaits_of(leg_count)
     if name in known:
         return known[name]

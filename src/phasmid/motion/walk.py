@@ -165,7 +165,7 @@ def plan(scenario: Scenario) -> Walk:
     """
     check_scenario(scenario)
     robot = scenario.load_robot()
-    gait = scenario.load_gait(len(robot.legs))
+    gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
     terrain = scenario.planned_terrain()
     course: LevelCourse | Course = LevelCourse(robot, gait, scenario.stride, scenario.stride.step)
     if not _is_plain(terrain):

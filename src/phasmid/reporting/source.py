@@ -84,7 +84,7 @@ def read_source(recording: Recording, appearance: Appearance | None = None) -> S
             f"the recording has {legs} legs; the robot that it names, {plain(robot.name)}, "
             f"has {len(robot.legs)}."
         )
-    gait = scenario.load_gait(len(robot.legs))
+    gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
     return Source(robot, scenario, gait, robot.mass * scenario.model.gravity)
 
 

@@ -7,10 +7,11 @@ from typing import Any
 
 from phasmid.errors import located
 from phasmid.formats import ROBOT_SUFFIXES
+from phasmid.gait import is_gait_file
 from phasmid.scenario.scenario import Scenario
 from phasmid.scenario.terrain import beside
 from phasmid.tables import Table, in_file, key_of, validate
-from phasmid.toml import find_file, preset_names, read_toml, toml_string
+from phasmid.toml import find_file, preset_names, read_toml, toml_key, toml_string
 from phasmid.units import UNITS, split_unit
 
 
@@ -23,8 +24,8 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
     """Load a scenario from a preset or a file.
 
     Args:
-        source: Name of a preset, such as ``paper``, or path of a ``.toml`` file. A robot file
-            or height map that it names is looked for beside it.
+        source: Name of a preset, such as ``paper``, or path of a ``.toml`` file. A robot file,
+            gait file or height map that it names is looked for beside it.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed.
@@ -34,6 +35,11 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
     terrain = raw.get("terrain")
     if isinstance(terrain, dict) and isinstance(terrain.get("height_map"), str):
         terrain["height_map"] = beside(path, terrain["height_map"])
+    gait = raw.get("gait")
+    if isinstance(gait, str) and is_gait_file(gait):
+        raw["gait"] = str(path.parent / gait)
+    elif isinstance(gait, dict) and is_gait_file(gait.get("name")) and "offsets" not in gait:
+        gait["name"] = str(path.parent / gait["name"])
     with located(path.name):
         scenario = validate(Scenario, raw, in_file(path, content))
     if isinstance(scenario.robot, str) and Path(scenario.robot).suffix in ROBOT_SUFFIXES:
@@ -74,6 +80,9 @@ def _entry(key: str, name: str, value: Any) -> str:
         return f"{name} = {value!r}"
     if isinstance(value, tuple):
         return f"{name} = {_list(value)}"
+    if isinstance(value, dict):
+        pairs = ", ".join(f"{toml_key(inner)} = {number!r}" for inner, number in value.items())
+        return f"{name} = {{ {pairs} }}"
     return f"{name} = {toml_string(value) if isinstance(value, str) else value}"
 
 

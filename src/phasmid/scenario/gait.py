@@ -2,28 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
-from phasmid.gait import Gait, check_gait_name
+from phasmid.gait import Gait, check_gait_name, is_gait_file, read_gait
 from phasmid.tables import Number, Table
+
+MOST_LEGS = 100
+"""Most legs of which offsets are told; no robot has more."""
 
 
 class GaitTable(Table):
-    """``gait = "wave"``, or a table of its own numbers.
+    """``gait = "wave"``, a gait file, or a table of its own numbers.
 
     Attributes:
-        name: A gait of the library, or any name where offsets are given.
+        name: A gait of the library, a gait file, or any name where offsets are given.
         duty_factor: Fraction of the cycle for which each foot stands.
-        offsets: For each leg the fraction of the cycle at which it lifts.
+        offsets: For each leg the fraction of the cycle at which it lifts, in the legs' order, or
+            by the legs' names.
         sway: How far the body sways away from lifted feet, as a share of their distance from the
             middle of all feet; absent: as the gait of the library does, or not at all.
     """
 
     name: str = "tripod"
     duty_factor: Number | None = None
-    offsets: tuple[Number, ...] | None = None
+    offsets: (
+        Annotated[tuple[Number, ...], Field(max_length=MOST_LEGS)]
+        | Annotated[dict[str, Number], Field(max_length=MOST_LEGS)]
+        | None
+    ) = None
     sway: Number | None = None
 
     @model_validator(mode="after")
@@ -36,7 +46,21 @@ class GaitTable(Table):
     @classmethod
     def _from_name(cls, raw: Any) -> Any:
         if isinstance(raw, Gait):
-            offsets = tuple(float(offset) for offset in raw.offsets)
-            told = {"name": raw.name, "duty_factor": raw.duty_factor, "offsets": offsets}
-            return told | ({"sway": raw.sway} if raw.sway else {})
-        return {"name": raw} if isinstance(raw, str) else raw
+            return _told(raw, tuple(float(offset) for offset in raw.offsets))
+        if isinstance(raw, str | Path):
+            raw = {"name": str(raw)}
+        if isinstance(raw, Mapping) and raw.get("offsets") is None:
+            name = raw.get("name")
+            if isinstance(name, str) and is_gait_file(name):
+                # What the file says goes into the scenario, which then repeats without it.
+                gait, legs = read_gait(Path(name))
+                offsets = tuple(float(offset) for offset in gait.offsets)
+                by_leg = dict(zip(legs, offsets, strict=True)) if legs else offsets
+                given = {k: v for k, v in raw.items() if k != "name" and v is not None}
+                return _told(gait, by_leg) | given
+        return raw
+
+
+def _told(gait: Gait, offsets: tuple[float, ...] | dict[str, float]) -> dict[str, Any]:
+    told = {"name": gait.name, "duty_factor": gait.duty_factor, "offsets": offsets}
+    return told | ({"sway": gait.sway} if gait.sway else {})

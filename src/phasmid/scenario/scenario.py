@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -12,7 +12,7 @@ from pydantic import ConfigDict, StringConstraints, model_validator
 from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.formats import is_foreign, load_robot
-from phasmid.gait import Gait, load_gait
+from phasmid.gait import Gait, load_gait, offsets_in_order
 from phasmid.recording.channels import MOST_RECORDED
 from phasmid.robot import Robot, with_mass_model, with_mounts, with_neutral_foot
 from phasmid.scenario.contact import ContactTable
@@ -244,11 +244,12 @@ class Scenario(Table):
             return Ground(Flat(), self.terrain.friction)
         return self.load_terrain()
 
-    def load_gait(self, leg_count: int = 6) -> Gait:
+    def load_gait(self, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
         """The gait of this scenario.
 
         Args:
             leg_count: Number of legs of the robot.
+            leg_names: Their names, in their order, for offsets by name; absent: the robot's own.
 
         Raises:
             InvalidGait: It is unknown, not well formed, or does not hold that robot up.
@@ -263,11 +264,15 @@ class Scenario(Table):
             raise InvalidGait(
                 f'gait "{table.name}" has offsets but no duty_factor.', hint="duty_factor = 0.5"
             )
-        if len(table.offsets) != leg_count:
+        offsets = table.offsets
+        if isinstance(offsets, dict):
+            names = leg_names or [leg.name for leg in self.base_robot().legs]
+            offsets = offsets_in_order(offsets, names)
+        if len(offsets) != leg_count:
             raise InvalidGait(
-                f"gait.offsets has {len(table.offsets)} values; one per leg, {leg_count} in all."
+                f"gait.offsets has {len(offsets)} values; one per leg, {leg_count} in all."
             )
-        return Gait(table.name, table.duty_factor, table.offsets, table.sway or 0.0)
+        return Gait(table.name, table.duty_factor, offsets, table.sway or 0.0)
 
 
 def check_scenario(scenario: object) -> None:
