@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from phasmid.sensors import sense
     from phasmid.simulation import drive, replay, simulate, simulate_many
     from phasmid.verification import verify
+    from phasmid.video import save_video
 
     __version__: str
 
@@ -70,6 +71,7 @@ _ROOM_OF = {
     "save_mcap": "recording",
     "save_recording": "recording",
     "save_robot": "formats",
+    "save_video": "video",
     "sense": "sensors",
     "simulate": "simulation",
     "simulate_many": "simulation",
@@ -124,6 +126,7 @@ __all__ = [
     "save_mcap",
     "save_recording",
     "save_robot",
+    "save_video",
     "sense",
     "simulate",
     "simulate_many",
