@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain gallery verify meshes cad test lint bench fuzz stress lock clean
+.PHONY: help setup walk paper physics terrain gallery film verify meshes cad test lint bench fuzz stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -49,6 +49,10 @@ meshes: $(READY) ## draw the presets' meshes anew (needs the extra cad)
 
 gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 	@"$(BIN)/python" docs/gallery_page.py
+
+film: $(READY) ## film two cycles of the paper's walk anew: docs/images/walk.gif
+	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \
+		--video docs/images/walk.gif
 
 test: lint ## run every check, the tests last
 	@echo "== tests"

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 NEAR, FAR = 0.3, 3.0
 """Nearest and farthest that is drawn, in distances of the camera."""
 
-SAMPLES, SHADOW_PIXELS = 4, 1024
+SAMPLES, SHADOW_PIXELS = 4, 2048
 """Samples of each pixel, and pixels along the side of the map of shadows."""
 
 WHITE = (1.0, 1.0, 1.0)

@@ -13,14 +13,18 @@ from PIL import Image
 
 from phasmid.errors import OutputError, plain
 from phasmid.recording.file import whole_file
+from phasmid.reporting.shapes import rgb
 from phasmid.reporting.style import LEG_COLOURS
 from phasmid.video.probe import h264_encoder
 
 QUALITY = "21"
 """Constant quality of H.264: lower is better and larger."""
 
-COLOURS, SAMPLED = 128, 24
+COLOURS, SAMPLED = 144, 24
 """Colours of a GIF, and how many of its first frames they are chosen from."""
+
+SHADES, PALE = (1.0, 0.76, 0.52), 0.38
+"""Brightnesses of the legs' colours that a GIF keeps, and the strength of their pale ones."""
 
 
 def encode(frames: Iterator[Image.Image], path: Path, fps: float) -> None:
@@ -77,7 +81,6 @@ def _write_gif(frames: Iterator[Image.Image], file: BinaryIO, fps: float) -> Non
         duration=_Durations(fps),
         loop=0,
         disposal=1,
-        optimize=False,
     )
 
 
@@ -93,14 +96,20 @@ class _Durations(list[int]):
 
 
 def _palette(frames: list[Image.Image]) -> Image.Image:
-    """Colours of all frames, those of the legs among them."""
+    """Colours of all frames; those of the legs, in light and in shadow, are never given up."""
+    legs = [rgb(colour) for colour in LEG_COLOURS]
+    shades = [shade * leg for leg in legs for shade in SHADES] + [
+        1 - PALE * (1 - leg) for leg in legs
+    ]
+    own = [round(255 * float(part)) for colour in shades for part in colour]
     width, height = frames[0].size
     chosen = frames[:: max(len(frames) // 6, 1)]
-    bar = Image.new("RGB", (width, 8 * len(LEG_COLOURS)))
-    for k, colour in enumerate(LEG_COLOURS):
-        bar.paste(colour, (0, 8 * k, width, 8 * k + 8))
-    montage = Image.new("RGB", (width, height * len(chosen) + bar.height))
+    montage = Image.new("RGB", (width, height * len(chosen)))
     for k, image in enumerate(chosen):
         montage.paste(image, (0, k * height))
-    montage.paste(bar, (0, height * len(chosen)))
-    return montage.quantize(COLOURS, method=Image.Quantize.MEDIANCUT)
+    count = COLOURS - len(shades)
+    found = montage.quantize(count, method=Image.Quantize.MEDIANCUT, kmeans=1).getpalette() or []
+    colours = found[: 3 * count] + own
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours + colours[-3:] * (256 - len(colours) // 3))
+    return palette

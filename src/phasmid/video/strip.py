@@ -162,8 +162,9 @@ class Strip:
 
         wide = 3.2 * self.letters / self._plot * self.window / 2
         last = self._begin + self._length
-        places = MaxNLocator(max(3, round(self._plot / (7 * self.letters)))).tick_values(begin, end)
-        places = [float(t) for t in places if begin - wide <= t <= end + wide]
+        count = max(3, round(self._plot / (7 * self.letters)))
+        ticks = MaxNLocator(count, steps=[1, 2, 5, 10]).tick_values(begin, end)
+        places = [float(t) for t in ticks if begin - wide <= t <= end + wide]
         told = [self._begin + wide <= t <= last - wide for t in places]
         return places, [
             f"{t:g} s" if t_told else "" for t, t_told in zip(places, told, strict=True)
@@ -178,7 +179,9 @@ class Strip:
             axis.set_xlim(0, 1)
             axis.set_xticks([])
             axis.tick_params(axis="y", length=3, pad=2)
-            axis.set_ylabel("normal force [N]", labelpad=3)
+            room = self.size[1] - self._top - self._bottom
+            words = "normal force [N]" if room > 8.5 * self.letters else "force [N]"
+            axis.set_ylabel(words, labelpad=3)
             image.paste(_image(figure), (0, 0))
         return image
 
