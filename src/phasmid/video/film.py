@@ -162,9 +162,8 @@ def film_camera(film: Film, size: tuple[int, int]) -> Camera:
     looks = [robot_mesh(robot, film.q[k], film.body[k]).corners.reshape(-1, 3) for k in rows]
     period = film.source.scenario.stride.period
     terrain = film.source.scenario.load_terrain()
-    return camera_of(
-        film.time, film.body, period, terrain, dict(zip(rows, looks, strict=True)), size
-    )
+    seen = dict(zip(rows.tolist(), looks, strict=True))
+    return camera_of(film.time, film.body, period, terrain, seen, size)
 
 
 def scene(film: Film, camera: Camera) -> dict[str, np.ndarray]:
