@@ -72,6 +72,7 @@ bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, suc
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
 	@"$(BIN)/python" benchmarks/forces.py
 	@"$(BIN)/python" benchmarks/page.py
+	@"$(BIN)/python" benchmarks/video.py
 
 stress: $(READY) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
 	@"$(BIN)/python" benchmarks/stress.py $(ARGS)
