@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain gallery verify meshes cad test lint bench fuzz stress lock clean
+.PHONY: help setup walk paper physics terrain gallery film verify meshes cad test lint bench fuzz stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -50,6 +50,10 @@ meshes: $(READY) ## draw the presets' meshes anew (needs the extra cad)
 gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 	@"$(BIN)/python" docs/gallery_page.py
 
+film: $(READY) ## film two cycles of the paper's walk anew: docs/images/walk.gif
+	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \
+		--video docs/images/walk.gif
+
 test: lint ## run every check, the tests last
 	@echo "== tests"
 	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 $(ARGS)
@@ -68,6 +72,7 @@ bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, suc
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
 	@"$(BIN)/python" benchmarks/forces.py
 	@"$(BIN)/python" benchmarks/page.py
+	@"$(BIN)/python" benchmarks/video.py
 
 stress: $(READY) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
 	@"$(BIN)/python" benchmarks/stress.py $(ARGS)

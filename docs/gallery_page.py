@@ -42,7 +42,10 @@ Tol's, which the colour-blind tell apart; runs that are compared differ in their
 Legs and signs are [the paper's](conventions.md).
 
 The [pictures of terrains](terrain.md) and of the [laws of contact](physics.md) have pages of
-their own.
+their own. `phasmid walk --video walk.mp4` [films a run](recordings.md#as-a-video); `make film` made
+this one:
+
+![The walk, filmed: the forces on the feet as arrows, and below them over time.](images/walk.gif)
 """
 
 WORDS = {

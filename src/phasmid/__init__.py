@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from phasmid.simulation import replay, simulate, simulate_many
     from phasmid.simulation.driving import drive
     from phasmid.verification import verify
+    from phasmid.video import save_video
 
     __version__: str
 
@@ -71,6 +72,7 @@ _ROOM_OF = {
     "save_mcap": "recording",
     "save_recording": "recording",
     "save_robot": "formats",
+    "save_video": "video",
     "sense": "sensors",
     "simulate": "simulation",
     "simulate_many": "simulation",
@@ -125,6 +127,7 @@ __all__ = [
     "save_mcap",
     "save_recording",
     "save_robot",
+    "save_video",
     "sense",
     "simulate",
     "simulate_many",

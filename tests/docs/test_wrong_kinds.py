@@ -53,6 +53,11 @@ good = {
     "report": {"recording": recording, "folder": "a"},
     "save_mcap": {"recording": recording, "path": "a.mcap", "leg_names": None, "rate": 100.0},
     "save_recording": {"recording": recording, "path": "a.nc"},
+    # Without a pose no video is made, which would take long.
+    "save_video": {
+        "recording": recording.drop_vars("body_position"), "path": "a.gif", "appearance": None,
+        "size": (320, 240), "fps": 1.0, "speed": 1.0, "progress": None,
+    },
     "sense": {"scenario": scenario, "recording": recording},
     "simulate": {
         "scenario": scenario, "walk": walk, "progress": None, "log": None, "start": None
@@ -100,6 +105,13 @@ SENTENCES = {
     ("save_mcap", "rate=nan"): "rate is nan; it must be greater than 0.",
     ("save_mcap", "leg_names='abc'"): 'leg_names is "abc"; it must be a list of texts.',
     ("save_mcap", "leg_names=('a',)"): "leg_names has 1 names; one per leg, 6 in all.",
+    ("save_video", "path='abc'"): '"abc" does not end in .mp4 or .gif; a video must.\n'
+    '  try  "abc.mp4"',
+    ("save_video", "size=3"): "size is 3; it must be a width and a height in pixels.",
+    ("save_video", "size=('a',)"): "size has 1 values; it must be a width and a height in pixels.",
+    ("save_video", "fps='abc'"): 'fps is "abc"; it must be a number.',
+    ("save_video", "speed=nan"): "speed is nan; it must be greater than 0 and 1000 or less.",
+    ("save_video", "appearance=3"): "appearance is 3; it must be an Appearance, or None.",
     ("report", "recording=None"): "recording is None; it must be a recording.\n"
     "  try  phasmid.load_recording(path), or what phasmid.simulate returns",
     ("sense", "scenario=3"): 'scenario is 3; it must be a Scenario.\n  try  phasmid.load_scenario("'

@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.walk import (
     add_report_options,
+    check_film,
     leg_numbers,
     own_appearance,
     print_report,
+    write_film,
     write_report,
 )
 
@@ -61,6 +63,7 @@ def run(options: argparse.Namespace) -> int:
     with told_damage() as damage:
         recording = load_recording(path)
     check_folder(folder, force=options.force)
+    check_film(options)
     legs = leg_numbers(options.legs, read_source(recording).robot)
     kept = path if path.is_dir() else path.parent
     scenario, robot = recorded_scenario(recording.attrs, kept)
@@ -72,4 +75,5 @@ def run(options: argparse.Namespace) -> int:
         recording = with_sensors(scenario.replace(robot=robot), recording)
     write_report(recording, folder, options, look)
     print_report(recording, folder, options, legs)
+    write_film(recording, options, look)
     return 2 if any(found.wrong for found in damage) else 0

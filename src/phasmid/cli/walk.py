@@ -53,6 +53,7 @@ def run(options: argparse.Namespace) -> int:
     check_log(log, force=options.force)
     if options.mcap:
         check_mcap()
+    check_film(options)
     if not options.quiet:
         for sentence in idle_fields(scenario):
             print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
@@ -78,6 +79,7 @@ def run(options: argparse.Namespace) -> int:
     print_report(recording, folder, options, legs)
     if trouble:
         print(f"phasmid: {trouble.sentence}", file=sys.stderr)
+    write_film(recording, options, own_appearance(walk.robot))
     return 3 if trouble else 0
 
 
@@ -185,6 +187,44 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         )
 
 
+def check_film(options: argparse.Namespace) -> None:
+    """Refuse a video's file that could not be written, before a run starts."""
+    if options.video is not None:
+        from phasmid.video import check_video
+
+        check_video(options.video, force=options.force)
+
+
+def write_film(
+    recording: Recording, options: argparse.Namespace, appearance: Appearance | None
+) -> None:
+    """Write a recording's video where one is asked for; what it needs may be absent here."""
+    if options.video is None:
+        return
+    from phasmid.video import lack, save_video
+
+    missing = lack(Path(options.video).suffix.lower())
+    if missing is not None:
+        # The folder is whole: this is advice, and no failure.
+        instead = "" if options.no_figures else " the 3-D replay was written instead."
+        print(
+            f"phasmid: {missing.sentence}; the recording is complete.{instead}\n"
+            f"  try  {missing.advice}",
+            file=sys.stderr,
+        )
+        return
+    with told_progress("filming", "frames", quiet=options.quiet) as progress:
+        path = save_video(
+            recording,
+            options.video,
+            appearance=appearance,
+            force=options.force,
+            progress=progress,
+        )
+    if not options.quiet:
+        print(f"Written to {plain(str(path))}")
+
+
 def add_report_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser what is asked of a report."""
     parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
@@ -193,6 +233,9 @@ def add_report_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mcap", action="store_true", help="also write ROS 2 messages, for Foxglove (extra ros)"
+    )
+    parser.add_argument(
+        "--video", metavar="FILE", help="also write a .mp4 or .gif of the robot (extra video)"
     )
     parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
     parser.add_argument("--quiet", action="store_true", help="print only errors")
@@ -379,19 +422,27 @@ def leg_numbers(text: str | None, robot: Robot) -> tuple[int, ...] | None:
 
 @contextmanager
 def _progress(duration: float, *, quiet: bool) -> Iterator[Any]:
-    """A bar on a terminal; nothing where the output is piped."""
+    """A bar of simulated seconds on a terminal."""
+    with told_progress("walking", "s", quiet=quiet) as told:
+        yield None if told is None else lambda done: told(done, duration)
+
+
+@contextmanager
+def told_progress(what: str, unit: str, *, quiet: bool) -> Iterator[Any]:
+    """A bar on a terminal, told what is done and all; nothing where the output is piped."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+    digits = ".1f" if unit == "s" else ".0f"
     columns = (
-        TextColumn("walking"),
+        TextColumn(what),
         BarColumn(),
-        TextColumn("{task.completed:.1f} of {task.total:.1f} s"),
+        TextColumn(f"{{task.completed:{digits}}} of {{task.total:{digits}}} {unit}"),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("walk", total=duration)
-        yield lambda done: bar.update(task, completed=done)
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

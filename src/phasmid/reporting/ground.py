@@ -84,7 +84,7 @@ def ground(
                 grid = np.maximum(grid, 0.6 * _lines(points, GRID / 4, pixel))
             # Lines of x and y would run together on the side of a step.
             grid = grid * (normals[:, 2] > 0.5)
-        floor = _floor(points, terrain)
+        floor = floor_colour(points, terrain)
         colour = floor + grid[:, None] * (LINE - floor)
         lit = shadows.light(points, blur=0.010, bias=0.0005, taps=16)
         dim = np.minimum(0.34 * (1 - lit) + 0.34 * cover.over(points), 0.62)
@@ -153,7 +153,7 @@ def _edges(near: Float[np.ndarray, "height width"]) -> Float[np.ndarray, "height
     return np.clip(bend / np.maximum(near, 1e-6) / SHARP, 0, 1)
 
 
-def _floor(points: np.ndarray, terrain: Ground) -> np.ndarray:
+def floor_colour(points: np.ndarray, terrain: Ground) -> np.ndarray:
     """Colour of the ground by its friction, shape (P, 3) or (3,)."""
     if not terrain.patches or terrain.coefficient == 0:
         return FLOOR

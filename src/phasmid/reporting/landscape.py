@@ -14,20 +14,23 @@ CELL = 0.015
 """Side of the triangles of which curved ground is drawn [m]."""
 
 
-def landscape(ground: Ground, middle: Float[np.ndarray, "2"], reach: float) -> Mesh:
+def landscape(
+    ground: Ground, middle: Float[np.ndarray, "2"], reach: float, cell: float = CELL
+) -> Mesh:
     """The ground about a place; its triangles look up, or out of the sides of steps.
 
     Args:
         ground: The terrain.
         middle: Of what is drawn, in the world [m].
         reach: How far about it [m].
+        cell: Side of the triangles of which curved ground is drawn [m].
     """
     if isinstance(ground.shape, Blocky):
         corners = _of_blocks(ground, middle, reach)
     else:
-        side = np.arange(-math.ceil(reach / CELL), math.ceil(reach / CELL) + 1) * CELL
+        side = np.arange(-math.ceil(reach / cell), math.ceil(reach / cell) + 1) * cell
         # On a grid of the world, so that the picture does not shimmer as the robot moves on.
-        x, y = np.meshgrid(*(CELL * np.round(m / CELL) + side for m in middle), indexing="ij")
+        x, y = np.meshgrid(*(cell * np.round(m / cell) + side for m in middle), indexing="ij")
         corners = _quads(np.stack([x, y, ground.height(x, y)], axis=-1))
     return Mesh(corners, np.zeros((len(corners), 3)))
 

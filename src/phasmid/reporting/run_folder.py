@@ -21,7 +21,7 @@ OWN_FILES = ("summary.json", "recording.nc")
 """A folder that holds one of these is a run's."""
 
 ENTRIES = {*OWN_FILES, "scenario.toml", "robot.toml", "figures", "recording.mcap"}
-ENTRIES |= {"report.html", "video.mp4"}
+ENTRIES |= {"report.html", "video.mp4", "video.gif"}
 """All that phasmid puts into a run's folder; with anything else in it, it is never replaced."""
 
 

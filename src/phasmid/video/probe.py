@@ -26,6 +26,9 @@ PACKAGES = {"OpenGL": "PyOpenGL", "av": "PyAV"}
 if sys.platform != "linux":
     PACKAGES["glfw"] = "glfw"
 
+ENCODERS = ("libx264", "libopenh264", "h264_videotoolbox", "h264_mf", "h264_nvenc")
+"""Encoders of H.264, the best first."""
+
 EXTRA = 'pip install "phasmid[video]"'
 
 TRIAL = """
@@ -49,10 +52,17 @@ class Lack:
     Attributes:
         what: That thing, to stand after "needs": ``PyAV``, ``EGL or OSMesa``.
         advice: What to install.
+        why: What became of it.
     """
 
     what: str
     advice: str
+    why: str = "which was not found"
+
+    @property
+    def sentence(self) -> str:
+        """What is missing, without a full stop."""
+        return f"video needs {self.what}, {self.why}"
 
 
 def lack(suffix: str = ".mp4") -> Lack | None:
@@ -64,10 +74,24 @@ def lack(suffix: str = ".mp4") -> Lack | None:
     needed = [module for module in PACKAGES if module != "av" or suffix == ".mp4"]
     missing = [PACKAGES[module] for module in needed if find_spec(module) is None]
     if missing:
-        return Lack(" and ".join(missing), EXTRA)
+        why = "which was not found" if len(missing) == 1 else "which were not found"
+        return Lack(" and ".join(missing), EXTRA, why)
+    if suffix == ".mp4" and h264_encoder() is None:
+        return Lack("an H.264 encoder in PyAV", EXTRA)
     if gl_backend() is None:
         return _no_drawing()
     return None
+
+
+@cache
+def h264_encoder() -> str | None:
+    """Name of PyAV's encoder for MP4, or None."""
+    try:
+        import av
+    except Exception:
+        # A package that is broken is as good as none.
+        return None
+    return next((name for name in ENCODERS if name in av.codecs_available), None)
 
 
 @cache
@@ -113,7 +137,9 @@ def _draws(backend: str) -> bool:
 def _no_drawing() -> Lack:
     own = os.environ.get("MUJOCO_GL", "").lower().strip()
     if own in OFF:
-        return Lack(f"OpenGL, which MUJOCO_GL={own} forbids", "unset MUJOCO_GL")
+        return Lack(
+            "OpenGL", "without MUJOCO_GL in the environment", f"which MUJOCO_GL={own} forbids"
+        )
     if sys.platform == "linux":
         advice = "apt install libegl1 libgl1-mesa-dri, or libosmesa6"
         return Lack("OpenGL without a window (EGL or OSMesa)", advice)

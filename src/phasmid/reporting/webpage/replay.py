@@ -49,9 +49,9 @@ def replay(recording: Recording, source: Source) -> dict[str, Any]:
     body = np.asarray(kept["body_position"].values)
     angles = channel(kept, "joint_position")
     q = np.asarray(kept["joint_position_target"].values) if angles is None else angles
-    solids = _solids(source)
+    solids = solids_of(source)
     places = [place for place in solids if place is not None]
-    X_body_link = _link_poses(source, q, places)
+    X_body_link = link_poses(source, q, places)
     middle = body[:, :2].mean(axis=0)
     reach = float(np.ptp(body[:, :2], axis=0).max()) / 2 + ABOUT
     scene: dict[str, Any] = {
@@ -123,7 +123,7 @@ Place = tuple[int, int]
 """A leg's number and its frame's: coxa, femur, tibia, foot."""
 
 
-def _solids(source: Source) -> dict[Place | None, list[Mesh]]:
+def solids_of(source: Source) -> dict[Place | None, list[Mesh]]:
     """What moves as one piece: the trunk by None, links by leg and frame."""
     links = link_meshes(source.robot)
     found: dict[Place | None, list[Mesh]] = {None: links.body}
@@ -132,7 +132,7 @@ def _solids(source: Source) -> dict[Place | None, list[Mesh]]:
     return found
 
 
-def _link_poses(
+def link_poses(
     source: Source, q: Float[np.ndarray, "frames legs 3"], places: list[Place]
 ) -> Float[np.ndarray, "frames links 4 4"]:
     """``X_body_link`` of each frame and link."""

@@ -1,0 +1,152 @@
+"""``--video``: refused before a run starts, advice where this machine lacks something."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+import phasmid.video
+from phasmid.cli import main
+from phasmid.errors import InvalidInput
+from phasmid.video import Lack, check_video, save_video
+
+SHORT = ["--duration", "0.06", "--quiet"]
+FILES = {"recording.nc", "summary.json", "scenario.toml", "robot.toml"}
+
+
+def files_of(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.fixture
+def lacking(monkeypatch):
+    """A machine without an encoder."""
+    found = Lack("PyAV", 'pip install "phasmid[video]"')
+    monkeypatch.setattr(phasmid.video, "lack", lambda suffix: found)
+
+
+@pytest.mark.parametrize("command", ["walk", "report"])
+def test_c7_without_what_a_video_needs_the_run_is_whole(command, lacking, tmp_path, capsys):
+    """C7: advice on the standard error, status 0, and the recording complete."""
+    folder, video = tmp_path / "run", tmp_path / "walk.mp4"
+    wanted = ["--out", str(folder), "--video", str(video), "--no-figures"]
+    if command == "report":
+        assert main(["walk", *SHORT, "--no-figures", "--out", str(folder)]) == 0
+        assert main(["report", str(folder), "--quiet", "--force", *wanted]) == 0
+    else:
+        assert main(["walk", *SHORT, *wanted]) == 0
+    assert capsys.readouterr().err == (
+        "phasmid: video needs PyAV, which was not found; the recording is complete.\n"
+        '  try  pip install "phasmid[video]"\n'
+    )
+    assert files_of(folder) == FILES
+    assert not video.exists()
+
+
+@pytest.mark.slow
+def test_c7_on_a_machine_without_opengl(tmp_path):
+    """C7 in a process of its own, with the page that is there instead of the video."""
+    folder = tmp_path / "run"
+    wanted = [*SHORT, "--out", str(folder), "--video", str(tmp_path / "walk.gif")]
+    done = subprocess.run(
+        [sys.executable, "-m", "phasmid", "walk", *wanted],
+        check=False,
+        capture_output=True,
+        text=True,
+        env={
+            **os.environ,
+            "MUJOCO_GL": "off",
+            "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+        },
+    )
+    assert done.returncode == 0, done.stderr
+    advice, hint = done.stderr.splitlines()[-2:]
+    assert advice.startswith("phasmid: video needs ")
+    assert advice.endswith("; the recording is complete. the 3-D replay was written instead.")
+    assert hint.startswith("  try  ")
+    assert files_of(folder) == FILES | {"figures", "report.html"}
+    assert files_of(tmp_path) == {"run"}
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("walk.avi", '"{path}" does not end in .mp4 or .gif; a video must.\n  try  "{mp4}"'),
+        (
+            "there.mp4",
+            "{path} exists; nothing was written.\n  try  --force (force=True), or another file",
+        ),
+        ("folder.mp4", "{path} is a folder; nothing was written.\n  try  a file's name"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_before_the_run(name, said, tmp_path, capsys):
+    (tmp_path / "there.mp4").write_bytes(b"mine")
+    (tmp_path / "folder.mp4").mkdir()
+    path = tmp_path / name
+    wanted = said.format(path=path, mp4=path.with_suffix(".mp4"))
+    assert main(["walk", *SHORT, "--out", str(tmp_path / "run"), "--video", str(path)]) == 2
+    assert capsys.readouterr().err == f"phasmid: {wanted}\n"
+    assert files_of(tmp_path) == {"there.mp4", "folder.mp4"}
+    assert (tmp_path / "there.mp4").read_bytes() == b"mine"
+
+
+@pytest.mark.skipif(
+    not hasattr(os, "geteuid") or os.geteuid() == 0,
+    reason="the system's manager may write anywhere",
+)
+def test_an_unwritable_folder_is_refused_before_the_run(tmp_path, capsys):
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    path = locked / "walk.mp4"
+    assert main(["walk", *SHORT, "--out", str(tmp_path / "run"), "--video", str(path)]) == 1
+    assert capsys.readouterr().err == f"phasmid: cannot write {path}: {locked} is not writable.\n"
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_file_in_the_way_of_a_folder_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(phasmid.OutputError, match="file is not a folder"):
+        check_video(tmp_path / "file" / "walk.mp4")
+
+
+def test_a_video_may_go_into_the_folder_that_the_run_will_make(lacking, tmp_path):
+    folder = tmp_path / "run"
+    wanted = ["--out", str(folder), "--no-figures", "--video", str(folder / "video.mp4")]
+    assert main(["walk", *SHORT, *wanted]) == 0
+    (folder / "video.mp4").write_bytes(b"film")
+    # A folder with a film of ours in it is still a run's, and may be replaced.
+    assert main(["walk", *SHORT, *wanted, "--force"]) == 0
+    assert files_of(folder) == FILES
+
+
+def test_ctrl_c_while_it_is_filmed_leaves_the_run_whole(tmp_path, monkeypatch, capsys):
+    def interrupted(*args, **kwargs):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(phasmid.video, "lack", lambda suffix: None)
+    monkeypatch.setattr(phasmid.video, "save_video", interrupted)
+    folder = tmp_path / "run"
+    wanted = ["--out", str(folder), "--no-figures", "--video", str(tmp_path / "a.gif")]
+    assert main(["walk", *SHORT, *wanted]) == 130
+    assert capsys.readouterr().err == "phasmid: stopped.\n"
+    assert files_of(folder) == FILES
+    assert json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert files_of(tmp_path) == {"run"}
+
+
+@pytest.mark.parametrize(
+    ("argument", "value", "said"),
+    [
+        ("size", (641, 360), "the video's width is 641; it must be an even number of pixels from"),
+        ("size", (640, 9000), "the video's height is 9000; it must be an even number of pixels"),
+        ("fps", 0, "fps is 0; it must be greater than 0 and 50 or less."),
+        ("fps", 60.0, "fps is 60.0; it must be greater than 0 and 50 or less."),
+        ("speed", float("nan"), "speed is nan; it must be greater than 0 and 1000 or less."),
+    ],
+)
+def test_options_that_make_no_video_are_refused(recording, argument, value, said, tmp_path):
+    with pytest.raises(InvalidInput) as caught:
+        save_video(recording, tmp_path / "a.gif", **{argument: value})
+    assert str(caught.value).startswith(said)

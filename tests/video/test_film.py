@@ -1,0 +1,121 @@
+"""Frames show the recording at their times, and the camera keeps the robot in their middle."""
+
+import numpy as np
+import pytest
+
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import quaternion_rotation
+from phasmid.reporting.machine import robot_mesh
+from phasmid.reporting.source import finite_part
+from phasmid.video.camera import FAR, HIGH, WIDE, smoothed
+from phasmid.video.film import MOST_FRAMES, between, film_camera, film_of, frame_times, scene
+
+
+def test_whole_cycles_make_a_film_that_loops():
+    # 4 s at 15 a second are 60 frames; the 61st would be the first again.
+    time = frame_times(np.linspace(1.0, 5.0, 4001), 15.0, 1.0)
+    assert len(time) == 60
+    np.testing.assert_allclose([time[0], time[-1] + 1 / 15], [1.0, 5.0])
+
+
+def test_slow_motion_has_more_frames():
+    time = frame_times(np.array([0.0, 1.0]), 30.0, 0.25)
+    assert len(time) == 120
+    np.testing.assert_allclose(np.diff(time), 0.25 / 30)
+
+
+def test_an_endless_film_is_refused():
+    length = MOST_FRAMES / 30 * 2.5
+    with pytest.raises(InvalidInput, match=r"has 135000 frames; the limit is 54000\.") as caught:
+        frame_times(np.array([0.0, length]), 30.0, 1.0)
+    assert caught.value.hint == "speed=3"
+
+
+def test_values_between_samples_lie_on_straight_lines():
+    stamps, values = np.array([0.0, 1.0, 3.0]), np.array([[0.0], [2.0], [-2.0]])
+    found = between(stamps, values, np.array([0.0, 0.5, 1.0, 2.0, 3.0, 4.0]))
+    np.testing.assert_allclose(found[:, 0], [0, 1, 2, 0, -2, -2])
+
+
+def test_frames_show_the_poses_of_their_times(recording, film):
+    time = np.asarray(recording["time"].values)
+    rows = np.abs(time[:, None] - film.time).argmin(axis=0)
+    np.testing.assert_allclose(time[rows], film.time, atol=1e-9)
+    position = np.asarray(recording["body_position"].values)
+    turned = quaternion_rotation(np.asarray(recording["body_orientation"].values)[rows])
+    np.testing.assert_allclose(film.body[:, :3, 3], position[rows], atol=1e-9)
+    np.testing.assert_allclose(film.body[:, :3, :3], turned, atol=1e-9)
+    q = np.asarray(recording["joint_position"].values)
+    np.testing.assert_allclose(film.q, q[rows], atol=1e-9)
+    assert film.whose == "simulated"
+
+
+def test_a_quaternion_and_its_negative_are_one_orientation(recording, source):
+    flipped = recording.copy(deep=True)
+    flipped["body_orientation"][::2] *= -1
+    film = film_of(finite_part(flipped), source, fps=47.0, speed=1.0)
+    other = film_of(finite_part(recording), source, fps=47.0, speed=1.0)
+    np.testing.assert_allclose(film.body, other.body, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("dropped", "said"),
+    [
+        (["body_position"], "the recording has no body_position and body_orientation; a video"),
+        (["joint_position", "joint_position_target"], "the recording has no joint_position; a"),
+    ],
+)
+def test_a_recording_without_a_pose_is_refused_in_one_sentence(recording, source, dropped, said):
+    with pytest.raises(InvalidInput, match=said):
+        film_of(recording.drop_vars(dropped), source, fps=10.0, speed=1.0)
+
+
+def test_without_seen_forces_the_models_are_shown(recording, source):
+    lacking = recording.drop_vars(["foot_force", "foot_normal_force"])
+    film = film_of(lacking, source, fps=10.0, speed=1.0)
+    assert film.whose == "by the model"
+    assert film.normal is not None
+    np.testing.assert_array_equal(film.normal, recording["foot_normal_force_model"].values)
+
+
+def test_the_robot_fills_the_middle_of_the_picture(film, source):
+    size = (1280, 532)
+    camera = film_camera(film, size)
+    seen = []
+    for frame in range(len(film.time)):
+        corners = robot_mesh(source.robot, film.q[frame], film.body[frame]).corners
+        seen.append(camera.at(frame).project(corners)[..., :2].reshape(-1, 2))
+    points = np.concatenate(seen)
+    low, high = points.min(axis=0), points.max(axis=0)
+    # A part of a pixel: the camera looks at the robot in every frame of so short a film.
+    np.testing.assert_allclose((low + high) / 2, [640, 266], atol=1.0)
+    filled = (high - low) / size
+    assert filled.max() <= max(WIDE, HIGH) + 1e-3
+    assert abs(filled[0] - WIDE) < 2e-3 or abs(filled[1] - HIGH) < 2e-3
+
+
+def test_the_camera_keeps_its_distance(film):
+    camera = film_camera(film, (640, 266))
+    away = np.linalg.norm(camera.eye - camera.middle, axis=1)
+    np.testing.assert_allclose(away, FAR * camera.reach)
+
+
+def test_the_camera_follows_smoothly_and_without_delay():
+    # A body that stops at each step: 20 mm of to and fro about an even way, five times a second.
+    time = np.arange(301) / 30
+    way = np.stack([0.1 * time + 0.02 * np.sin(2 * np.pi * 5 * time), 0 * time], axis=1)
+    found = smoothed(way, 30.0)
+    np.testing.assert_allclose(found[[0, -1]], way[[0, -1]], atol=1e-3)
+    # Over 1 s of smoothing, what repeats 5 times a second shrinks by exp(-(2π·5)²/2): to nothing.
+    np.testing.assert_allclose(found[60:-60, 0], 0.1 * time[60:-60], atol=2e-3)
+
+
+def test_the_scene_tells_every_link_its_pose(film, source):
+    told = scene(film, film_camera(film, (640, 266)))
+    assert told["position"].shape == (len(film.time), 1 + 3 * len(source.robot.legs), 3)
+    np.testing.assert_allclose(told["position"][:, 0], film.body[:, :3, 3])
+    np.testing.assert_allclose(np.linalg.norm(told["orientation"], axis=-1), 1)
+    for k in range(len(told["pieces"])):
+        count = len(told[f"piece{k}_vertices"])
+        assert told[f"piece{k}_faces"].max() == count - 1
+        np.testing.assert_allclose(np.linalg.norm(told[f"piece{k}_normals"], axis=1), 1)
