@@ -100,11 +100,11 @@ def tell_intent(
     """Write which feet stand, how far the others have swung, and the axes of the path."""
     for i in range(len(leg)):
         doing = leg[i]
-        standing[i] = doing == STANCE or doing == SETTLING
+        standing[i] = doing in (STANCE, SETTLING)
         progress[i] = 0.0
         if doing == SWING:
             progress[i] = min(max(swing[i, 0] / swing[i, 1], 0.0), 1.0)
-        elif doing == PROBING or doing == HELD:
+        elif doing in (PROBING, HELD):
             progress[i] = 1.0
     c, s = math.cos(path[2]), math.sin(path[2])
     R_path[0, 0], R_path[0, 1] = c, -s
