@@ -151,6 +151,7 @@ def imu_channels(
     acceleration = np.zeros_like(velocity)
     acceleration[1:] = np.diff(velocity, axis=0) / np.diff(time)[:, None]
     sensor = InertialSensor(table, gravity)
-    seen = (each[row] for each in (orientation, acceleration, angular_velocity))
-    told = sensor.read(*seen, sensor.noise(len(row)))
+    told = sensor.read(
+        orientation[row], acceleration[row], angular_velocity[row], sensor.noise(len(row))
+    )
     return {name: values[reading] for name, values in told.items()}

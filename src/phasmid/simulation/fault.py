@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -249,7 +250,7 @@ class Faults:
         frozen: np.ndarray | None,
     ) -> None:
         values = told[name]
-        at = (rows, *place)
+        at: Any = (rows, *place)
         if fault.kind == "dead":
             values[at] = False if values.dtype == np.bool_ else np.nan
         elif fault.kind == "stuck":

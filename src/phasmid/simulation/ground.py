@@ -70,7 +70,7 @@ def check_flat(scenario: Scenario) -> None:
     """
     if _has_tangents(scenario.load_terrain()):
         raise InvalidInput(
-            f'terrain is "{scenario.terrain.terrain}"; a trunk can lie on flat ground, on a slope '
+            f'terrain is "{scenario.terrain.kind}"; a trunk can lie on flat ground, on a slope '
             "and on what is built of blocks alone.",
             where="simulation",
             hint='start_posture = "standing" and belly_contact = false',
