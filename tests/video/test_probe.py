@@ -64,7 +64,7 @@ def test_a_wish_for_no_drawing_is_heard(fresh):
     found = lack()
     assert found is not None
     assert found.sentence == "video needs OpenGL, which MUJOCO_GL=off forbids"
-    assert found.advice == "without MUJOCO_GL in the environment"
+    assert found.advice == "unset MUJOCO_GL"
 
 
 def test_missing_packages_are_named_with_the_extra_that_brings_them(fresh):

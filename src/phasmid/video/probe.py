@@ -137,9 +137,7 @@ def _draws(backend: str) -> bool:
 def _no_drawing() -> Lack:
     own = os.environ.get("MUJOCO_GL", "").lower().strip()
     if own in OFF:
-        return Lack(
-            "OpenGL", "without MUJOCO_GL in the environment", f"which MUJOCO_GL={own} forbids"
-        )
+        return Lack("OpenGL", "unset MUJOCO_GL", f"which MUJOCO_GL={own} forbids")
     if sys.platform == "linux":
         advice = "apt install libegl1 libgl1-mesa-dri, or libosmesa6"
         return Lack("OpenGL without a window (EGL or OSMesa)", advice)
