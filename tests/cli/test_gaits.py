@@ -26,7 +26,7 @@ wave: one cycle, █ on the ground, · in the air
 
 @pytest.fixture(autouse=True)
 def _without_engine(monkeypatch):
-    # Its limits have tests of their own, and without a compiler they take minutes.
+    # Its limits have tests of their own, and compiling it anew takes half a minute.
     monkeypatch.setattr("phasmid.cli.gaits._fastest", lambda robot, gait: (0.05, "a reason"))
 
 
@@ -40,7 +40,7 @@ def test_the_table_has_every_gait_of_the_robot(capsys):
     status, out, err = answered(capsys, "--robot", "octopod")
     assert (status, err) == (0, "")
     assert [line.split()[0] for line in out.splitlines()[3:]] == list(gaits_of(8))
-    assert re.search(r"^wave  +7/8  0 7/8 .* - +7 +142\.7 mm  50 mm/s$", out, re.MULTILINE)
+    assert re.search(r"^wave +7/8 +0 7/8 .* - +7 +142\.7 mm +50 mm/s$", out, re.MULTILINE)
 
 
 def test_a_gait_that_is_named_is_drawn(capsys):
