@@ -76,6 +76,8 @@ def _entry(key: str, name: str, value: Any) -> str:
         # People read millimetres, but a number that would be rounded stays in SI.
         if unit.to_si(shown) == value:
             return f"{key} = {shown:.15g}"
+    if isinstance(value, bool):
+        return f"{name} = {str(value).lower()}"
     if isinstance(value, float):
         return f"{name} = {value!r}"
     if isinstance(value, tuple):
