@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain gallery film verify meshes cad test lint bench fuzz stress lock clean
+.PHONY: help setup walk paper physics terrain gaits gallery film verify meshes cad test lint bench fuzz stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -40,6 +40,9 @@ verify: $(READY) ## run the physics against closed forms and write docs/verifica
 
 terrain: $(READY) ## walk the ten terrains anew: docs/terrain.md and its pictures
 	@"$(BIN)/python" docs/terrain_page.py
+
+gaits: $(READY) ## tell and draw the gaits anew: docs/gaits.md and its picture
+	@"$(BIN)/python" docs/gaits_page.py
 
 cad: $(READY) ## draw the paper's robot as solids anew: docs/cad.md and its picture
 	@"$(BIN)/python" docs/cad_page.py

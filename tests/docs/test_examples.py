@@ -36,7 +36,13 @@ def test_the_readmes_python_code_runs(tmp_path):
     assert (tmp_path / "results/my-walk/figures/fig12.svg").exists()
 
 
-PAGES = ["docs/forces.md", "docs/performance.md", "docs/recordings.md", "docs/servos.md"]
+PAGES = [
+    "docs/forces.md",
+    "docs/gaits.md",
+    "docs/performance.md",
+    "docs/recordings.md",
+    "docs/servos.md",
+]
 
 
 @pytest.mark.parametrize("page", PAGES)

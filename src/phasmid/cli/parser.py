@@ -13,6 +13,7 @@ from phasmid.cli import (
     convert,
     doctor,
     export,
+    gaits,
     paper,
     plot,
     replay,
@@ -32,6 +33,7 @@ COMMANDS = {
     "verify": "the physics against closed forms and conservation laws, on this machine",
     "cad": "a robot as solids (STEP), meshes and what they weigh; needs the extra cad",
     "check": "is this robot or scenario possible, and if not, why not",
+    "gaits": "the gaits of a robot: who stands when, how they hold it, how fast they are",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
     "doctor": "what this machine can do, and what to install for the rest",
 }
@@ -100,6 +102,11 @@ def build_parser(command: str | None) -> Parser:
     )
     check.add_options(checking)
     checking.set_defaults(run=check.run)
+    pacing = commands.add_parser(
+        "gaits", help=COMMANDS["gaits"], description=f"{COMMANDS['gaits']}.", allow_abbrev=False
+    )
+    gaits.add_options(pacing)
+    pacing.set_defaults(run=gaits.run)
     converting = commands.add_parser(
         "convert",
         help=COMMANDS["convert"],

@@ -1,6 +1,7 @@
 """Which legs stand, when: gaits, a library of them, and the support they give."""
 
 from phasmid.gait.cycle import least_margin
+from phasmid.gait.diagram import gait_diagram
 from phasmid.gait.file import is_gait_file, offsets_in_order, read_gait
 from phasmid.gait.forms import alternating_gait, gait_of_phases, gait_of_steps, wave_gait
 from phasmid.gait.gait import Gait
@@ -25,6 +26,7 @@ __all__ = [
     "choose_gait",
     "choose_pace",
     "choose_period",
+    "gait_diagram",
     "gait_of_phases",
     "gait_of_steps",
     "gaits_of",

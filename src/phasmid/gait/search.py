@@ -102,8 +102,10 @@ def _best(
 ) -> Ordered:
     orders = np.array(list(_orders(len(places), slots)), dtype=int)
     table = _table(np.array(places), np.array(com), duty_factor, slots, np.array(step), sway)
-    scouts = orders[:: max(1, len(orders) // SCOUTS)]
-    margins = _margins(table, orders, bound=float(_margins(table, scouts).max()))
+    bound = -np.inf
+    if len(orders) > 2 * SCOUTS:
+        bound = float(_margins(table, orders[:: len(orders) // SCOUTS]).max())
+    margins = _margins(table, orders, bound)
     best = int(np.argmax(margins >= margins.max() - EQUAL_MARGIN))
     gait = Gait(name, duty_factor, tuple((orders[best] / slots).tolist()), sway)
     return Ordered(gait, float(margins[best]))

@@ -1,0 +1,70 @@
+"""Writes the tables and diagrams of docs/gaits.md, and its picture.
+
+    python docs/gaits_page.py
+
+Takes a few seconds, and a minute where the engine must first be compiled. What stands before the
+library is left as it is.
+"""
+
+import contextlib
+import io
+from pathlib import Path
+
+import numpy as np
+
+from phasmid.cli import main as phasmid
+from phasmid.gait import GAITS
+
+HERE = Path(__file__).parent
+ROBOTS = ("phantomx-paper", "octopod", "quadruped")
+HEADING = "## The library"
+LEGS = ("RF", "RM", "RR", "LR", "LM", "LF")
+PIXELS_PER_INCH = 80
+
+
+def told(*arguments):
+    """What a command prints."""
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text):
+        assert phasmid(["gaits", *arguments]) == 0
+    return text.getvalue().strip("\n")
+
+
+def section(robot):
+    """The gaits of a preset, as the command tells them."""
+    options = ("--robot", robot, "--diagram")
+    return f"```\n$ phasmid gaits {' '.join(options)}\n{told(*options)}\n```\n"
+
+
+def draw(path):
+    """Bars of standing feet over two cycles, the gaits of six legs."""
+    from matplotlib.figure import Figure
+
+    gaits = [gait for name, gait in GAITS[6].items() if not name.startswith("firmware")]
+    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    for axes, gait in zip(figure.subplots(2, 3, sharex=True, sharey=True).flat, gaits, strict=True):
+        for leg, offset in enumerate(gait.offsets):
+            landing = (offset + gait.swing_fraction) % 1.0
+            bars = [(landing + cycle, gait.duty_factor) for cycle in np.arange(-1.0, 2.0)]
+            axes.broken_barh(bars, (leg - 0.4, 0.8), color=f"C{int(leg > 2)}")
+        axes.set(title=gait.name, xlim=(0, 2), ylim=(5.6, -0.6))
+        axes.set_yticks(range(6), [f"{leg} {name}" for leg, name in enumerate(LEGS, 1)])
+    figure.supxlabel("cycles; bars are feet on the ground", fontsize=10)
+    figure.savefig(path, dpi=PIXELS_PER_INCH, metadata={"Software": None})
+
+
+def main():
+    """Write the page."""
+    draw(HERE / "images" / "gaits.png")
+    page = HERE / "gaits.md"
+    top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
+    words = (
+        "Written by `make gaits`. Margins are of a step of 40 mm ahead, speeds are the largest "
+        "straight ahead.\n"
+    )
+    text = "\n".join([f"{top}\n", f"{HEADING}\n", words, *map(section, ROBOTS)])
+    page.write_text(text, "utf-8", newline="\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,24 @@
+"""Gaits drawn in text: who stands, when."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from phasmid.gait.gait import Gait
+
+STANDS, LIFTED = "█", "·"
+"""A foot on the ground, and in the air."""
+
+COLUMNS = 48
+"""Parts of a cycle: the fractions of all gaits of four, six and eight legs divide it."""
+
+
+def gait_diagram(gait: Gait, columns: int = COLUMNS) -> tuple[str, ...]:
+    """A gait as one line per leg, a cycle from left to right.
+
+    Args:
+        gait: Which legs stand, when.
+        columns: Characters of a line.
+    """
+    stance = gait.stance((np.arange(columns) + 0.5) / columns)
+    return tuple("".join(STANDS if stands else LIFTED for stands in leg) for leg in stance.T)

@@ -1,0 +1,128 @@
+"""``phasmid gaits``: what it prints, and what it refuses."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from phasmid.cli import main
+from phasmid.gait import GAITS, gaits_of, least_margin, load_gait
+from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
+from phasmid.robot import load_robot
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+WAVE = """\
+wave: one cycle, █ on the ground, · in the air
+  1 right front   ········████████████████████████████████████████
+  2 right middle  ████████████████████████████████████████········
+  3 right rear    ████████████████████████████████········████████
+  4 left rear     ████████········████████████████████████████████
+  5 left middle   ████████████████········████████████████████████
+  6 left front    ████████████████████████········████████████████
+"""
+
+
+@pytest.fixture(autouse=True)
+def _without_engine(monkeypatch):
+    # Its limits have tests of their own, and compiling it anew takes half a minute.
+    monkeypatch.setattr("phasmid.cli.gaits._fastest", lambda robot, gait: (0.05, "a reason"))
+
+
+def answered(capsys, *arguments):
+    status = main(["gaits", *arguments])
+    told = capsys.readouterr()
+    return status, told.out, told.err
+
+
+def test_the_table_has_every_gait_of_the_robot(capsys):
+    status, out, err = answered(capsys, "--robot", "octopod")
+    assert (status, err) == (0, "")
+    assert [line.split()[0] for line in out.splitlines()[3:]] == list(gaits_of(8))
+    assert re.search(r"^wave +7/8 +0 7/8 .* - +7 +142\.7 mm +50 mm/s$", out, re.MULTILINE)
+
+
+def test_a_gait_that_is_named_is_drawn(capsys):
+    assert answered(capsys, "wave")[1].endswith(f"\n\n{WAVE}")
+
+
+def test_a_gait_file_is_told_as_well(capsys, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("duty_factor = 0.8\noffsets = [0, 0.8, 0.6, 0.2, 0.31, 0.5]\n")
+    out = answered(capsys, str(path))[1]
+    assert "mine  4/5   0 4/5 3/5 1/5 0.310 1/2  -     4 to 5" in out
+
+
+def test_programs_get_the_numbers_as_json(capsys):
+    status, out, _ = answered(capsys, "ripple", "--json", "--step-length-mm", "60")
+    robot = load_robot("phantomx-paper")
+    com = centre_of_mass(robot, joint_angles(robot.arrays, robot.arrays.neutral_foot))[:2]
+    gait = load_gait("ripple")
+    assert status == 0
+    assert json.loads(out) == [
+        {
+            "name": "ripple",
+            "legs": [1, 2, 3, 4, 5, 6],
+            "duty_factor": 2 / 3,
+            "offsets": list(gait.offsets),
+            "sway": 0.0,
+            "feet_down": [4, 4],
+            "least_margin_m": least_margin(gait, neutral_feet(robot), com, (0.06, 0.0, 0.0)),
+            "largest_speed_m_per_s": 0.05,
+            "limited_by": "a reason",
+        }
+    ]
+
+
+def test_the_best_order_is_added_to_the_others(capsys):
+    told = json.loads(answered(capsys, "--search", "2", "--json")[1])
+    assert [row["name"] for row in told] == [*GAITS[6], "searched-2"]
+    assert told[-1]["offsets"] == told[0]["offsets"]
+
+
+def test_lost_legs_are_walked_without(capsys):
+    out = answered(capsys, "tripod", "--lost", "2")[1]
+    assert "tripod without 2" in out
+    assert "2 right middle" not in out
+    assert "shift ahead, left" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            ("--step-length-mm", "far"),
+            'phasmid: --step-length-mm is "far"; it must be a number up to 10000.\n',
+        ),
+        (
+            ("--search", "2.5"),
+            'phasmid: --search is "2.5"; it must be a whole number.\n',
+        ),
+        (
+            ("--search", "9"),
+            "phasmid: slots is 9; it must be at least 2 and at most 6.\n",
+        ),
+        (
+            ("--lost", "1,2", "wave"),
+            "phasmid: without legs 1, 2 the others do not hold the robot: the centre of mass "
+            "comes 51 mm beyond their feet.\n"
+            "  try  feet that stand closer to where the legs are missing\n",
+        ),
+        (("tripode",), 'phasmid: no gait called "tripode".\n'),
+        (("nowhere.toml",), "phasmid: nowhere.toml does not exist.\n"),
+    ],
+)
+def test_what_cannot_be_told_is_refused_in_a_sentence(capsys, arguments, said):
+    status, out, err = answered(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert err.startswith(said)
+
+
+def test_the_page_of_gaits_tells_what_the_command_tells(capsys):
+    # Its speeds are the engine's, which the tests of the engine look at.
+    page = (DOCS / "gaits.md").read_text("utf-8")
+    for robot in ("phantomx-paper", "octopod", "quadruped"):
+        out = answered(capsys, "--robot", robot, "--diagram")[1]
+        for line in out.splitlines():
+            assert line.replace("50 mm/s", "").rstrip() in page
