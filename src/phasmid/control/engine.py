@@ -26,8 +26,8 @@ from phasmid.control.state import (
 )
 from phasmid.control.targets import JointTargets
 from phasmid.errors import InvalidInput
-from phasmid.gait import GAITS, Gait, load_gait
-from phasmid.kinematics import body_from_hip, foot_position
+from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
+from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position, joint_angles
 from phasmid.robot import JOINTS, Robot
 
 SWAY_BANDWIDTH = 15.0
@@ -103,6 +103,7 @@ class LocomotionEngine:
         self._said: set[str] = set()
         self.gait = self._gait(settings.gait)
         self._command: Command | None = None
+        self._at_home = np.array(robot.arrays.neutral_foot)
         self._regions: dict[tuple[float, ...], np.ndarray] = {}
         self.dynamics: DynamicsStage | None = None
         if settings.dynamics == "feed-forward":
@@ -197,9 +198,10 @@ class LocomotionEngine:
                 hint="(1, 0, 0)",
             )
         order = new_order(len(self.robot.legs))
-        self._write_gait(order, gait, period, lost_legs)
+        shift = self._write_gait(order, gait, period, lost_legs)
         order.step[0] = self.settings.step_height if step_height is None else step_height
         order.pose[:] = pose
+        order.pose[:2] += shift
         unit = velocity / size
         share = self._share(order, unit, 100.0)
         found = unit * share
@@ -273,7 +275,7 @@ class LocomotionEngine:
             order.plane[:] = 0.0, 0.0, 1.0, 0.0
             order.landing[:] = np.nan
             order.foot_offset[:] = 0.0
-        neutral = body_from_hip(self.robot, np.array(self.robot.arrays.neutral_foot))
+        neutral = body_from_hip(self.robot, self._at_home)
         self.stand(neutral)
 
     def _gait(self, gait: str | Gait | None) -> Gait:
@@ -296,29 +298,47 @@ class LocomotionEngine:
 
     def _write_gait(
         self, order: Order, gait: str | Gait | None, period: float | None, lost: frozenset[int]
-    ) -> None:
+    ) -> np.ndarray:
+        """Write which legs lift when; how far the body stands aside for that [m], shape (2,)."""
         chosen = self.gait if gait is None else self._gait(gait)
         if period is None:
             period = self.settings.period
         if period is None:
             swing = SWAYING_SWING if chosen.sway else SWING_TIME
             period = swing / chosen.swing_fraction
-        used = np.array([leg not in lost for leg in range(1, len(order.used) + 1)])
-        order.offsets[:] = chosen.offsets
-        order.used[:] = used
+        shift = np.zeros(2)
+        offsets = np.array(chosen.offsets)
+        used = np.ones(len(offsets), dtype=np.int64)
+        if lost:
+            limp = self._without(chosen, lost)
+            # Swings take as long as they did with all legs.
+            period *= chosen.swing_fraction / limp.gait.swing_fraction
+            chosen, shift = limp.gait, np.array(limp.shift)
+            used[:] = 0
+            used[limp.indices] = 1
+            offsets[limp.indices] = chosen.offsets
+        order.offsets[:], order.used[:] = offsets, used
         order.gait[:3] = chosen.duty_factor, period, chosen.sway
+        return shift
+
+    def _without(self, gait: Gait, lost: frozenset[int]) -> Limp:
+        model = self._model
+        held = np.isin(np.arange(1, len(model.neutral) + 1), list(lost))[:, None]
+        q = np.where(held, model.folded, joint_angles(self.robot.arrays, self._at_home))
+        com = centre_of_mass(self.robot, q)
+        return without_legs(gait, lost, model.neutral, com[:2])
 
     def _take(self, command: Command) -> None:
         """Write the order for a command, with a velocity that can be kept to."""
         order, wanted = self.order, self._wanted
         self._command = command
-        self._write_gait(wanted, command.gait, command.period, command.lost_legs)
+        shift = self._write_gait(wanted, command.gait, command.period, command.lost_legs)
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
         resting = self.state.mode[0] == STILL
         self._resting = resting
         standing = resting and not any(command.velocity)
-        self._set_pose(np.array(command.pose, dtype=float), standing)
+        self._set_pose(np.array(command.pose, dtype=float), shift, standing)
         differs = (
             not np.array_equal(wanted.gait[:3], order.gait[:3])
             or not np.array_equal(wanted.offsets, order.offsets)
@@ -336,10 +356,11 @@ class LocomotionEngine:
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
         order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
 
-    def _set_pose(self, pose: np.ndarray, standing: bool) -> None:
+    def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""
         wanted, state = self._wanted, self.state
-        share = 1.0
+        share, base = 1.0, np.zeros(6)
+        base[:2] = shift
         if pose.any():
             gait = wanted.gait.copy()
             if standing:
@@ -352,13 +373,14 @@ class LocomotionEngine:
                     wanted.offsets,
                     gait,
                     float(wanted.step[0]),
+                    base,
                     pose,
                     self._verdict,
                 )
             )
             reason = self._reason()[0] if share < 1.0 else ""
             self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
-        self.order.pose[:] = wanted.pose[:] = share * pose
+        self.order.pose[:] = wanted.pose[:] = base + share * pose
         if standing:
             self._stretched = share > 0 and bool(pose.any())
         elif self._stretched:

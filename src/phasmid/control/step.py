@@ -413,8 +413,15 @@ def update(
             return said
         slow *= 0.99 / ratio
         said = max(said, 1)
-    # Nothing of what was tried can be done: stay.
+    # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
     brake(state, 0.0)
+    for leg in range(len(state.leg)):
+        if state.leg[leg] == SWING:
+            state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
+            for i in range(3):
+                state.line[0, leg, i] = state.foot[leg, i]
+                state.line[1, leg, i] = state.line[2, leg, i] = 0.0
+                state.motion[0, leg, i] = state.motion[1, leg, i] = 0.0
     clock[1] += dt
     clock[3] = slow
     state.q[1] = 0.0
