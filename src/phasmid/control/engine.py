@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from phasmid.arguments import check_type
 from phasmid.control.command import Command
+from phasmid.control.memory import Memory, clear, new_order
 from phasmid.control.observation import Observation
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
@@ -21,8 +22,6 @@ from phasmid.control.state import (
     State,
     Tuning,
     model_of,
-    new_order,
-    new_state,
 )
 from phasmid.control.targets import JointTargets
 from phasmid.errors import InvalidInput
@@ -93,11 +92,10 @@ class LocomotionEngine:
         self.settings = settings
         self._model = model_of(robot, settings.joint_speed_share)
         self._tuning = _tuning(settings)
-        legs = len(robot.legs)
-        self.state: State = new_state(legs)
-        self._trial = new_state(legs)
-        self.order: Order = new_order(legs)
-        self._wanted: Order = new_order(legs)
+        memory = self._memory = Memory(self._model, self._tuning)
+        self.state: State = memory.state
+        self.order: Order = memory.order
+        self._wanted = memory.wanted
         self._verdict = np.zeros(4)
         self.events: list[tuple[float, str]] = []
         self._said: set[str] = set()
@@ -141,14 +139,9 @@ class LocomotionEngine:
         if self.dynamics is not None:
             self.order.velocity[:] = self.dynamics.velocity_share * self._admitted
             self._wanted.velocity[:] = self.order.velocity
-        code = self._step.update(
-            self.state,
-            self._trial,
-            self._model,
-            self.order,
-            self._wanted,
-            self._tuning,
-            self.settings.update_period,
+        memory = self._memory
+        code = self._step.tick(
+            memory.numbers, memory.codes, memory.legs, self.settings.update_period
         )
         self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
         self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
@@ -266,15 +259,10 @@ class LocomotionEngine:
             self.dynamics.reset()
         self.events = []
         self._said = set()
-        self._write_gait(self.order, None, None, frozenset())
-        self._write_gait(self._wanted, None, None, frozenset())
         for order in (self.order, self._wanted):
-            order.velocity[:] = order.pose[:] = order.correction[:] = 0.0
+            clear(order)
+            self._write_gait(order, None, None, frozenset())
             order.step[0] = self.settings.step_height
-            order.touch[:] = -1
-            order.plane[:] = 0.0, 0.0, 1.0, 0.0
-            order.landing[:] = np.nan
-            order.foot_offset[:] = 0.0
         neutral = body_from_hip(self.robot, self._at_home)
         self.stand(neutral)
 

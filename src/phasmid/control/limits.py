@@ -20,7 +20,7 @@ REACH, SPEED, SUPPORT = 1, 2, 3
 """What may keep a walk from being faster."""
 
 CLOSE = 1e-3
-"""Largest velocities are found to this part of them."""
+"""Largest velocities are found to this part of them; what a command is scaled by, four times that."""
 
 
 @compiled
@@ -189,7 +189,8 @@ def share_of_velocity(
     if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, verdict):
         return most
     low, high = 0.0, most
-    while high - low > CLOSE * high and high > 1e-6:
+    close = CLOSE if most > 1.0 else 4 * CLOSE
+    while high - low > close * high and high > 1e-6:
         share = (low + high) / 2
         trial = velocity * share
         if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, last):
