@@ -24,7 +24,7 @@ from phasmid.control.state import (
     model_of,
 )
 from phasmid.control.targets import JointTargets
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
 from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position, joint_angles
 from phasmid.robot import JOINTS, Robot
@@ -72,6 +72,8 @@ class LocomotionEngine:
         self, robot: Robot, settings: EngineSettings | None = None, **keywords: Any
     ) -> None:
         check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-ax")')
+        if settings is not None:
+            check_type("settings", settings, (EngineSettings,), "EngineSettings")
         if settings is None:
             known = [field.name for field in fields(EngineSettings)]
             for name in keywords:
@@ -148,8 +150,10 @@ class LocomotionEngine:
         self._tell("held", code == 3, "held all: a leg could not follow")
         if self._resting != (self.state.mode[0] == STILL):
             self._take(command)
-        waits = self.state.clock[4] > 0.25
-        self._tell("waits", waits, "a lift waits: the feet that stay would not hold the robot")
+        waits, back = self.state.clock[4] > 0.25, self.state.mode[2] == 1
+        self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
+        weak = waits and not back
+        self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
         state, torque = self.state, None
         if self.dynamics is not None:
             torque = self.dynamics.update(state, self.order)
@@ -183,11 +187,11 @@ class LocomotionEngine:
         Raises:
             InvalidInput: The direction is no direction.
         """
-        velocity = np.asarray(direction, dtype=float)
+        velocity = np.array(Command(velocity=direction).velocity, dtype=float)
         size = math.hypot(velocity[0], velocity[1], self._model.radius * velocity[2])
-        if velocity.shape != (3,) or not (math.isfinite(size) and size > 0):
+        if not size > 0:
             raise InvalidInput(
-                "direction must be three finite numbers, not all 0: ahead, left and turn.",
+                "direction is (0, 0, 0), which is none; it must be ahead, left and turn.",
                 hint="(1, 0, 0)",
             )
         order = new_order(len(self.robot.legs))
@@ -320,7 +324,17 @@ class LocomotionEngine:
         """Write the order for a command, with a velocity that can be kept to."""
         order, wanted = self.order, self._wanted
         self._command = command
-        shift = self._write_gait(wanted, command.gait, command.period, command.lost_legs)
+        try:
+            shift = self._write_gait(wanted, command.gait, command.period, command.lost_legs)
+        except InvalidGait as error:
+            if not command.lost_legs:
+                raise
+            # Robots that cannot walk any more stand as they did.
+            self._tell("lame", True, f"stands: {error}")
+            self._asked = command.velocity
+            order.velocity[:] = wanted.velocity[:] = 0.0
+            return
+        self._tell("lame", False, "")
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
         resting = self.state.mode[0] == STILL
