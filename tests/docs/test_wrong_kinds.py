@@ -35,6 +35,8 @@ good = {
     "JointTrajectory": {"robot": robot, "time": walk.time, "q": walk.q},
     "Leg": parts(robot.legs[0]),
     "Link": parts(robot.legs[0].coxa),
+    # Only what is refused is tried: an engine that is made has its loops compiled.
+    "LocomotionEngine": {"robot": robot},
     "Robot": parts(robot),
     "Scenario": {name: getattr(scenario, name) for name in Scenario.model_fields},
     "Servo": parts(robot.servo),

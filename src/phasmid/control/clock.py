@@ -9,7 +9,7 @@ import numpy as np
 
 from phasmid.compiled import compiled
 from phasmid.control.limbs import margin_of
-from phasmid.control.reach import speed_share, wave
+from phasmid.control.reach import is_reached, speed_share, wave
 from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
 
 HOME = 5e-4
@@ -115,18 +115,30 @@ def best_phase(
 
 
 @compiled
-def lift_off(state: Any, order: Any, leg: int, ago: float, time: float) -> None:
+def lift_off(
+    state: Any, model: Any, order: Any, tuning: Any, leg: int, ago: float, time: float
+) -> None:
     """Let a foot begin its swing.
 
     Args:
         state: Where the engine is.
-        order: It has the height of the step.
+        model: The robot.
+        order: It has the height of the step, of which less is taken where that is out of reach.
+        tuning: The margins.
         leg: The leg's index.
         ago: Time since it lifted [s].
         time: Of the swing [s].
     """
     state.leg[leg] = SWING
     state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = ago, time, order.step[0]
+    top = np.empty(3)
+    for _ in range(3):
+        for i in range(3):
+            top[i] = state.foot[leg, i]
+        top[2] += state.swing[leg, 2]
+        if is_reached(state, model, tuning, leg, top):
+            break
+        state.swing[leg, 2] /= 2
     for i in range(3):
         state.landing[leg, i] = state.line[0, leg, i] = state.foot[leg, i]
         for k in range(2):
@@ -192,7 +204,7 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
             if margin > most:
                 best, most = leg, margin
     if best >= 0:
-        lift_off(state, order, best, 0.0, time)
+        lift_off(state, model, order, tuning, best, 0.0, time)
 
 
 @compiled
@@ -229,7 +241,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         return
     step = h / gait[1]
     lifted = np.zeros(legs, dtype=np.int64)
-    due, wait = 0, False
+    due, wait, short = 0, False, False
     for leg in range(legs):
         if not order.used[leg]:
             # A leg that is no longer walked on leaves the ground as soon as it can be spared.
@@ -239,7 +251,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
                     margin_without(state, model, order, lifted, 0.5 * gait[1], 0.0)
                     > tuning.support_margin
                 ):
-                    lift_off(state, order, leg, 0.0, 0.3)
+                    lift_off(state, model, order, tuning, leg, 0.0, 0.3)
                 lifted[leg] = 0
             continue
         if 1.0 - (clock[0] - order.offsets[leg]) % 1.0 > step:
@@ -253,10 +265,12 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     time = (1.0 - gait[0]) * gait[1]
     if due > 0 and not wait:
         margin = margin_without(state, model, order, lifted, time, 1.0 - gait[0])
-        wait = margin < tuning.support_margin or state.mode[2] == 1
+        short = margin < tuning.support_margin
+        wait = short or state.mode[2] == 1
     if wait:
         clock[4] += h
-        lean(state, lifted, h)
+        if state.mode[2] == 0 and short:
+            lean(state, lifted, h)
         if clock[4] > tuning.patience:
             put_in_order(state, model, order, tuning, time)
         return
@@ -268,5 +282,5 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     for leg in range(legs):
         if lifted[leg]:
             ago = h - (1.0 - (clock[0] - order.offsets[leg]) % 1.0) * gait[1]
-            lift_off(state, order, leg, max(ago, 0.0), time)
+            lift_off(state, model, order, tuning, leg, max(ago, 0.0), time)
     clock[0] = (clock[0] + step) % 1.0

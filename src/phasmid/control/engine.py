@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from phasmid.arguments import check_type
 from phasmid.control.command import Command
+from phasmid.control.memory import Memory, clear, new_order
 from phasmid.control.observation import Observation
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
@@ -21,13 +22,11 @@ from phasmid.control.state import (
     State,
     Tuning,
     model_of,
-    new_order,
-    new_state,
 )
 from phasmid.control.targets import JointTargets
-from phasmid.errors import InvalidInput
-from phasmid.gait import GAITS, Gait, load_gait
-from phasmid.kinematics import body_from_hip, foot_position
+from phasmid.errors import InvalidGait, InvalidInput
+from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
+from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position, joint_angles
 from phasmid.robot import JOINTS, Robot
 
 SWAY_BANDWIDTH = 15.0
@@ -73,6 +72,8 @@ class LocomotionEngine:
         self, robot: Robot, settings: EngineSettings | None = None, **keywords: Any
     ) -> None:
         check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-ax")')
+        if settings is not None:
+            check_type("settings", settings, (EngineSettings,), "EngineSettings")
         if settings is None:
             known = [field.name for field in fields(EngineSettings)]
             for name in keywords:
@@ -93,16 +94,16 @@ class LocomotionEngine:
         self.settings = settings
         self._model = model_of(robot, settings.joint_speed_share)
         self._tuning = _tuning(settings)
-        legs = len(robot.legs)
-        self.state: State = new_state(legs)
-        self._trial = new_state(legs)
-        self.order: Order = new_order(legs)
-        self._wanted: Order = new_order(legs)
+        memory = self._memory = Memory(self._model, self._tuning)
+        self.state: State = memory.state
+        self.order: Order = memory.order
+        self._wanted = memory.wanted
         self._verdict = np.zeros(4)
         self.events: list[tuple[float, str]] = []
         self._said: set[str] = set()
         self.gait = self._gait(settings.gait)
         self._command: Command | None = None
+        self._at_home = np.array(robot.arrays.neutral_foot)
         self._regions: dict[tuple[float, ...], np.ndarray] = {}
         self.dynamics: DynamicsStage | None = None
         if settings.dynamics == "feed-forward":
@@ -140,22 +141,19 @@ class LocomotionEngine:
         if self.dynamics is not None:
             self.order.velocity[:] = self.dynamics.velocity_share * self._admitted
             self._wanted.velocity[:] = self.order.velocity
-        code = self._step.update(
-            self.state,
-            self._trial,
-            self._model,
-            self.order,
-            self._wanted,
-            self._tuning,
-            self.settings.update_period,
+        memory = self._memory
+        code = self._step.tick(
+            memory.numbers, memory.codes, memory.legs, self.settings.update_period
         )
         self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
         self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
         self._tell("held", code == 3, "held all: a leg could not follow")
         if self._resting != (self.state.mode[0] == STILL):
             self._take(command)
-        waits = self.state.clock[4] > 0.25
-        self._tell("waits", waits, "a lift waits: the feet that stay would not hold the robot")
+        waits, back = self.state.clock[4] > 0.25, self.state.mode[2] == 1
+        self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
+        weak = waits and not back
+        self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
         state, torque = self.state, None
         if self.dynamics is not None:
             torque = self.dynamics.update(state, self.order)
@@ -189,17 +187,18 @@ class LocomotionEngine:
         Raises:
             InvalidInput: The direction is no direction.
         """
-        velocity = np.asarray(direction, dtype=float)
+        velocity = np.array(Command(velocity=direction).velocity, dtype=float)
         size = math.hypot(velocity[0], velocity[1], self._model.radius * velocity[2])
-        if velocity.shape != (3,) or not (math.isfinite(size) and size > 0):
+        if not size > 0:
             raise InvalidInput(
-                "direction must be three finite numbers, not all 0: ahead, left and turn.",
+                "direction is (0, 0, 0), which is none; it must be ahead, left and turn.",
                 hint="(1, 0, 0)",
             )
         order = new_order(len(self.robot.legs))
-        self._write_gait(order, gait, period, lost_legs)
+        shift = self._write_gait(order, gait, period, lost_legs)
         order.step[0] = self.settings.step_height if step_height is None else step_height
         order.pose[:] = pose
+        order.pose[:2] += shift
         unit = velocity / size
         share = self._share(order, unit, 100.0)
         found = unit * share
@@ -264,16 +263,11 @@ class LocomotionEngine:
             self.dynamics.reset()
         self.events = []
         self._said = set()
-        self._write_gait(self.order, None, None, frozenset())
-        self._write_gait(self._wanted, None, None, frozenset())
         for order in (self.order, self._wanted):
-            order.velocity[:] = order.pose[:] = order.correction[:] = 0.0
+            clear(order)
+            self._write_gait(order, None, None, frozenset())
             order.step[0] = self.settings.step_height
-            order.touch[:] = -1
-            order.plane[:] = 0.0, 0.0, 1.0, 0.0
-            order.landing[:] = np.nan
-            order.foot_offset[:] = 0.0
-        neutral = body_from_hip(self.robot, np.array(self.robot.arrays.neutral_foot))
+        neutral = body_from_hip(self.robot, self._at_home)
         self.stand(neutral)
 
     def _gait(self, gait: str | Gait | None) -> Gait:
@@ -296,29 +290,57 @@ class LocomotionEngine:
 
     def _write_gait(
         self, order: Order, gait: str | Gait | None, period: float | None, lost: frozenset[int]
-    ) -> None:
+    ) -> np.ndarray:
+        """Write which legs lift when; how far the body stands aside for that [m], shape (2,)."""
         chosen = self.gait if gait is None else self._gait(gait)
         if period is None:
             period = self.settings.period
         if period is None:
             swing = SWAYING_SWING if chosen.sway else SWING_TIME
             period = swing / chosen.swing_fraction
-        used = np.array([leg not in lost for leg in range(1, len(order.used) + 1)])
-        order.offsets[:] = chosen.offsets
-        order.used[:] = used
+        shift = np.zeros(2)
+        offsets = np.array(chosen.offsets)
+        used = np.ones(len(offsets), dtype=np.int64)
+        if lost:
+            limp = self._without(chosen, lost)
+            # Swings take as long as they did with all legs.
+            period *= chosen.swing_fraction / limp.gait.swing_fraction
+            chosen, shift = limp.gait, np.array(limp.shift)
+            used[:] = 0
+            used[limp.indices] = 1
+            offsets[limp.indices] = chosen.offsets
+        order.offsets[:], order.used[:] = offsets, used
         order.gait[:3] = chosen.duty_factor, period, chosen.sway
+        return shift
+
+    def _without(self, gait: Gait, lost: frozenset[int]) -> Limp:
+        model = self._model
+        held = np.isin(np.arange(1, len(model.neutral) + 1), list(lost))[:, None]
+        q = np.where(held, model.folded, joint_angles(self.robot.arrays, self._at_home))
+        com = centre_of_mass(self.robot, q)
+        return without_legs(gait, lost, model.neutral, com[:2])
 
     def _take(self, command: Command) -> None:
         """Write the order for a command, with a velocity that can be kept to."""
         order, wanted = self.order, self._wanted
         self._command = command
-        self._write_gait(wanted, command.gait, command.period, command.lost_legs)
+        try:
+            shift = self._write_gait(wanted, command.gait, command.period, command.lost_legs)
+        except InvalidGait as error:
+            if not command.lost_legs:
+                raise
+            # Robots that cannot walk any more stand as they did.
+            self._tell("lame", True, f"stands: {error}")
+            self._asked = command.velocity
+            order.velocity[:] = wanted.velocity[:] = 0.0
+            return
+        self._tell("lame", False, "")
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
         resting = self.state.mode[0] == STILL
         self._resting = resting
         standing = resting and not any(command.velocity)
-        self._set_pose(np.array(command.pose, dtype=float), standing)
+        self._set_pose(np.array(command.pose, dtype=float), shift, standing)
         differs = (
             not np.array_equal(wanted.gait[:3], order.gait[:3])
             or not np.array_equal(wanted.offsets, order.offsets)
@@ -336,10 +358,11 @@ class LocomotionEngine:
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
         order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
 
-    def _set_pose(self, pose: np.ndarray, standing: bool) -> None:
+    def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""
         wanted, state = self._wanted, self.state
-        share = 1.0
+        share, base = 1.0, np.zeros(6)
+        base[:2] = shift
         if pose.any():
             gait = wanted.gait.copy()
             if standing:
@@ -352,13 +375,14 @@ class LocomotionEngine:
                     wanted.offsets,
                     gait,
                     float(wanted.step[0]),
+                    base,
                     pose,
                     self._verdict,
                 )
             )
             reason = self._reason()[0] if share < 1.0 else ""
             self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
-        self.order.pose[:] = wanted.pose[:] = share * pose
+        self.order.pose[:] = wanted.pose[:] = base + share * pose
         if standing:
             self._stretched = share > 0 and bool(pose.any())
         elif self._stretched:

@@ -20,7 +20,7 @@ REACH, SPEED, SUPPORT = 1, 2, 3
 """What may keep a walk from being faster."""
 
 CLOSE = 1e-3
-"""Largest velocities are found to this part of them."""
+"""Largest velocities are found to this part of them; what a command is scaled by, four times that."""
 
 
 @compiled
@@ -189,7 +189,8 @@ def share_of_velocity(
     if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, verdict):
         return most
     low, high = 0.0, most
-    while high - low > CLOSE * high and high > 1e-6:
+    close = CLOSE if most > 1.0 else 4 * CLOSE
+    while high - low > close * high and high > 1e-6:
         share = (low + high) / 2
         trial = velocity * share
         if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, last):
@@ -208,6 +209,7 @@ def share_of_pose(
     offsets: np.ndarray,
     gait: np.ndarray,
     step: float,
+    base: np.ndarray,
     pose: np.ndarray,
     verdict: np.ndarray,
 ) -> float:
@@ -220,19 +222,20 @@ def share_of_pose(
         offsets: When they lift, shape (L,).
         gait: Duty factor (1: only stand), period and sway, shape (3 or more,).
         step: Height of a step [m].
-        pose: Of the body beside its path and its neutral height, shape (6,).
+        base: Pose that it has anyway beside its path and its neutral height, shape (6,).
+        pose: What is added to that, shape (6,).
         verdict: Written: what keeps it from more, as by `walks_steadily`, shape (4,).
     """
     # On the spot the feet stay at their neutral places, which need no region.
     region = np.zeros((len(used), 1, 3))
     region[:, :, 2] = 1.0
     rest, last = np.zeros(3), np.zeros(4)
-    if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, rest, verdict):
+    if walks_steadily(model, tuning, region, used, offsets, gait, step, base + pose, rest, verdict):
         return 1.0
     low, high = 0.0, 1.0
     for _ in range(10):
         share = (low + high) / 2
-        trial = pose * share
+        trial = base + pose * share
         if walks_steadily(model, tuning, region, used, offsets, gait, step, trial, rest, last):
             low = share
         else:

@@ -50,6 +50,19 @@ def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: n
 
 
 @compiled
+def is_reached(state: Any, model: Any, tuning: Any, leg: int, p_odom: np.ndarray) -> bool:
+    """Whether a leg can put its foot at a place in odom, as the body is now."""
+    p, p_body, p_hip = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        p[i] = p_odom[i] - state.trunk[0, i]
+    to_hip(state.body, p, p_body)
+    for i in range(3):
+        p_body[i] -= model.p_body_hip[leg, i]
+    to_hip(model.R_body_hip[leg], p_body, p_hip)
+    return reaches(model, tuning, leg, p_hip, PLANNED / 2, p)
+
+
+@compiled
 def bound_region(
     model: Any, tuning: Any, leg: int, pose: np.ndarray, slope: np.ndarray, region: np.ndarray
 ) -> None:

@@ -180,54 +180,6 @@ class Tuning(NamedTuple):
     patience: float
 
 
-def new_state(legs: int) -> State:
-    """A state of zeros for that number of legs."""
-    shapes: tuple[tuple[int, ...], ...] = (
-        (3,),
-        (3, 3),
-        (4, 6),
-        (4, 2),
-        (10,),
-        (legs, 3),
-        (3, legs, 3),
-        (legs, 3),
-        (legs, 3),
-        (2, legs, 3),
-        (3, legs, 3),
-        (legs, 3),
-        (3, 3),
-        (5, 3),
-        (3,),
-        (legs, DIRECTIONS, 3),
-        (legs, 8),
-        (4, 3),
-        (legs, 3),
-    )
-    ends = np.cumsum([0] + [int(np.prod(shape)) for shape in shapes])
-    numbers, codes = np.zeros(ends[-1]), np.zeros(legs + 4, dtype=np.int64)
-    views = [
-        numbers[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)
-    ]
-    return State._make([*views, codes[:legs], codes[legs:], numbers, codes])
-
-
-def new_order(legs: int) -> Order:
-    """An order to stand, on level ground of which nothing is felt."""
-    return Order(
-        np.zeros(3),
-        np.zeros(6),
-        np.zeros(6),
-        np.zeros(legs),
-        np.array([1.0, 1.0, 0.0, 0.0]),
-        np.zeros(1),
-        np.ones(legs, dtype=np.int64),
-        np.full(legs, -1, dtype=np.int64),
-        np.array([0.0, 0.0, 1.0, 0.0]),
-        np.full(legs, np.nan),
-        np.zeros((legs, 3)),
-    )
-
-
 def model_of(robot: Robot, joint_speed_share: float) -> Model:
     """The numbers of a robot.
 

@@ -10,6 +10,7 @@ import numpy as np
 from phasmid.compiled import compiled
 from phasmid.control.clock import best_phase, run_clock
 from phasmid.control.limbs import foot_of, margin_of, moment_of, speeds_of, to_hip
+from phasmid.control.memory import count_numbers, model_at, order_at, state_at, tuning_at
 from phasmid.control.reach import (
     HARD,
     bound_region,
@@ -413,10 +414,36 @@ def update(
             return said
         slow *= 0.99 / ratio
         said = max(said, 1)
-    # Nothing of what was tried can be done: stay.
+    # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
     brake(state, 0.0)
+    for leg in range(len(state.leg)):
+        if state.leg[leg] == SWING:
+            state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
+            for i in range(3):
+                state.line[0, leg, i] = state.foot[leg, i]
+                state.line[1, leg, i] = state.line[2, leg, i] = 0.0
+                state.motion[0, leg, i] = state.motion[1, leg, i] = 0.0
     clock[1] += dt
     clock[3] = slow
     state.q[1] = 0.0
     state.q[2] = 0.0
     return 3
+
+
+@compiled
+def tick(numbers: np.ndarray, codes: np.ndarray, legs: int, dt: float) -> int:
+    """One update of the engine in a `Memory`; see `update`."""
+    many = count_numbers(legs)
+    a, b = many[0], legs + 4
+    state, trial = (
+        state_at(numbers[:a], codes[:b], legs),
+        state_at(numbers[a : 2 * a], codes[b : 2 * b], legs),
+    )
+    a, b = 2 * a, 2 * b
+    order = order_at(numbers[a : a + many[1]], codes[b : b + 2 * legs], legs)
+    a, b = a + many[1], b + 2 * legs
+    wanted = order_at(numbers[a : a + many[1]], codes[b : b + 2 * legs], legs)
+    a += many[1]
+    model = model_at(numbers[a : a + many[2]], legs)
+    tuning = tuning_at(numbers[a + many[2] :])
+    return update(state, trial, model, order, wanted, tuning, dt)

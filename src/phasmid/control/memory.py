@@ -1,0 +1,258 @@
+"""The engine's arrays as views into one row of numbers and one of codes.
+
+A compiled loop that is called from Python gets two rows where it would otherwise have to look at
+nearly a hundred arrays, which takes longer than all that the engine computes.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import compiled
+from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
+
+STATE, ORDER, MODEL = (93, 95), (24, 5), (3, 39)
+"""Numbers in each, whatever the number of legs, and for each leg."""
+
+
+@compiled
+def count_numbers(legs: int) -> tuple[int, int, int]:
+    """Numbers in a state, in an order and in a model."""
+    return (
+        STATE[0] + STATE[1] * legs,
+        ORDER[0] + ORDER[1] * legs,
+        MODEL[0] + MODEL[1] * legs + 4,
+    )
+
+
+@compiled
+def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
+    """The state that a row of numbers and a row of codes hold."""
+    a = 0
+    path = numbers[a : a + 3]
+    a += 3
+    speed = numbers[a : a + 3 * 3].reshape((3, 3))
+    a += 3 * 3
+    pose = numbers[a : a + 4 * 6].reshape((4, 6))
+    a += 4 * 6
+    sway = numbers[a : a + 4 * 2].reshape((4, 2))
+    a += 4 * 2
+    clock = numbers[a : a + 10]
+    a += 10
+    foot = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    line = numbers[a : a + 3 * legs * 3].reshape((3, legs, 3))
+    a += 3 * legs * 3
+    swing = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    landing = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    motion = numbers[a : a + 2 * legs * 3].reshape((2, legs, 3))
+    a += 2 * legs * 3
+    q = numbers[a : a + 3 * legs * 3].reshape((3, legs, 3))
+    a += 3 * legs * 3
+    held = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    body = numbers[a : a + 3 * 3].reshape((3, 3))
+    a += 3 * 3
+    trunk = numbers[a : a + 5 * 3].reshape((5, 3))
+    a += 5 * 3
+    com = numbers[a : a + 3]
+    a += 3
+    region = numbers[a : a + legs * DIRECTIONS * 3].reshape((legs, DIRECTIONS, 3))
+    a += legs * DIRECTIONS * 3
+    posed = numbers[a : a + legs * 8].reshape((legs, 8))
+    a += legs * 8
+    ground = numbers[a : a + 4 * 3].reshape((4, 3))
+    a += 4 * 3
+    offset = numbers[a : a + legs * 3].reshape((legs, 3))
+    return State(
+        path,
+        speed,
+        pose,
+        sway,
+        clock,
+        foot,
+        line,
+        swing,
+        landing,
+        motion,
+        q,
+        held,
+        body,
+        trunk,
+        com,
+        region,
+        posed,
+        ground,
+        offset,
+        codes[:legs],
+        codes[legs : legs + 4],
+        numbers,
+        codes,
+    )
+
+
+@compiled
+def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
+    """The order that a row of numbers and a row of codes hold."""
+    a = 0
+    velocity = numbers[a : a + 3]
+    a += 3
+    pose = numbers[a : a + 6]
+    a += 6
+    correction = numbers[a : a + 6]
+    a += 6
+    offsets = numbers[a : a + legs]
+    a += legs
+    gait = numbers[a : a + 4]
+    a += 4
+    step = numbers[a : a + 1]
+    a += 1
+    plane = numbers[a : a + 4]
+    a += 4
+    landing = numbers[a : a + legs]
+    a += legs
+    foot_offset = numbers[a : a + legs * 3].reshape((legs, 3))
+    return Order(
+        velocity,
+        pose,
+        correction,
+        offsets,
+        gait,
+        step,
+        codes[:legs],
+        codes[legs : 2 * legs],
+        plane,
+        landing,
+        foot_offset,
+    )
+
+
+@compiled
+def model_at(numbers: np.ndarray, legs: int) -> Model:
+    """The robot that a row of numbers holds."""
+    a = 0
+    lengths = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    R_body_hip = numbers[a : a + legs * 3 * 3].reshape((legs, 3, 3))
+    a += legs * 3 * 3
+    p_body_hip = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    limits = numbers[a : a + legs * 3 * 2].reshape((legs, 3, 2))
+    a += legs * 3 * 2
+    neutral = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    folded = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    link_mass = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    link_com = numbers[a : a + legs * 3 * 3].reshape((legs, 3, 3))
+    a += legs * 3 * 3
+    body_moment = numbers[a : a + 3]
+    a += 3
+    b = numbers[a : a + 4]
+    return Model(
+        lengths,
+        R_body_hip,
+        p_body_hip,
+        limits,
+        neutral,
+        folded,
+        link_mass,
+        link_com,
+        body_moment,
+        b[0],
+        b[1],
+        b[2],
+        b[3],
+    )
+
+
+@compiled
+def tuning_at(row: np.ndarray) -> Tuning:
+    """The settings that a row of numbers holds."""
+    return Tuning(
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+        row[4],
+        row[5],
+        row[6],
+        row[7],
+        row[8],
+        row[9],
+        row[10],
+        row[11],
+        row[12],
+        row[13],
+        row[14],
+    )
+
+
+class Memory:
+    """All that the engine's loops work in.
+
+    Args:
+        model: The robot.
+        tuning: The settings.
+
+    Attributes:
+        state: Where the engine is.
+        trial: Where it would be.
+        order: What is to be done.
+        wanted: The same with the gait that is wanted.
+        model: The robot.
+        tuning: The settings.
+        numbers: All of them as one row.
+        codes: The same of those that are whole numbers.
+    """
+
+    def __init__(self, model: Model, tuning: Tuning) -> None:
+        legs = self.legs = len(model.neutral)
+        many = count_numbers(legs)
+        ends = np.cumsum([0, many[0], many[0], many[1], many[1], many[2], len(tuning)])
+        self.numbers = np.zeros(ends[-1])
+        self.codes = np.zeros(2 * (legs + 4) + 4 * legs, dtype=np.int64)
+        c, n = self.codes, [self.numbers[a:b] for a, b in pairwise(ends)]
+        # Plain Python's own views: what is compiled would give Python the same ones.
+        look_state, look_order = unwrapped(state_at), unwrapped(order_at)
+        k = 2 * (legs + 4)
+        self.state: State = look_state(n[0], c[: legs + 4], legs)
+        self.trial: State = look_state(n[1], c[legs + 4 : k], legs)
+        self.order: Order = look_order(n[2], c[k : k + 2 * legs], legs)
+        self.wanted: Order = look_order(n[3], c[k + 2 * legs :], legs)
+        n[4][:] = np.concatenate([np.ravel(values) for values in model])
+        n[5][:] = tuning
+        self.model, self.tuning = model, tuning
+        for order in (self.order, self.wanted):
+            clear(order)
+
+
+def clear(order: Order) -> None:
+    """Make an order one to stand, on level ground of which nothing is felt."""
+    order.velocity[:] = order.pose[:] = order.correction[:] = order.offsets[:] = 0.0
+    order.gait[:] = 1.0, 1.0, 0.0, 0.0
+    order.step[:] = 0.0
+    order.used[:] = 1
+    order.touch[:] = -1
+    order.plane[:] = 0.0, 0.0, 1.0, 0.0
+    order.landing[:] = np.nan
+    order.foot_offset[:] = 0.0
+
+
+def new_order(legs: int) -> Order:
+    """An order to stand."""
+    numbers, codes = np.zeros(count_numbers(legs)[1]), np.zeros(2 * legs, dtype=np.int64)
+    order: Order = unwrapped(order_at)(numbers, codes, legs)
+    clear(order)
+    return order
+
+
+def unwrapped(function: Any) -> Any:
+    """What was compiled, as the Python that it was."""
+    return getattr(function, "py_func", function)

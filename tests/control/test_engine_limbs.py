@@ -1,0 +1,90 @@
+"""The engine's own loops of a leg's kinematics, against the package's arrays."""
+
+import numpy as np
+import pytest
+
+from phasmid.control import limbs
+from phasmid.control.state import model_of
+from phasmid.gait import support_margin
+from phasmid.kinematics import (
+    centre_of_mass,
+    foot_position,
+    joint_angles,
+    joint_motion,
+    rotation_rpy,
+)
+from phasmid.robot import load_robot, preset_names
+
+ROUND_OFF = 1e-12
+
+
+@pytest.fixture(scope="module", params=preset_names())
+def robot(request):
+    return load_robot(request.param)
+
+
+def angles(robot, rng, count=50):
+    low, high = np.moveaxis(robot.arrays.joint_limits, -1, 0)
+    q = rng.uniform(low, high, size=(count, *low.shape))
+    # Knee up, and neither stretched nor folded flat: what the inverse gives back.
+    q[..., 2] = rng.uniform(-2.5, -0.5, size=q.shape[:-1])
+    q[..., 1] = rng.uniform(-0.5, 1.0, size=q.shape[:-1])
+    return q
+
+
+def test_a_foot_and_its_angles_are_those_of_kinematics(robot):
+    rng = np.random.default_rng(1)
+    q = angles(robot, rng)
+    feet = foot_position(robot.arrays, q)
+    back = joint_angles(robot.arrays, feet)
+    for n in range(len(q)):
+        for leg, lengths in enumerate(robot.arrays.lengths):
+            found = limbs.foot_of(lengths, *q[n, leg])
+            np.testing.assert_allclose(found, feet[n, leg], atol=ROUND_OFF)
+            *found, margin = limbs.angles_of(lengths, *feet[n, leg], 1.0)
+            np.testing.assert_allclose(found, back[n, leg], atol=ROUND_OFF)
+            assert margin > 0
+
+
+def test_joint_speeds_are_those_of_kinematics(robot):
+    rng = np.random.default_rng(2)
+    q = angles(robot, rng)
+    v, a = rng.normal(size=(2, *q.shape))
+    want = joint_motion(robot.arrays, q, v, a)
+    qd, qdd = np.empty(3), np.empty(3)
+    for n in range(len(q)):
+        for leg, lengths in enumerate(robot.arrays.lengths):
+            limbs.speeds_of(lengths, q[n, leg], v[n, leg], a[n, leg], qd, qdd)
+            # Relative: speeds of 100 rad/s are found near the coxa axis.
+            np.testing.assert_allclose(qd, want[0][n, leg], rtol=ROUND_OFF, atol=ROUND_OFF)
+            np.testing.assert_allclose(qdd, want[1][n, leg], rtol=1e-10, atol=ROUND_OFF)
+
+
+def test_the_centre_of_mass_is_that_of_kinematics(robot):
+    q = angles(robot, np.random.default_rng(3), 20)
+    model = model_of(robot, 1.0)
+    for angle, want in zip(q, centre_of_mass(robot, q), strict=True):
+        moment = model.body_moment.copy()
+        for leg in range(len(angle)):
+            limbs.moment_of(model, leg, angle[leg], moment)
+        np.testing.assert_allclose(moment / model.mass, want, atol=ROUND_OFF)
+
+
+def test_rotations_are_those_of_kinematics():
+    for rpy in np.random.default_rng(4).normal(size=(20, 3)):
+        R = np.empty((3, 3))
+        limbs.rotation(*rpy, R)
+        np.testing.assert_allclose(R, rotation_rpy(*rpy), atol=ROUND_OFF)
+
+
+def test_the_support_margin_is_that_of_gaits_inside_and_of_its_sign_outside():
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        feet, point = rng.normal(size=(6, 2)), rng.normal(size=2)
+        standing = rng.random(6) < 0.7
+        found = limbs.margin_of(feet, standing.astype(np.int64), *point)
+        want = support_margin(feet, standing, point)
+        if want > 0 or not np.isfinite(want):
+            assert found == pytest.approx(want, abs=ROUND_OFF)
+        else:
+            assert found < ROUND_OFF

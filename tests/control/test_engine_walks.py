@@ -1,0 +1,171 @@
+"""The locomotion engine in a world without forces."""
+
+import numpy as np
+import pytest
+
+from kinematic_world import drive, random_commands
+from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.gait import GAITS
+from phasmid.kinematics import neutral_feet
+from phasmid.robot import load_robot, preset_names
+
+DIRECTIONS = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (1, -1, 0), (0, 0, 1), (1, 0, -4)]
+ENGINES = {}
+
+
+def engine_of(name):
+    """An engine as new; its compiled loops and regions are kept for the next test."""
+    if name not in ENGINES:
+        ENGINES[name] = LocomotionEngine(load_robot(name))
+    engine = ENGINES[name]
+    engine.reset(Observation(0.0, home(engine.robot)))
+    return engine
+
+
+def home(robot):
+    from phasmid.kinematics import joint_angles
+
+    return joint_angles(robot.arrays, robot.arrays.neutral_foot)
+
+
+def check(seen, engine):
+    """What holds at every update, whatever was commanded."""
+    limits = seen.robot.arrays.joint_limits
+    assert np.isfinite(seen.q).all()
+    # Feet that stand are fixed points: what they move by is round-off.
+    assert seen.slip < 1e-9
+    assert seen.joint_speed.max() <= seen.robot.servo.no_load_speed
+    assert (seen.q >= limits[..., 0]).all()
+    assert (seen.q <= limits[..., 1]).all()
+    assert seen.margin.min() > 0
+    assert "held all" not in " ".join(sentence for _, sentence in seen.events)
+    assert engine is not None
+
+
+@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("seed", range(3))
+def test_any_sequence_of_commands_keeps_feet_joints_and_balance(name, seed):
+    engine = engine_of(name)
+    rng = np.random.default_rng(seed)
+    commands = random_commands(engine.robot, rng, 12.0)
+    commands.append((12.0, Command(gait=commands[-1][1].gait)))
+    seen = drive(engine, commands, 20.0)
+    check(seen, engine)
+    assert engine.is_standing
+    # At rest the feet are at their neutral places, but for what need not be stepped (0.5 mm).
+    away = seen.feet_in_body[-1] - neutral_feet(engine.robot)
+    assert np.abs(away).max() < 6e-4
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_a_steady_walk_is_as_fast_as_it_was_admitted(name):
+    engine = engine_of(name)
+    for gait in list(GAITS[len(engine.robot.legs)])[:2]:
+        for direction in DIRECTIONS:
+            engine.reset(Observation(0.0, home(engine.robot)))
+            limit = engine.largest_velocity(direction, gait=gait)
+            assert np.linalg.norm(limit.velocity) > 0.005
+            velocity = tuple(0.999 * v for v in limit.velocity)
+            period = float(engine.order.gait[1]) if gait is None else None
+            seen = drive(engine, [(0.0, Command(velocity=velocity, gait=gait, period=period))], 8.0)
+            check(seen, engine)
+            second = seen.path[len(seen.path) // 2 :]
+            # Seen from its own beginning the second half is one arc of the admitted velocity.
+            mean = seen.velocity[len(seen.path) // 2 :].mean(axis=0)
+            np.testing.assert_allclose(mean, velocity, rtol=1e-3, atol=1e-5)
+            way = np.linalg.norm(np.diff(second[:, :2], axis=0), axis=1).sum()
+            time = (len(second) - 1) * seen.dt
+            assert way == pytest.approx(np.hypot(*velocity[:2]) * time, rel=1e-3, abs=1e-6)
+            assert seen.slow[len(seen.path) // 2 :].min() == 1.0
+
+
+def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():
+    engine = engine_of("phantomx-ax")
+    limit = np.array(engine.largest_velocity((1.0, 0.5, 2.0)).velocity)
+    drive(engine, [(0.0, Command(velocity=(2.0, 1.0, 4.0)))], 0.01)
+    given = engine.order.velocity
+    np.testing.assert_allclose(given / given[0], [1.0, 0.5, 2.0], rtol=1e-12)
+    # Found by halving, to a part in 250 of it.
+    np.testing.assert_allclose(given, limit, rtol=6e-3)
+    assert any("scaled" in sentence for _, sentence in engine.events)
+
+
+def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
+    # Of a path with bounded jerk j the second difference changes by j dt³ at most from one update
+    # to the next: with half the step, an eighth (here less than a quarter, for round numbers).
+    changes = []
+    for dt in (0.01, 0.005):
+        engine = LocomotionEngine(load_robot("phantomx-ax"), update_period=dt)
+        commands = [
+            (0.0, Command(velocity=(0.1, 0.0, 0.0))),
+            (1.3, Command(velocity=(-0.05, 0.05, 0.2), pose=(0, 0, 0.01, 0.05, 0, 0))),
+            (3.1, Command()),
+        ]
+        seen = drive(engine, commands, 6.0)
+        check(seen, engine)
+        changes.append(np.abs(np.diff(seen.feet_in_body, n=3, axis=0)).max())
+    assert changes[1] < changes[0] / 4
+
+
+def test_a_foot_lands_at_rest():
+    engine = engine_of("phantomx-ax")
+    seen = drive(engine, [(0.0, Command(velocity=(0.15, 0.0, 0.0)))], 4.0)
+    lands = seen.stance[1:] & ~seen.stance[:-1]
+    moved = np.linalg.norm(np.diff(seen.feet, axis=0), axis=-1)[lands]
+    # Over the last step h of a rest-to-rest quintic of length d and time T a foot moves by
+    # 10 d (h/T)³, and its lift by 64 H (h/T)³: h/T is 1/100, d 0.15 m, H 0.03 m.
+    assert moved.max() < 2 * (10 * 0.15 + 64 * 0.03) * (seen.dt / 0.5) ** 3
+
+
+def test_a_mirrored_command_gives_a_mirrored_walk():
+    engine = engine_of("phantomx-ax")
+    ends = []
+    for sign in (1, -1):
+        engine.reset(Observation(0.0, home(engine.robot)))
+        command = Command(velocity=(0.05, 0.03 * sign, 0.1 * sign))
+        ends.append(drive(engine, [(0.0, command)], 5.0).path[-1])
+    np.testing.assert_allclose(ends[0] * [1, -1, -1], ends[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("gait", ["tripod", "ripple", "wave"])
+def test_well_beyond_the_largest_velocity_something_binds(gait):
+    engine = engine_of("phantomx-ax")
+    for direction in DIRECTIONS[:4]:
+        limit = engine.largest_velocity(direction, gait=gait)
+        asked = tuple(1.15 * v for v in limit.velocity)
+        engine._write_gait(engine._wanted, gait, None, frozenset())
+        engine._wanted.step[0] = engine.settings.step_height
+        assert engine._share(engine._wanted, np.array(asked), 1.0) < 0.9
+
+
+def test_a_robot_walks_on_five_legs_and_on_six_again():
+    engine = engine_of("phantomx-ax")
+    lost = frozenset({2})
+    commands = [
+        (0.0, Command(velocity=(0.1, 0.0, 0.0))),
+        (2.0, Command(velocity=(0.1, 0.0, 0.0), lost_legs=lost)),
+        (9.0, Command(lost_legs=lost)),
+        (12.0, Command(velocity=(0.05, 0.0, 0.0))),
+        (15.0, Command()),
+    ]
+    seen = drive(engine, commands, 20.0)
+    check(seen, engine)
+    k = round(9.0 / seen.dt)
+    assert not seen.stance[round(6.0 / seen.dt) : k, 1].any()
+    way = seen.path[k, 0] - seen.path[round(6.0 / seen.dt), 0]
+    assert way > 0.05
+    assert engine.is_standing
+
+
+def test_contact_in_the_second_half_of_a_swing_ends_it_there():
+    engine = engine_of("phantomx-ax")
+    command = Command(velocity=(0.1, 0.0, 0.0))
+    drive(engine, [(0.0, command)], 2.0)
+    while not 0.7 < engine.state.swing[0, 0] / max(engine.state.swing[0, 1], 1e-9) < 0.75:
+        engine.update(Observation(0.0, engine.state.q[0]), command)
+    height = float(engine.state.foot[0, 2])
+    engine.order.touch[0] = 1
+    drive(engine, [(0.0, command)], 0.03)
+    assert engine.state.leg[0] == 0
+    assert 0 < height - engine.state.foot[0, 2] < 0.006
+    engine.order.touch[0] = -1
