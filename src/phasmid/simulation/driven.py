@@ -27,7 +27,10 @@ from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.senses import ToldSenses
 from phasmid.simulation.telling import run_channels
 
-Commands: TypeAlias = Callable[[float, Observation], Command | None]
+Pose: TypeAlias = tuple[float, float, float]
+"""Where the body truly is: x, y [m] and yaw [rad] in the world."""
+
+Commands: TypeAlias = Callable[[float, Observation, Pose], Command | None]
 """Tells what the robot shall do at a time on the controller's clock [s]; None ends the run."""
 
 RISEN = 0.01
@@ -118,14 +121,21 @@ class DrivenRun(Run):
             self._now * self.dt, self._running.copy(), self._velocity_before
         )
 
+    def _pose(self) -> Pose:
+        x, y, _, w, i, j, k = self.data.qpos[:7].tolist()
+        return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+
     def _decide(self, observation: Observation) -> Decision | None:
         """Ask for a command, and the controller for its targets; None where the run shall end."""
-        command = self._commands(observation.time, observation)
+        command = self._commands(observation.time, observation, self._pose())
         if command is None:
             return None
-        if not self.asked or command != self.asked[-1][1]:
+        if not self.asked or command is not self.asked[-1][1]:
             check_type("command", command, (Command,), "a Command", "Command(velocity=(0.1, 0, 0))")
-            self.asked.append((observation.time, command))
+            # When it was given is no part of what it asks for.
+            ageless = replace(command, time=None)
+            if not self.asked or ageless != self.asked[-1][1]:
+                self.asked.append((observation.time, ageless))
         self._shall_lie = command.posture is Posture.PACKED
         if self._shall_lie:
             self.lies = self.scenario.simulation.can_lie
