@@ -3,10 +3,11 @@
 import json
 import sys
 
+import numpy as np
 import pytest
 
 from phasmid.cli import main
-from phasmid.control.command import Command
+from phasmid.control import Command, Observation
 
 
 def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, capsys):
@@ -67,7 +68,8 @@ def test_keys_change_the_command_and_end_the_drive(monkeypatch):
     keyboard, pressed = Keyboard(6), ["", "ww", "q2", "?", " ", "x"]
     monkeypatch.setattr(keyboard, "_keys", lambda: pressed.pop(0))
     monkeypatch.setattr("phasmid.cli.keyboard.time.sleep", lambda seconds: None)
-    told = [keyboard(0.005 * i, None) for i in range(6)]
+    seen = Observation(0.0, np.zeros((6, 3)))
+    told = [keyboard(0.005 * i, seen) for i in range(6)]
     assert told[0] == Command()
     assert told[1] == Command(velocity=(0.02, 0.0, 0.0))
     assert told[2] == told[3] == Command(velocity=(0.02, 0.0, 0.1), gait=told[2].gait)

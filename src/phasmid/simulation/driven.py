@@ -115,7 +115,8 @@ class DrivenRun(Run):
         self._told = self._room_for(self._decision)
 
     def _observe(self) -> Observation:
-        """What the controller is told now."""
+        """What the controller is told now, of servos that live."""
+        self._let_die(self._now * self.dt)
         # A copy, since the controller may keep it.
         return self._senses.observe(
             self._now * self.dt, self._running.copy(), self._velocity_before
@@ -154,7 +155,6 @@ class DrivenRun(Run):
                 self.ended = True
                 break
             rows = self._rows_of(decision, made, count - made)
-            self._let_die(self._now * self.dt)
             last = self._now + len(rows) > self.steps
             now = self._advance(rows, at=made, last=last, interrupted=interrupted)
             if now:
@@ -186,7 +186,7 @@ class DrivenRun(Run):
         return rows
 
     def _let_die(self, time: float) -> None:
-        """Let those servos die whose time has come, as of an update."""
+        """Let those servos die whose time has come, at an update."""
         while self._deaths and self._deaths[0][0] <= time + 1e-9:
             _, leg, joint = self._deaths.pop(0)
             self._running[leg, joint] = False
