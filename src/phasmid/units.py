@@ -49,6 +49,8 @@ UNITS = {
     "g_mm2": Unit("g mm^2", "inertia", 1e9),
     "rad_per_s": Unit("rad/s", "angular velocity", 1.0),
     "deg_per_s": Unit("°/s", "angular velocity", 180.0 / math.pi),
+    "m_per_s": Unit("m/s", "velocity", 1.0),
+    "mm_per_s": Unit("mm/s", "velocity", 1000.0),
     "kg_m3": Unit("kg/m^3", "density", 1.0),
     "g_cm3": Unit("g/cm^3", "density", 0.001),
     "v": Unit("V", "voltage", 1.0),

@@ -168,7 +168,7 @@ def _run(arguments: list[str]) -> int:
         hint = f"phasmid {guess}" if guess else f"phasmid {' or phasmid '.join(COMMANDS)}"
         raise InvalidInput(f'no command "{command}".', hint=hint)
     parser = build_parser(command)
-    if command == "walk":
+    if command in ("walk", "drive"):
         check_lists(arguments)
     options, unknown = parser.parse_known_args(join_negative_numbers(arguments))
     if unknown:

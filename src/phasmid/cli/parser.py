@@ -12,6 +12,7 @@ from phasmid.cli import (
     check,
     convert,
     doctor,
+    drive,
     export,
     gaits,
     paper,
@@ -25,6 +26,7 @@ from phasmid.errors import InvalidInput
 
 COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
+    "drive": "walk by commands, keys or places to go to, in closed loop",
     "report": "make the folder of a recording, or of the log of a run that was cut off",
     "plot": "draw figures of a run, or of several that are compared",
     "export": "write a recording as CSV, Parquet, NetCDF or MCAP, for other programs",
@@ -71,6 +73,17 @@ def build_parser(command: str | None) -> Parser:
     # The scenario's fields are looked up only where they are needed: it takes a while.
     if command == "walk":
         walk.add_options(walking)
+    driving = commands.add_parser(
+        "drive",
+        help=COMMANDS["drive"],
+        description=f"{COMMANDS['drive']}.",
+        usage="phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... | "
+        "--keys [--FIELD VALUE ...]",
+        allow_abbrev=False,
+    )
+    driving.set_defaults(run=drive.run)
+    if command == "drive":
+        drive.add_options(driving)
     for name, module in (
         ("report", report),
         ("plot", plot),

@@ -28,7 +28,7 @@ TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_mode
 
 def run(options: argparse.Namespace) -> int:
     """Walk as the options say; returns the exit status."""
-    scenario = _scenario(options)
+    scenario = scenario_of(options)
     from phasmid.motion import Motion, load_trajectory, plan
     from phasmid.recording import check_log, check_mcap, load_recording
     from phasmid.reporting import check_folder
@@ -47,7 +47,9 @@ def run(options: argparse.Namespace) -> int:
     )
     check_time_step(scenario, walk)
     legs = leg_numbers(options.legs, walk.robot)
-    folder = Path(options.out or Path("results") / _folder_name(options, scenario))
+    folder = Path(
+        options.out or Path("results") / folder_name(options, scenario, options.trajectory)
+    )
     check_folder(folder, force=options.force)
     log = log_of(folder)
     check_log(log, force=options.force)
@@ -58,11 +60,11 @@ def run(options: argparse.Namespace) -> int:
         for sentence in idle_fields(scenario):
             print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     try:
-        with _progress(scenario.duration, quiet=options.quiet) as progress:
+        with progress_bar(scenario.duration, quiet=options.quiet) as progress:
             trouble = record(scenario, walk, log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
             # Who stops a run wants its end: numbers and pictures can be made later.
-            print(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
+            print(f"phasmid: {trouble.sentence}\n{later(log)}", file=sys.stderr)
             return 130
         recording = with_sensors(scenario, load_recording(log))
         if options.check_time_step and not trouble:
@@ -71,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         write_report(recording, folder, options, own_appearance(walk.robot))
     except KeyboardInterrupt:
         if log.exists():
-            print(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
+            print(f"phasmid: stopped.\n{later(log)}", file=sys.stderr)
             return 130
         raise
     # The folder is whole: nobody need read what is printed.
@@ -88,7 +90,8 @@ def log_of(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}.rec")
 
 
-def _later(log: Path) -> str:
+def later(log: Path) -> str:
+    """What to try where a run was stopped."""
     return f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
 
 
@@ -133,6 +136,7 @@ def print_report(
         return
     print_summary(summarise(recording), legs=legs)
     written = "recording.nc, summary.json, scenario.toml, robot.toml"
+    written += ", commands.toml" if "commands" in recording.attrs else ""
     written += f"{', recording.mcap' if options.mcap else ''}"
     written += f"{'' if options.no_figures else ', figures/, report.html'}"
     print(f"\nWritten to {plain(str(folder))}{os.sep}: {written}")
@@ -140,18 +144,7 @@ def print_report(
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the scenario, its fields and the output."""
-    from phasmid.gait import GAITS
-    from phasmid.robot import preset_names
-    from phasmid.scenario import option_keys, scenario_names
-
-    parser.add_argument(
-        "scenario",
-        nargs="?",
-        default="paper",
-        metavar="SCENARIO",
-        help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
-    )
-    parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+    add_scenario_options(parser)
     parser.add_argument(
         "--trajectory",
         metavar="FILE",
@@ -169,6 +162,29 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="simulate two cycles again at half the time step, and tell the difference",
     )
     add_report_options(parser)
+    add_field_options(parser)
+
+
+def add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the scenario and the output."""
+    from phasmid.scenario import scenario_names
+
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default="paper",
+        metavar="SCENARIO",
+        help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
+    )
+    parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+
+
+def add_field_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser all fields of a scenario."""
+    from phasmid.gait import GAITS
+    from phasmid.robot import preset_names
+    from phasmid.scenario import option_keys
+
     fields = parser.add_argument_group(
         "fields of the scenario", "Each replaces what the scenario says."
     )
@@ -280,13 +296,12 @@ def _help_of(path: tuple[str, ...]) -> str:
     return text
 
 
-def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
-    """The name that is given, or the scenario's and what the options changed of it."""
+def folder_name(options: argparse.Namespace, scenario: Scenario, *sources: str | None) -> str:
+    """The name that is given, or the scenario's and what sources and options changed of it."""
     if vars(options)["field:name"] is not None:
         return scenario.name
     words = [scenario.name]
-    if options.trajectory:
-        words.append(Path(options.trajectory).stem)
+    words += [Path(source).stem for source in sources if source]
     for key, value in vars(options).items():
         if key.startswith("field:") and value is not None:
             file = key.removeprefix("field:") in PLACES or value.endswith(".toml")
@@ -297,7 +312,7 @@ def _folder_name(options: argparse.Namespace, scenario: Scenario) -> str:
     return plain[:100]
 
 
-def _scenario(options: argparse.Namespace) -> Scenario:
+def scenario_of(options: argparse.Namespace) -> Scenario:
     """The scenario that the options ask for."""
     from phasmid.scenario import load_scenario, option_keys
     from phasmid.tables import dotted
@@ -421,7 +436,7 @@ def leg_numbers(text: str | None, robot: Robot) -> tuple[int, ...] | None:
 
 
 @contextmanager
-def _progress(duration: float, *, quiet: bool) -> Iterator[Any]:
+def progress_bar(duration: float, *, quiet: bool) -> Iterator[Any]:
     """A bar of simulated seconds on a terminal."""
     with told_progress("walking", "s", quiet=quiet) as told:
         yield None if told is None else lambda done: told(done, duration)

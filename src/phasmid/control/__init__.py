@@ -5,11 +5,13 @@ from phasmid.control.controller import Controller
 from phasmid.control.engine import Limit, LocomotionEngine
 from phasmid.control.observation import Observation
 from phasmid.control.player import Player
+from phasmid.control.script import CommandScript, load_script, script_from_text
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
 __all__ = [
     "Command",
+    "CommandScript",
     "Controller",
     "EngineSettings",
     "JointTargets",
@@ -19,4 +21,6 @@ __all__ = [
     "Observation",
     "Player",
     "Posture",
+    "load_script",
+    "script_from_text",
 ]

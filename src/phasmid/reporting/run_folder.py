@@ -21,7 +21,7 @@ OWN_FILES = ("summary.json", "recording.nc")
 """A folder that holds one of these is a run's."""
 
 ENTRIES = {*OWN_FILES, "scenario.toml", "robot.toml", "figures", "recording.mcap"}
-ENTRIES |= {"report.html", "video.mp4", "video.gif"}
+ENTRIES |= {"report.html", "video.mp4", "video.gif", "commands.toml"}
 """All that phasmid puts into a run's folder; with anything else in it, it is never replaced."""
 
 
@@ -146,6 +146,9 @@ def _fill(
     for name in ("scenario", "robot"):
         text = str(recording.attrs[name])
         (folder / f"{name}.toml").write_text(text, encoding="utf-8", newline="\n")
+    if "commands" in recording.attrs:
+        text = str(recording.attrs["commands"])
+        (folder / "commands.toml").write_text(text, encoding="utf-8", newline="\n")
     if appearance is not None and appearance.name and appearance.parts:
         (folder / appearance.name).write_bytes(glb(appearance.parts))
     save_recording(recording, folder / "recording.nc")

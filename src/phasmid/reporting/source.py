@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -103,11 +104,14 @@ def channel(recording: Recording, name: str) -> np.ndarray | None:
 def finite_part(recording: Recording) -> Recording:
     """The recording until its first sample that is not finite, as a run that diverged ends in.
 
-    A channel that is not finite from the beginning is left out.
+    A channel that is not finite from the beginning is left out. Sensors that tell no number have
+    failed, and the run has not: what they tell is kept as it is.
     """
     time = recording.sizes["time"]
     good, lost = np.ones(time, dtype=bool), []
     for name in recording.data_vars:
+        if str(name).startswith("imu_") or str(name).endswith("_measured"):
+            continue
         values = np.asarray(recording[name].values)
         finite = np.isfinite(values.reshape(time, -1)).all(axis=1)
         if finite[0]:
@@ -116,6 +120,15 @@ def finite_part(recording: Recording) -> Recording:
             lost.append(name)
     stop = time if good.all() else int(np.argmin(good))
     return recording.drop_vars(lost).isel(time=slice(0, stop))
+
+
+def events(recording: Recording) -> list[tuple[float, str]]:
+    """What a controller said during a run, and when [s]; safe to print."""
+    try:
+        told = json.loads(str(recording.attrs.get("events", "[]")))
+        return [(float(time), plain(str(sentence))) for time, sentence in told]
+    except (ValueError, TypeError):
+        return []
 
 
 def attribute(recording: Recording, name: str) -> str:

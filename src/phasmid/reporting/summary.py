@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any, TypeAlias
 
@@ -11,9 +12,9 @@ from phasmid.recording import Recording
 from phasmid.reporting.feet import least_support, load, load_difference, slip
 from phasmid.reporting.joints import STEADY_SHARE, energy, speed, torque, torque_difference
 from phasmid.reporting.servos import servos
-from phasmid.reporting.source import attribute, finite_part, read_source
+from phasmid.reporting.source import attribute, events, finite_part, read_source
 from phasmid.reporting.steps import SETTLING
-from phasmid.reporting.travel import travel
+from phasmid.reporting.travel import travel, velocity
 from phasmid.reporting.warnings import warnings
 
 Summary: TypeAlias = dict[str, Any]
@@ -32,9 +33,9 @@ def summarise(recording: Recording) -> Summary:
 
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
-        ``slip``, ``normal_force``, ``torque``, ``speed``, ``servos``, ``support``, ``energy``,
-        ``time_step_refinement`` and ``model_against_simulation``, and ``warnings``, sentences on
-        what makes the walk doubtful. What the recording does not tell is absent.
+        ``velocity``, ``slip``, ``normal_force``, ``torque``, ``speed``, ``servos``, ``support``,
+        ``energy``, ``time_step_refinement`` and ``model_against_simulation``, and ``warnings``,
+        sentences on what makes the walk doubtful. What the recording does not tell is absent.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
@@ -61,6 +62,9 @@ def summarise(recording: Recording) -> Summary:
         "samples_not_finite": recorded - len(time) or None,
         "planned_duration": scenario.duration,
         "follows": "trajectory" if "trajectory" in recording.attrs else None,
+        "controller": attribute(recording, "controller"),
+        "faults": json.loads(str(recording.attrs.get("faults", "[]"))),
+        "events": events(recording),
     }
     summary = {
         "run": run,
@@ -77,6 +81,7 @@ def summarise(recording: Recording) -> Summary:
             "advised_share_of_stall": STEADY_SHARE,
         },
         "travel": way,
+        "velocity": velocity(recording),
         "slip": slip(recording, source),
         "normal_force": {
             "simulation": load(recording, source, "foot_normal_force"),
@@ -108,7 +113,7 @@ def _known(value: Any) -> Any:
     """A copy without what is not known; in rows, which keep their length, it becomes None."""
     if isinstance(value, dict):
         kept = {key: _known(inner) for key, inner in value.items()}
-        return {key: inner for key, inner in kept.items() if inner not in (None, {}, "")}
+        return {key: inner for key, inner in kept.items() if inner not in (None, {}, [], "")}
     if isinstance(value, list):
         row = [_known(inner) for inner in value]
         return None if all(inner is None for inner in row) else row

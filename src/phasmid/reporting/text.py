@@ -19,6 +19,9 @@ LABEL_WIDTH = 17
 
 ABSENT = "-"
 
+MOST_EVENTS = 5
+"""Events of a controller that are printed."""
+
 
 @runtime_checkable
 class Sink(Protocol):
@@ -124,6 +127,7 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
         yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
     else:
         yield "Commanded", f"{_mm(way['commanded_distance'])} in {way['commanded_steps']:.3g} steps"
+    yield from _velocity_facts(summary)
     if "heading_change" in way:
         yield (
             "Heading",
@@ -146,6 +150,26 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     yield from _joint_facts(summary)
     yield from _difference_facts(summary)
     yield from _refinement_facts(summary)
+
+
+def _velocity_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    told = summary.get("velocity", {})
+    for label, name in (("Velocity asked", "asked"), ("  admitted", "admitted"), ("  got", "got")):
+        if name in told:
+            ahead, left, turn = told[name]
+            yield (
+                label,
+                f"{1000 * ahead:+.1f} mm/s ahead, {1000 * left:+.1f} mm/s to the left, "
+                f"{math.degrees(turn):+.2f}°/s, on average",
+            )
+    run = summary["run"]
+    for fault in run.get("faults", ()):
+        yield "Fault", plain(str(fault))
+    said = run.get("events", ())
+    for time, sentence in said[:MOST_EVENTS]:
+        yield "Event", f"{time:.2f} s: {plain(str(sentence))}"
+    if len(said) > MOST_EVENTS:
+        yield "", f"{len(said) - MOST_EVENTS} more events are in summary.json"
 
 
 def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:

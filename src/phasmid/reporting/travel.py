@@ -12,6 +12,7 @@ from phasmid import kinematics
 from phasmid.gait import sway
 from phasmid.recording import Recording
 from phasmid.reporting.source import Source, channel
+from phasmid.reporting.steps import durations
 
 
 def commanded_way(source: Source, duration: float) -> dict[str, float]:
@@ -42,11 +43,59 @@ def commanded_way(source: Source, duration: float) -> dict[str, float]:
     }
 
 
+def driven_way(recording: Recording, source: Source) -> dict[str, float] | None:
+    """Where the velocities that were commanded would take the body; as `commanded_way`.
+
+    None where the recording is of no driven run.
+    """
+    velocity = channel(recording, "velocity_command")
+    if velocity is None:
+        return None
+    time = np.asarray(recording["time"].values)
+    held, v = np.diff(time), velocity[:-1]
+    yaw = np.cumsum(held * v[:, 2]) - held * v[:, 2] / 2
+    c, s = np.cos(yaw), np.sin(yaw)
+    return {
+        "steps": float(time[-1] - time[0]) / source.step_time,
+        "forward": float(held @ (c * v[:, 0] - s * v[:, 1])),
+        "sideways": float(held @ (s * v[:, 0] + c * v[:, 1])),
+        "turn": float(held @ v[:, 2]),
+        "distance": float(held @ np.hypot(v[:, 0], v[:, 1])),
+    }
+
+
+def velocity(recording: Recording) -> dict[str, Any]:
+    """Mean velocities of a driven run in the body's heading: ahead, left [m/s], turn [rad/s].
+
+    Returns:
+        What was ``asked``, what the controller ``admitted`` of it if it tells, and what the body
+        ``got``; empty where nothing was asked.
+    """
+    asked = channel(recording, "velocity_command")
+    if asked is None:
+        return {}
+    time = np.asarray(recording["time"].values)
+    weights = durations(time)
+    weights /= weights.sum()
+    found: dict[str, Any] = {"asked": (weights @ asked).tolist()}
+    admitted = channel(recording, "velocity_reference")
+    if admitted is not None:
+        found["admitted"] = (weights @ admitted).tolist()
+    v, orientation = channel(recording, "body_velocity"), channel(recording, "body_orientation")
+    if v is not None and orientation is not None and len(time) > 1:
+        yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
+        c, s = np.cos(yaw), np.sin(yaw)
+        ahead, left = c * v[:, 0] + s * v[:, 1], c * v[:, 1] - s * v[:, 0]
+        turn = (yaw[-1] - yaw[0]) / (time[-1] - time[0])
+        found["got"] = [float(weights @ ahead), float(weights @ left), float(turn)]
+    return found
+
+
 def travel(recording: Recording, source: Source) -> dict[str, Any]:
     """How far the body went, how straight and how level; what is not recorded is absent."""
     time = np.asarray(recording["time"].values)
     duration = float(time[-1] - time[0])
-    way = commanded_way(source, duration)
+    way = driven_way(recording, source) or commanded_way(source, duration)
     found: dict[str, Any] = {f"commanded_{name}": value for name, value in way.items()}
     position = channel(recording, "body_position")
     orientation = channel(recording, "body_orientation")
@@ -55,7 +104,8 @@ def travel(recording: Recording, source: Source) -> dict[str, Any]:
         if orientation is not None:
             yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
         first = float(yaw[0])
-        if "trajectory" not in recording.attrs:
+        # What sways a driven robot is in its controller's own time.
+        if not {"trajectory", "controller"} & set(recording.attrs):
             position = _without_sway(source, time, position, yaw)
         dx, dy = (position[-1] - position[0])[:2]
         forward = math.cos(first) * dx + math.sin(first) * dy

@@ -68,6 +68,9 @@ def _way(summary: dict[str, Any]) -> list[str]:
     # A trajectory commands joints and no way.
     if run.get("ending") != "COMPLETED" or run.get("follows") == "trajectory":
         return []
+    # A driven robot may be asked for more than it can, and says so; nobody planned its way.
+    if run.get("controller"):
+        return []
     found = []
     if "distance" in way:
         ahead = math.hypot(way["commanded_forward"], way["commanded_sideways"])

@@ -27,7 +27,10 @@ from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.senses import ToldSenses
 from phasmid.simulation.telling import run_channels
 
-Commands: TypeAlias = Callable[[float, Observation], Command | None]
+Pose: TypeAlias = tuple[float, float, float]
+"""Where the body truly is: x, y [m] and yaw [rad] in the world."""
+
+Commands: TypeAlias = Callable[[float, Observation, Pose], Command | None]
 """Tells what the robot shall do at a time on the controller's clock [s]; None ends the run."""
 
 RISEN = 0.01
@@ -112,20 +115,28 @@ class DrivenRun(Run):
         self._told = self._room_for(self._decision)
 
     def _observe(self) -> Observation:
-        """What the controller is told now."""
+        """What the controller is told now, of servos that live."""
+        self._let_die(self._now * self.dt)
         # A copy, since the controller may keep it.
         return self._senses.observe(
             self._now * self.dt, self._running.copy(), self._velocity_before
         )
 
+    def _pose(self) -> Pose:
+        x, y, _, w, i, j, k = self.data.qpos[:7].tolist()
+        return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+
     def _decide(self, observation: Observation) -> Decision | None:
         """Ask for a command, and the controller for its targets; None where the run shall end."""
-        command = self._commands(observation.time, observation)
+        command = self._commands(observation.time, observation, self._pose())
         if command is None:
             return None
-        if not self.asked or command != self.asked[-1][1]:
+        if not self.asked or command is not self.asked[-1][1]:
             check_type("command", command, (Command,), "a Command", "Command(velocity=(0.1, 0, 0))")
-            self.asked.append((observation.time, command))
+            # When it was given is no part of what it asks for.
+            ageless = replace(command, time=None)
+            if not self.asked or ageless != self.asked[-1][1]:
+                self.asked.append((observation.time, ageless))
         self._shall_lie = command.posture is Posture.PACKED
         if self._shall_lie:
             self.lies = self.scenario.simulation.can_lie
@@ -144,7 +155,6 @@ class DrivenRun(Run):
                 self.ended = True
                 break
             rows = self._rows_of(decision, made, count - made)
-            self._let_die(self._now * self.dt)
             last = self._now + len(rows) > self.steps
             now = self._advance(rows, at=made, last=last, interrupted=interrupted)
             if now:
@@ -176,7 +186,7 @@ class DrivenRun(Run):
         return rows
 
     def _let_die(self, time: float) -> None:
-        """Let those servos die whose time has come, as of an update."""
+        """Let those servos die whose time has come, at an update."""
         while self._deaths and self._deaths[0][0] <= time + 1e-9:
             _, leg, joint = self._deaths.pop(0)
             self._running[leg, joint] = False

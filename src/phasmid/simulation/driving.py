@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_callable, check_type, described
-from phasmid.control import Command, Controller, LocomotionEngine, Observation, Player
+from phasmid.control import (
+    Command,
+    CommandScript,
+    Controller,
+    EngineSettings,
+    LocomotionEngine,
+    Observation,
+    Player,
+    script_from_text,
+)
 from phasmid.control.sequences import SequenceSettings, packing
-from phasmid.errors import InvalidInput
-from phasmid.motion import Motion
+from phasmid.control.waypoints import Follower
+from phasmid.errors import InvalidInput, plain
+from phasmid.gait import Gait
+from phasmid.motion import Motion, plan, trajectory_from_text
 from phasmid.recording import Recording, load_recording
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
@@ -34,9 +46,9 @@ from phasmid.simulation.time_step import check_time_step
 MOST_EVENTS = 10_000
 """Most sentences of a controller that a recording keeps."""
 
-Commanded: TypeAlias = Command | Callable[[float, Observation], Command | None]
-"""A command that stands for the whole run, or a function of time [s] and observation, whose answer
-None ends the run."""
+Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
+"""A command that stands for the whole run, a script, or a function of time [s] and observation,
+whose answer None ends the run."""
 
 
 def drive(
@@ -63,7 +75,8 @@ def drive(
         scenario: Robot, ground, drive and engine; its duration is the longest.
         controller: What decides; None: the locomotion engine with the scenario's gait, period and
             step height.
-        commands: What it is told to do.
+        commands: What it is told to do: a command, a script, or a function of time and
+            observation. Places of a script are gone to by where the robot truly is.
         rate: Updates of the controller a second [1/s]; a period must be a whole number of time
             steps.
         between: What joints do between updates. ``hold``: their goals stay, as on a servo's bus;
@@ -80,7 +93,7 @@ def drive(
     Returns:
         What physics made of it: the engine's channels, the targets, the commanded velocity and the
         controller's telemetry. The controller's own sentences are in the attribute ``events``, a
-        list of [time, sentence] as JSON.
+        list of [time, sentence] as JSON, and all commands in ``commands``, a script as text.
 
     Raises:
         InvalidInput: What cannot be, such as a time step that cannot resolve the contact, a rate
@@ -110,9 +123,10 @@ class Driving:
     scenario: Scenario
     begin: Motion
     controller: Controller
-    commands: Commands
+    commands: Commanded
     rate: float
     between: str | None
+    start: Float[np.ndarray, "legs 3"] | None
     faults: Faults
 
     @classmethod
@@ -157,7 +171,65 @@ class Driving:
         check_start(scenario, begin)
         failing = Faults(begin.robot, faults, scenario.sensors.contact_threshold)
         scenario = _with_delays(scenario)
-        return cls(scenario, begin, controller, _commands(commands), rate, between, failing)
+        _asking(commands)
+        return cls(scenario, begin, controller, commands, rate, between, start, failing)
+
+    @classmethod
+    def again(cls, recording: Recording, scenario: Scenario) -> Driving:
+        """What a recorded run was made of.
+
+        Args:
+            recording: Of a driven run.
+            scenario: Its own, with its robot.
+
+        Raises:
+            InvalidInput: It was driven by a controller of somebody's own, or by commands that no
+                script can tell.
+        """
+        said = recording.attrs
+        name, text = str(said.get("controller", "")), said.get("commands")
+        if name not in CONTROLLERS:
+            raise InvalidInput(
+                f"the run was driven by {plain(name)}, which a recording does not hold; it cannot "
+                "be run again.",
+                hint="phasmid.drive with that controller",
+            )
+        if text is None:
+            raise InvalidInput(
+                "the recording does not hold its run's commands; it cannot be run again.",
+                hint="phasmid.drive with commands in a CommandScript",
+            )
+        rate = float(said["control_rate"])
+        settings = json.loads(str(said["controller_settings"]))
+        controller = CONTROLLERS[name](settings, recording, scenario)
+        start = said.get("start_angles")
+        return cls.of(
+            scenario,
+            controller,
+            script_from_text(str(text)),
+            rate=rate,
+            between=str(said["between_updates"]),
+            start=None if start is None else np.array(json.loads(str(start))),
+            faults=json.loads(str(said.get("faults", "[]"))),
+        )
+
+    def repeat(self, samples: int, progress: Progress | None = None) -> Recording:
+        """Make the run's first samples.
+
+        Args:
+            samples: How many.
+            progress: Is told how far the run is.
+        """
+        run = self._run()
+        recording = kept_in_memory(
+            run,
+            run.told,
+            self._attributes(run),
+            samples=samples,
+            progress=progress,
+            interrupted=None,
+        )
+        return with_sensors(self.scenario, recording)
 
     def simulate(self, *, progress: Progress | None = None) -> Recording:
         """Make the run in memory."""
@@ -168,7 +240,7 @@ class Driving:
             self._attributes(run),
             progress=progress,
             interrupted=None,
-            later=self._later,
+            later=lambda: self._later(run),
         )
         return with_sensors(self.scenario, recording)
 
@@ -188,7 +260,7 @@ class Driving:
             path,
             progress=progress,
             force=force,
-            later=self._later,
+            later=lambda: self._later(run),
         )
 
     def _run(self) -> DrivenRun:
@@ -196,7 +268,7 @@ class Driving:
             self.scenario,
             self.begin,
             self.controller,
-            self.commands,
+            _asking(self.commands),
             rate=self.rate,
             between=between_updates(self.scenario.simulation.drive, self.between),
             faults=self.faults,
@@ -207,20 +279,36 @@ class Driving:
         said = run_attributes(self.scenario, self.begin, run)
         if not isinstance(self.controller, Player):
             said.pop("trajectory", None)
+        name, settings = _told_of(self.controller)
+        start = self.start
+        if isinstance(self.commands, CommandScript):
+            said = {**said, "commands": self.commands.to_text()}
+        if start is not None:
+            said = {**said, "start_angles": json.dumps(np.asarray(start).tolist())}
         return said | {
-            "controller": _name(self.controller),
+            "controller": name,
+            "controller_settings": json.dumps(settings),
             "control_rate": float(self.rate),
             "faults": json.dumps([str(fault) for fault in self.faults.faults]),
             "between_updates": between_updates(self.scenario.simulation.drive, self.between),
         }
 
-    def _later(self) -> Attributes:
+    def _later(self, run: DrivenRun) -> Attributes:
         """What is known at the run's end alone."""
         told = list(getattr(self.controller, "events", ()))
         events = [[float(time), str(sentence)] for time, sentence in told[:MOST_EVENTS]]
         if len(told) > MOST_EVENTS:
             events.append([events[-1][0], f"{len(told) - MOST_EVENTS} more were not kept"])
-        return {"events": json.dumps(events, ensure_ascii=False)}
+        later = {"events": json.dumps(events, ensure_ascii=False)}
+        if not isinstance(self.commands, CommandScript):
+            end = None
+            if run.ended:
+                # After the last update that was answered, and before the one that was not.
+                end = (run.step - 0.5 * run.period_steps) * run.dt
+            # A command that no script can tell is in the channel alone.
+            with contextlib.suppress(InvalidInput):
+                later["commands"] = CommandScript.of(run.asked, end).to_text()
+        return later
 
 
 def scenario_engine(scenario: Scenario, rate: float) -> LocomotionEngine:
@@ -252,19 +340,64 @@ def _with_delays(scenario: Scenario) -> Scenario:
     return scenario.replace(**short) if short and table.measured == "everything" else scenario
 
 
-def _name(controller: Controller) -> str:
+def _told_of(controller: Controller) -> tuple[str, dict[str, Any]]:
+    """A controller's name in a recording, and its settings where it is one of ours."""
+    if type(controller) is LocomotionEngine:
+        settings = {f.name: getattr(controller.settings, f.name) for f in fields(EngineSettings)}
+        if isinstance(settings["gait"], Gait):
+            gait = settings["gait"]
+            settings["gait"] = {f.name: getattr(gait, f.name) for f in fields(Gait)}
+        return "locomotion engine", settings
+    if type(controller) is Player:
+        return "player", {"rate": controller.rate, "lead": controller.lead}
     kind = type(controller)
-    return f"{kind.__module__}.{kind.__qualname__}"
+    return f"{kind.__module__}.{kind.__qualname__}", {}
 
 
-def _commands(commands: Commanded) -> Commands:
-    """What a caller commands, as a function."""
+def _engine_again(
+    settings: dict[str, Any], recording: Recording, scenario: Scenario
+) -> LocomotionEngine:
+    del recording
+    if isinstance(settings.get("gait"), dict):
+        gait = settings["gait"]
+        settings["gait"] = Gait(**{**gait, "offsets": tuple(gait["offsets"])})
+    return LocomotionEngine(scenario.load_robot(), EngineSettings(**settings))
+
+
+def _player_again(settings: dict[str, Any], recording: Recording, scenario: Scenario) -> Player:
+    text = recording.attrs.get("trajectory")
+    motion: Motion
+    if text is not None:
+        motion = trajectory_from_text(str(text), scenario.load_robot())
+    else:
+        motion = plan(scenario)
+    return Player(motion, **settings)
+
+
+CONTROLLERS: dict[str, Callable[[dict[str, Any], Recording, Scenario], Controller]] = {
+    "locomotion engine": _engine_again,
+    "player": _player_again,
+}
+"""Controllers that a recording's settings make again, by their names there."""
+
+
+def _asking(commands: Commanded) -> Commands:
+    """What a caller commands, as a function that begins anew.
+
+    Raises:
+        InvalidInput: It commands nothing.
+    """
     if isinstance(commands, Command):
         return lambda *_: commands
+    if isinstance(commands, CommandScript):
+        if commands.waypoint:
+            follower = Follower(commands)
+            return lambda time, _, pose: follower.command(time, pose)
+        return lambda time, *_: commands.at(time)
     if not callable(commands):
         raise InvalidInput(
-            f"commands is {described(commands)}; it must be a Command, or a function of time and "
-            "observation that returns one.",
+            f"commands is {described(commands)}; it must be a Command, a CommandScript, or a "
+            "function of time and observation that returns a Command.",
             hint="phasmid.control.Command(velocity=(0.1, 0, 0))",
         )
-    return commands
+    return lambda time, observation, _: commands(time, observation)

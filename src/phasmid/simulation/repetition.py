@@ -16,6 +16,7 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.motion import plan, trajectory_from_text
 from phasmid.recording import Recording, check_recording, load_recording
 from phasmid.scenario import recorded_scenario
+from phasmid.simulation.driving import Driving
 from phasmid.simulation.experiment import simulate_part
 from phasmid.simulation.run import Progress
 from phasmid.simulation.telling import versions
@@ -87,7 +88,8 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
         progress: Is told how far the run is.
 
     Raises:
-        InvalidInput: The file cannot be read, or it holds no simulation.
+        InvalidInput: The file cannot be read, or it holds no simulation, or one that was driven by
+            a controller that is none of phasmid's own.
         InfeasibleLoad: This version refuses the walk.
     """
     check_callable("progress", progress)
@@ -102,6 +104,9 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
     scenario, robot = recorded_scenario(recording.attrs)
     scenario = scenario.replace(robot=robot)
     samples = recording.sizes["time"]
+    if "controller" in recording.attrs:
+        repeated = Driving.again(recording, scenario).repeat(samples, progress)
+        return _compared(recording, repeated)
     text = recording.attrs.get("trajectory")
     robot = scenario.load_robot()
     # A plan begins with the same bits, however long it is.
@@ -109,6 +114,12 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
     planned = scenario.replace(duration=min(scenario.duration, needed))
     walk = plan(planned) if text is None else trajectory_from_text(str(text), robot)
     repeated = simulate_part(scenario, walk, samples, start=_start(recording), progress=progress)
+    return _compared(recording, repeated)
+
+
+def _compared(recording: Recording, repeated: Recording) -> Replay:
+    """What came of a run that was made again."""
+    samples = recording.sizes["time"]
     then = {name: str(recording.attrs.get(name, "")) for name in versions()}
     changed = {name: (then[name], now) for name, now in versions().items() if then[name] != now}
     return Replay(samples, len(recording.data_vars), first_difference(recording, repeated), changed)

@@ -1,0 +1,192 @@
+"""``phasmid drive``: walk by commands, keys or places to go to, in closed loop."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from contextlib import nullcontext
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from phasmid.cli import walk
+from phasmid.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from phasmid.control import CommandScript
+    from phasmid.scenario import Scenario
+
+LONGEST_BY_KEYS = 600.0
+"""Time after which a drive by keys ends where no duration is given [s]."""
+
+WAYS = ("velocity", "commands", "waypoints", "keys")
+"""Options that say where to go, one of which is given."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Drive as the options say; returns the exit status."""
+    given = [way for way in WAYS if getattr(options, way) not in (None, False)]
+    if len(given) != 1:
+        flags = [f"--{way}" for way in given]
+        what = f"{' and '.join(flags)} exclude each other" if given else "nothing says where to go"
+        raise InvalidInput(
+            f"{what}; it must be one of --{', --'.join(WAYS)}.", hint="--velocity 0.05,0,0"
+        )
+    if options.keys:
+        from phasmid.cli.keyboard import check_terminal
+
+        check_terminal()
+    script = _script(options)
+    scenario = _lasting(walk.scenario_of(options), options, script)
+    from phasmid.recording import check_log, check_mcap, load_recording
+    from phasmid.reporting import check_folder
+    from phasmid.simulation import Driving, with_sensors
+
+    robot = scenario.load_robot()
+    legs = walk.leg_numbers(options.legs, robot)
+    name = walk.folder_name(options, scenario, "drive", options.commands)
+    folder = Path(options.out or Path("results") / name)
+    check_folder(folder, force=options.force)
+    log = walk.log_of(folder)
+    check_log(log, force=options.force)
+    if options.mcap:
+        check_mcap()
+    walk.check_film(options)
+    commands: Any = script
+    keyboard: Any = nullcontext()
+    if options.keys:
+        from phasmid.cli.keyboard import Keyboard
+
+        keyboard = commands = Keyboard(len(robot.legs))
+    driving = Driving.of(
+        scenario,
+        None,
+        commands,
+        rate=options.rate,
+        between=options.between,
+        faults=options.fault or [],
+    )
+    try:
+        quiet = options.quiet or options.keys
+        with keyboard, walk.progress_bar(scenario.duration, quiet=quiet) as progress:
+            trouble = driving.record(log, progress=progress, force=options.force)
+        if trouble and trouble.ending.name == "STOPPED":
+            print(f"phasmid: {trouble.sentence}\n{walk.later(log)}", file=sys.stderr)
+            return 130
+        recording = with_sensors(driving.scenario, load_recording(log))
+        walk.write_report(recording, folder, options, walk.own_appearance(robot))
+    except KeyboardInterrupt:
+        if log.exists():
+            print(f"phasmid: stopped.\n{walk.later(log)}", file=sys.stderr)
+            return 130
+        raise
+    # The folder is whole: nobody need read what is printed.
+    log.unlink(missing_ok=True)
+    walk.print_report(recording, folder, options, legs)
+    if trouble:
+        print(f"phasmid: {trouble.sentence}", file=sys.stderr)
+    walk.write_film(recording, options, walk.own_appearance(robot))
+    return 3 if trouble else 0
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the commands, the scenario, its fields and the output."""
+    walk.add_scenario_options(parser)
+    parser.add_argument(
+        "--velocity",
+        metavar="A,L,T",
+        help="go ahead and to the left [m/s] and turn to the left [rad/s], such as 0.05,0,0.1",
+    )
+    parser.add_argument(
+        "--commands", metavar="FILE", help="commands over time, or waypoints: a .toml or .csv file"
+    )
+    parser.add_argument(
+        "--waypoints",
+        metavar="X,Y[,H];...",
+        help="places to go to, ahead and to the left of the start [m], with a heading [rad]; the "
+        "robot's true place is used",
+    )
+    parser.add_argument(
+        "--keys",
+        action="store_true",
+        help="by keys, in real time: w s ahead and back, a d left and right, q e turn, space stop, "
+        "1 to 4 gaits, x end",
+    )
+    parser.add_argument(
+        "--rate", type=_number, default=200.0, metavar="N", help="updates a second; default: 200"
+    )
+    parser.add_argument(
+        "--between",
+        metavar="hold|linear|cubic",
+        help="what joints do between updates; default: cubic where prescribed, else hold",
+    )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        metavar="TEXT",
+        help='what fails, such as "right_middle.tibia dead at 5 s", "gyro off by 0,0,5 deg/s at '
+        '2 s", "left_front foot stuck at 1 s"; may be given again',
+    )
+    walk.add_report_options(parser)
+    walk.add_field_options(parser)
+
+
+def _number(text: str) -> float:
+    value = walk.number_or_text(text)
+    if isinstance(value, str):
+        raise InvalidInput(f'--rate is "{text}"; it must be a number.', hint="--rate 200")
+    return float(value)
+
+
+def _script(options: argparse.Namespace) -> CommandScript | None:
+    """The commands that the options tell; None: those of keys."""
+    from phasmid.control import CommandScript, load_script
+
+    if options.commands:
+        return load_script(options.commands)
+    if options.velocity:
+        ahead, left, turn = _row("--velocity", options.velocity, (3,), "0.05,0,0.1")
+        return CommandScript(command=[{"time": 0.0, "ahead": ahead, "left": left, "turn": turn}])  # type: ignore[arg-type]
+    if options.waypoints:
+        rows = [
+            _row("--waypoints", text, (2, 3), "1,0;1,1")
+            for text in options.waypoints.split(";")
+            if text.strip()
+        ]
+        places = [dict(zip(("x", "y", "heading"), row, strict=False)) for row in rows]
+        return CommandScript(waypoint=places)  # type: ignore[arg-type]
+    return None
+
+
+def _row(flag: str, text: str, counts: tuple[int, ...], example: str) -> list[float]:
+    """Numbers with commas between."""
+    values = [walk.number_or_text(part) for part in text.split(",")]
+    numbers = [float(value) for value in values if not isinstance(value, str)]
+    if len(numbers) != len(values) or len(values) not in counts:
+        count = " or ".join(map(str, counts))
+        raise InvalidInput(
+            f'{flag} has "{text}"; it must be {count} numbers with commas between.',
+            hint=f'{flag} "{example}"' if ";" in example else f"{flag} {example}",
+        )
+    return numbers
+
+
+def _lasting(
+    scenario: Scenario, options: argparse.Namespace, script: CommandScript | None
+) -> Scenario:
+    """The scenario for as long as is asked, or as the commands take."""
+    if vars(options)["field:duration"] is not None:
+        return scenario
+    if script is None:
+        return scenario.replace(duration=LONGEST_BY_KEYS)
+    if script.duration is not None:
+        return scenario.replace(duration=script.duration)
+    if script.waypoint:
+        places = [(0.0, 0.0), *((place.x, place.y) for place in script.waypoint)]
+        way = sum(math.dist(a, b) for a, b in pairwise(places))
+        turns = math.pi * len(script.waypoint) / script.follow.turn_speed
+        # Three times what it takes at the speeds that are asked; it ends when it is there.
+        return scenario.replace(duration=10 + 3 * (way / script.follow.speed + 2 * turns))
+    last = script.command[-1].time
+    return scenario if last < scenario.duration else scenario.replace(duration=last + 2.0)

@@ -1,0 +1,78 @@
+"""``phasmid drive`` drives, records and refuses as ``phasmid walk`` does."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from phasmid.cli import main
+from phasmid.control import Command, Observation
+
+
+def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, capsys):
+    out = tmp_path / "run"
+    options = ["--duration", "1", "--period", "1", "--no-figures"]
+    assert main(["drive", "--velocity", "0.05,0,-0.1", *options, "--out", str(out)]) == 0
+    assert "Velocity asked" in capsys.readouterr().out
+    told = json.loads((out / "summary.json").read_text("utf-8"))
+    assert told["velocity"]["asked"] == pytest.approx([0.05, 0.0, -0.1])
+    again = ["drive", "--commands", str(out / "commands.toml"), *options]
+    assert main([*again, "--quiet", "--out", str(tmp_path / "again")]) == 0
+    other = json.loads((tmp_path / "again/summary.json").read_text("utf-8"))
+    assert other["travel"] == told["travel"]
+    assert main(["replay", str(out)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            [],
+            "nothing says where to go; it must be one of --velocity, --commands, --waypoints, "
+            "--keys.",
+        ),
+        (
+            ["--velocity", "0,0,0", "--keys"],
+            "--velocity and --keys exclude each other; it must be one of",
+        ),
+        (
+            ["--velocity", "0.1,0"],
+            '--velocity has "0.1,0"; it must be 3 numbers with commas between.',
+        ),
+        (
+            ["--waypoints", "1,0;a,b"],
+            '--waypoints has "a,b"; it must be 2 or 3 numbers with commas between.',
+        ),
+        (["--velocity", "0,0,0", "--rate", "x"], '--rate is "x"; it must be a number.'),
+        (["--velocity", "0,0,0", "--rate", "300"], "rate is 300 updates a second"),
+        (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must say what fails'),
+        (["--commands", "absent.toml"], "absent.toml does not exist."),
+        (["--keys"], "--keys reads the keys of a terminal; standard input is none."),
+    ],
+)
+def test_what_cannot_be_driven_is_refused_in_one_sentence(
+    arguments, said, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: False, raising=False)
+    assert main(["drive", *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_keys_change_the_command_and_end_the_drive(monkeypatch):
+    from phasmid.cli.keyboard import Keyboard
+
+    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
+    keyboard, pressed = Keyboard(6), ["", "ww", "q2", "?", " ", "x"]
+    monkeypatch.setattr(keyboard, "_keys", lambda: pressed.pop(0))
+    monkeypatch.setattr("phasmid.cli.keyboard.time.sleep", lambda seconds: None)
+    seen = Observation(0.0, np.zeros((6, 3)))
+    told = [keyboard(0.005 * i, seen) for i in range(6)]
+    assert told[0] == Command()
+    assert told[1] == Command(velocity=(0.02, 0.0, 0.0))
+    assert told[2] == told[3] == Command(velocity=(0.02, 0.0, 0.1), gait=told[2].gait)
+    assert told[2].gait is not None
+    assert told[4] == Command(gait=told[2].gait)
+    assert told[5] is None

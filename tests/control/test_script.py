@@ -1,0 +1,161 @@
+"""Scripts of commands say what is commanded when, and refuse what is none."""
+
+import numpy as np
+import pytest
+
+from phasmid.control import Command, CommandScript, LegCommand, Posture, load_script
+from phasmid.control.script import script_from_text
+from phasmid.control.waypoints import Follower
+from phasmid.errors import InvalidInput
+from phasmid.gait import Gait
+
+STEPS = """
+[[command]]
+time_s = 1
+ahead_mm_per_s = 50
+gait = "wave"
+
+[[command]]
+time_ms = 3000
+turn_deg_per_s = 18
+shift_mm = [0, 0, 10]
+"""
+
+
+def test_a_command_stands_until_the_next_and_leaves_as_it_was_what_it_does_not_say(tmp_path):
+    (tmp_path / "a.toml").write_text(STEPS)
+    script = load_script(tmp_path / "a.toml")
+    assert script.at(0.999) == Command()
+    assert script.at(1.0) == script.at(2.999) == Command(velocity=(0.05, 0, 0), gait="wave")
+    after = script.at(3.0)
+    assert after.velocity == pytest.approx((0.05, 0.0, np.radians(18)))
+    assert after.pose == (0.0, 0.0, 0.01, 0.0, 0.0, 0.0)
+    assert after.gait == "wave"
+    assert script.at(1e5) == after
+
+
+def test_between_commands_velocities_may_go_evenly(tmp_path):
+    (tmp_path / "a.toml").write_text('between = "linear"\nduration_s = 4\n' + STEPS)
+    script = load_script(tmp_path / "a.toml")
+    assert script.at(2.0).velocity == pytest.approx((0.05, 0.0, np.radians(9)))
+    assert script.at(2.0).pose[2] == pytest.approx(0.005)
+    assert script.at(4.0) is not None
+    assert script.at(4.001) is None
+
+
+def test_a_table_is_a_script_too(tmp_path):
+    text = "time_s,ahead_mm_per_s,turn_deg_per_s,gait\n0,50,,\n1.5,,18,wave\n"
+    (tmp_path / "a.csv").write_text(text)
+    script = load_script(tmp_path / "a.csv")
+    assert script.at(0.5) == Command(velocity=(0.05, 0.0, 0.0))
+    assert script.at(1.5).gait == "wave"
+    assert script.at(1.5).velocity == pytest.approx((0.05, 0.0, np.radians(18)))
+
+
+def test_any_commands_make_a_script_that_text_keeps_to_the_bit():
+    commands = [
+        Command(velocity=(0.1 / 3, -1e-17, 0.7), pose=(0.01, 0, 0, 0.1, 0, 1 / 7)),
+        Command(posture=Posture.PACKED, period=1 / 3, step_height=0.02),
+        Command(gait=Gait("own", 0.75, (0.0, 0.25, 0.5, 0.75), 0.5), lost_legs=frozenset({2})),
+        Command(legs={3: LegCommand(foot=(0.1, 0.2, -0.1)), 1: LegCommand(joints=(0, 0.1, 0.2))}),
+    ]
+    script = CommandScript.of([(0.005 * i, c) for i, c in enumerate(commands)], duration=2 / 3)
+    again = script_from_text(script.to_text())
+    assert again == script
+    assert again.duration == 2 / 3
+    # What a command leaves to the controller's settings no later one of a script can ask for.
+    assert again.at(0.0) == commands[0]
+    assert again.at(0.005).posture is Posture.PACKED
+    assert again.at(0.01).gait == commands[2].gait
+    assert dict(again.at(0.015).legs) == dict(commands[3].legs)
+
+
+def body(velocity, pose, dt):
+    x, y, yaw = pose
+    ahead, left, turn = velocity
+    c, s = np.cos(yaw), np.sin(yaw)
+    return x + dt * (c * ahead - s * left), y + dt * (s * ahead + c * left), yaw + dt * turn
+
+
+def test_places_are_gone_to_one_after_the_other_with_their_headings():
+    # A body that does at once what it is told, from a place and a heading of its own.
+    places = [{"x": 0.3, "y": 0.0}, {"x": 0.3, "y": 0.2, "heading_deg": 180}, {"x": 0.0, "y": 0.2}]
+    script = CommandScript(waypoint=places, follow={"reached_mm": 20, "aligned_deg": 3})
+    follower, pose, way = Follower(script), (1.0, 2.0, 0.5), []
+    for step in range(20_000):
+        command = follower.command(0.01 * step, pose)
+        if command is None:
+            break
+        assert np.hypot(*command.velocity[:2]) <= script.follow.speed + 1e-12
+        assert abs(command.velocity[2]) <= script.follow.turn_speed
+        way.append(pose)
+        pose = body(command.velocity, pose, 0.01)
+    assert step < 19_999
+    c, s = np.cos(0.5), np.sin(0.5)
+    for place in script.waypoint:
+        goal = np.array([1 + c * place.x - s * place.y, 2 + s * place.x + c * place.y])
+        near = np.linalg.norm(np.array(way)[:, :2] - goal, axis=1)
+        assert near.min() < 0.02 + 0.01 * script.follow.speed
+    turned = (np.array(way)[:, 2] - 0.5 - np.pi + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(turned).max() > np.pi - np.radians(4)
+
+
+@pytest.mark.parametrize(
+    ("text", "what", "where"),
+    [
+        (
+            "[[command]]\nahaed_mm_per_s = 5",
+            'unknown key "ahaed_mm_per_s" in command[0].',
+            "a.toml, line 2",
+        ),
+        (
+            "[[command]]\ntime_s = 2\n[[command]]\ntime_s = 2",
+            "command 2: time 2 s does not follow 2 s.",
+            "a.toml",
+        ),
+        (
+            "[[command]]\nahead_m_per_s = 50",
+            "command[0].ahead is 50 m/s; it must be 10 or less.",
+            "a.toml, line 2",
+        ),
+        (
+            "[[command]]\nturn = nan",
+            "command[0].turn is nan; it must be a finite number.",
+            "a.toml, line 2",
+        ),
+        (
+            'between = "steps"',
+            "the script has no command and no waypoint; it must have one of the two.",
+            "a.toml",
+        ),
+        (
+            "[[command]]\n[[waypoint]]\nx = 1\ny = 0",
+            "the script has both commands and waypoints; it must have one of the two.",
+            "a.toml",
+        ),
+        ("[[waypoint]]\nx = 1", "waypoint[0].y is missing.", "a.toml, line 2"),
+    ],
+)
+def test_what_is_no_script_is_refused_in_one_sentence(tmp_path, text, what, where):
+    (tmp_path / "a.toml").write_text(text)
+    with pytest.raises(InvalidInput) as caught:
+        load_script(tmp_path / "a.toml")
+    assert caught.value.what == what
+    assert caught.value.where.startswith(where.split(",")[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "what"),
+    [
+        ("a.csv", "", "is empty."),
+        ("a.csv", "time_s,ahead\n0,1\n1\n", "a.csv line 3: 1 cells for 2 columns."),
+        ("a.csv", "time_s,ahead\n0,nan\n", "ahead is nan; it must be a finite number."),
+        ("a.csv", "time_s,aheed\n0,1\n", 'unknown key "aheed".'),
+        ("a.txt", "", "is no script of commands; it must be a .toml or .csv file."),
+    ],
+)
+def test_tables_that_are_no_script_are_refused_too(tmp_path, name, text, what):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InvalidInput) as caught:
+        load_script(tmp_path / name)
+    assert caught.value.what.endswith(what)

@@ -1,0 +1,155 @@
+"""A driven controller is told what the scenario's sensors tell, with their faults."""
+
+import math
+
+import numpy as np
+import pytest
+
+from phasmid import drive, load_scenario, plan
+from phasmid.control import Player
+from phasmid.errors import InvalidInput
+from phasmid.simulation import Fault
+
+PAPER = load_scenario("paper").replace(duration=1.0, measured="everything")
+WALK = plan(PAPER)
+TOLD = {
+    "joint_position_measured": "joint_position",
+    "joint_load_measured": "joint_load",
+    "imu_angular_velocity": "angular_velocity",
+    "imu_acceleration": "acceleration",
+    "imu_orientation": "orientation",
+    "foot_normal_force_measured": "foot_normal_force",
+    "contact_measured": "contact",
+}
+
+
+class Listening(Player):
+    def __init__(self, motion):
+        super().__init__(motion)
+        self.seen = []
+
+    def update(self, observation, command):
+        self.seen.append(observation)
+        return super().update(observation, command)
+
+
+FAULTS = [
+    "left_front.tibia encoder stuck at 0.5031 s",
+    "right_middle foot off by 2 N at 0.3 s",
+    "gyro off by 0,0,5 deg/s at 0.2 s",
+    "accelerometer dead at 0.7 s",
+    "orientation off by 5,0,0 deg at 0.4 s",
+]
+
+
+@pytest.mark.parametrize("faults", [[], FAULTS], ids=["sound", "faulty"])
+def test_sensors_tell_while_it_runs_what_the_recording_says_they_told(faults):
+    listening = Listening(WALK)
+    run = drive(PAPER.replace(drive="servo"), listening, faults=faults)
+    # At the beginning the robot has stood still, and a load or force is one of the step before.
+    for name, field in TOLD.items():
+        told = np.stack([getattr(o, field) for o in listening.seen[1:]])
+        assert np.array_equal(told, run[name].values[5::5], equal_nan=told.dtype != bool), name
+    assert all(o.joint_velocity is None for o in listening.seen)
+
+
+def test_each_fault_does_what_it_says():
+    sound = drive(PAPER, Player(WALK))
+    faulty = drive(PAPER, Player(WALK), faults=FAULTS)
+    # The player looks at nothing: the same walk, told otherwise.
+    assert np.array_equal(sound.body_position, faulty.body_position)
+    legs = list(WALK.robot.leg_names)
+    front, middle = legs.index("left_front"), legs.index("right_middle")
+    angle = faulty.joint_position_measured.values[:, front, 2]
+    assert (angle[503:] == angle[503]).all()
+    assert np.array_equal(angle[:503], sound.joint_position_measured.values[:503, front, 2])
+    more = (faulty.foot_normal_force_measured - sound.foot_normal_force_measured).values[:, middle]
+    assert more[300:] == pytest.approx(2.0, abs=1e-12)
+    assert not more[:300].any()
+    assert faulty.contact_measured.values[300:, middle].all()
+    turn = (faulty.imu_angular_velocity - sound.imu_angular_velocity).values[200:]
+    assert turn == pytest.approx(np.tile([0, 0, math.radians(5)], (801, 1)), abs=1e-12)
+    assert np.isnan(faulty.imu_acceleration.values[700:]).all()
+    assert np.isfinite(faulty.imu_acceleration.values[:700]).all()
+    dot = np.sum(faulty.imu_orientation.values * sound.imu_orientation.values, axis=1)
+    assert 2 * np.arccos(dot[400:]) == pytest.approx(math.radians(5), abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["prescribed", "ideal-servo", "servo"])
+def test_a_dead_servos_joint_is_limp(kind):
+    listening = Listening(WALK)
+    scenario = PAPER.replace(drive=kind, measured="nothing", duration=0.8)
+    run = drive(scenario, listening, faults=["right_middle.tibia dead at 0.4 s"])
+    leg = list(WALK.robot.leg_names).index("right_middle")
+    torque = run.joint_torque.values[:, leg, 2]
+    assert np.abs(torque[:400]).max() > 0.1
+    # What is left is the servo's own drag, of rotor and gears.
+    drag = {"prescribed": 0.0, "ideal-servo": 0.0, "servo": 0.4}[kind]
+    assert np.abs(torque[410:]).max() <= drag
+    running = np.stack([o.servo_running for o in listening.seen])
+    assert running[:80].all()
+    assert not running[80:, leg, 2].any()
+    assert running.sum(axis=(1, 2)).min() == 17
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "right_middle.tibia dead at 5.0 s",
+        "right_middle.tibia encoder stuck at 0.25 s",
+        "left_front foot off by -1.5 N at 0.0 s",
+        "imu dead at 2.0 s",
+        "gyro off by 0.0,0.0,0.1 rad/s at 2.0 s",
+    ],
+)
+def test_a_fault_and_its_sentence_are_one(text):
+    assert str(Fault.of(text)) == text
+    assert Fault.of(str(Fault.of(text))) == Fault.of(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("right_middle", 'a fault is "right_middle"; it must say what fails, how and when.'),
+        (
+            "right_middle.tibia ded at 5 s",
+            'a fault has no kind "ded"; it must be one of dead, stuck, off.',
+        ),
+        (
+            "gyroscope dead at 5 s",
+            'a fault has no part "gyroscope"; it must be one of servo, encoder, foot, gyro, '
+            "accelerometer, orientation, imu.",
+        ),
+        ("right_middle.tibia stuck at 5 s", "a servo cannot be stuck; it can only be dead."),
+        (
+            "imu off by 0,0,1 deg at 1 s",
+            '"imu off by 0,0,1 deg at 1 s": imu is off by an amount in nothing.',
+        ),
+        (
+            "gyro off by 5 deg/s at 1 s",
+            "a fault of kind off of gyro has 1 amounts; it must have 3.",
+        ),
+        (
+            "left_front foot off by 2 kg at 1 s",
+            '"left_front foot off by 2 kg at 1 s": foot is off by an amount in N.',
+        ),
+        ("imu dead at -1 s", "a fault's time is -1 s; it must be finite, 0 or more."),
+    ],
+)
+def test_what_is_no_fault_is_refused_in_one_sentence(text, what):
+    with pytest.raises(InvalidInput) as caught:
+        Fault.of(text)
+    assert caught.value.what == what
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("right_midle.tibia dead at 1 s", '"right_middle"'),
+        ("right_middle.tibbia dead at 1 s", '"tibia"'),
+    ],
+)
+def test_a_fault_of_what_the_robot_lacks_is_refused_before_the_run(text, hint):
+    with pytest.raises(InvalidInput) as caught:
+        drive(PAPER, Player(WALK), faults=[text])
+    assert caught.value.hint == hint
