@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -28,6 +28,9 @@ from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
 from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position, joint_angles
 from phasmid.robot import JOINTS, Robot
+
+if TYPE_CHECKING:
+    from phasmid.control.feel.stage import FeelStage
 
 SWAY_BANDWIDTH = 15.0
 """Of the filter of the body's way aside [1/s]."""
@@ -108,6 +111,11 @@ class LocomotionEngine:
         self.dynamics: DynamicsStage | None = None
         if settings.dynamics == "feed-forward":
             self.dynamics = DynamicsStage(robot, settings.effort, settings.update_period)
+        self.feel: FeelStage | None = None
+        if settings.feeling:
+            from phasmid.control.feel.stage import FeelStage
+
+            self.feel = FeelStage(robot, settings.senses, settings.update_period)
         self._admitted = np.zeros(3)
         self._start()
 
@@ -125,6 +133,9 @@ class LocomotionEngine:
         self._start()
         feet = body_from_hip(self.robot, foot_position(self.robot.arrays, q))
         self.stand(feet, time=observation.time)
+        if self.feel is not None:
+            self.feel.reset(observation)
+            self._feels = True
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
         """What the joints shall do until the next update.
@@ -138,6 +149,9 @@ class LocomotionEngine:
             self.state.clock[1] = time
         if command is not self._command:
             self._take(command)
+        if self.feel is not None and self._feels:
+            for sentence in self.feel.update(observation, self.state, self.order):
+                self.events.append((float(self.state.clock[1]), sentence))
         if self.dynamics is not None:
             self.order.velocity[:] = self.dynamics.velocity_share * self._admitted
             self._wanted.velocity[:] = self.order.velocity
@@ -263,6 +277,8 @@ class LocomotionEngine:
             self.dynamics.reset()
         self.events = []
         self._said = set()
+        # What the robot can feel is known by its first observation.
+        self._feels = False
         for order in (self.order, self._wanted):
             clear(order)
             self._write_gait(order, None, None, frozenset())
@@ -416,7 +432,7 @@ class LocomotionEngine:
             region = np.zeros((len(self.robot.legs), DIRECTIONS, 3))
             for leg in range(len(region)):
                 self._reach.bound_region(
-                    self._model, self._tuning, leg, pose, np.zeros(2), region[leg]
+                    self._model, self._tuning, leg, pose, np.zeros(3), region[leg]
                 )
             self._regions[key] = region
         return self._regions[key]

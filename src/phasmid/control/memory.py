@@ -14,7 +14,7 @@ import numpy as np
 from phasmid.compiled import compiled
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 
-STATE, ORDER, MODEL = (93, 95), (24, 5), (3, 39)
+STATE, ORDER, MODEL = (93, 96), (24, 5), (3, 39)
 """Numbers in each, whatever the number of legs, and for each leg."""
 
 
@@ -64,8 +64,8 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     a += 3
     region = numbers[a : a + legs * DIRECTIONS * 3].reshape((legs, DIRECTIONS, 3))
     a += legs * DIRECTIONS * 3
-    posed = numbers[a : a + legs * 8].reshape((legs, 8))
-    a += legs * 8
+    posed = numbers[a : a + legs * 9].reshape((legs, 9))
+    a += legs * 9
     ground = numbers[a : a + 4 * 3].reshape((4, 3))
     a += 4 * 3
     offset = numbers[a : a + legs * 3].reshape((legs, 3))

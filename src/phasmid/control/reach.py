@@ -75,7 +75,8 @@ def bound_region(
         tuning: The margins.
         leg: The leg's index.
         pose: Of the body beside its path and its neutral height, shape (6,).
-        slope: Of the ground, ahead and to the left, shape (2,).
+        slope: Of the ground, ahead and to the left, and by how much the foot stands higher than
+            that [m], shape (3,).
         region: Written: normal ahead and left, and distance from the neutral foot [m], (K, 3).
     """
     R = np.empty((3, 3))
@@ -91,7 +92,7 @@ def bound_region(
         for _ in range(16):
             r = high if coarse else (low + high) / 2
             p[0], p[1] = cx + r * dx - pose[0], cy + r * dy - pose[1]
-            ground = slope[0] * (cx + r * dx) + slope[1] * (cy + r * dy)
+            ground = slope[2] + slope[0] * (cx + r * dx) + slope[1] * (cy + r * dy)
             p[2] = ground - model.height - pose[2]
             to_hip(R, p, p_body)
             for i in range(3):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields
 
 from phasmid.arguments import check_number, check_type
 from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.feel import FeelSettings
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 
@@ -46,6 +47,8 @@ class EngineSettings:
         dynamics: ``feed-forward``: targets come with the torques that the motion takes, and the
             velocity is taken back where ground or servos cannot give them; ``none``: without.
         effort: How the forces of the feet are chosen then, and within which limits.
+        feeling: Whether it feels the ground; if not it trusts its plan, as on level ground.
+        senses: How it feels it.
 
     Raises:
         InvalidInput: A number is not finite or out of its range.
@@ -72,11 +75,15 @@ class EngineSettings:
     patience: float = 1.0
     dynamics: str = "feed-forward"
     effort: EffortSettings = field(default_factory=EffortSettings)
+    feeling: bool = True
+    senses: FeelSettings = field(default_factory=FeelSettings)
 
     def __post_init__(self) -> None:
         if self.gait is not None:
             check_type("gait", self.gait, (str, Gait), "the name of a gait, or a Gait")
         check_type("effort", self.effort, (EffortSettings,), "EffortSettings", "EffortSettings()")
+        check_type("feeling", self.feeling, (bool,), "true or false")
+        check_type("senses", self.senses, (FeelSettings,), "FeelSettings", "FeelSettings(level=0)")
         if self.dynamics not in DYNAMICS:
             raise InvalidInput(
                 f'dynamics is "{self.dynamics}"; it must be {" or ".join(DYNAMICS)}.',

@@ -106,7 +106,8 @@ class State(NamedTuple):
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).
         region: Half-planes about the neutral feet: normals ahead and left, and distance (L, K, 3).
-        posed: For which pose, and slope ahead and left of the ground, shape (L, 8).
+        posed: For which pose, slope ahead and left of the ground, and height of the foot above it,
+            shape (L, 9).
         ground: Four stages of the filter of the ground's height at the origin of odom and of its
             slopes along x and y, shape (4, 3).
         offset: What is added to the feet's targets in odom [m], shape (L, 3).

@@ -347,17 +347,19 @@ def brake(state: Any, share: float) -> None:
 @compiled
 def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
     """Bound anew where one leg's foot may stand, if the body's pose is another than it was."""
-    g, posed, slope = state.ground[3], state.posed[leg], np.empty(2)
+    g, posed, slope = state.ground[3], state.posed[leg], np.empty(3)
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
     slope[0], slope[1] = c * g[1] + s * g[2], c * g[2] - s * g[1]
-    away = max(abs(slope[0] - posed[6]), abs(slope[1] - posed[7]))
+    foot = state.landing[leg]
+    slope[2] = foot[2] - g[0] - g[1] * foot[0] - g[2] * foot[1]
+    away = max(abs(slope[0] - posed[6]), abs(slope[1] - posed[7]), abs(slope[2] - posed[8]))
     for i in range(6):
         away = max(away, abs(state.pose[3, i] - posed[i]))
-    if away < 1e-4 and state.region[leg, 0, 0] != 0.0:
+    if away < 1e-3 and state.region[leg, 0, 0] != 0.0:
         return
     for i in range(6):
         posed[i] = state.pose[3, i]
-    posed[6], posed[7] = slope[0], slope[1]
+    posed[6], posed[7], posed[8] = slope[0], slope[1], slope[2]
     bound_region(model, tuning, leg, state.pose[3], slope, state.region[leg])
 
 
@@ -417,7 +419,11 @@ def update(
     # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
     brake(state, 0.0)
     for leg in range(len(state.leg)):
-        if state.leg[leg] == SWING:
+        if state.leg[leg] == PROBING:
+            # Farther down it may not reach; it stands there.
+            plant(state, leg)
+            state.leg[leg] = STANCE
+        elif state.leg[leg] == SWING:
             state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
             for i in range(3):
                 state.line[0, leg, i] = state.foot[leg, i]
