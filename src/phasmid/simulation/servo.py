@@ -12,6 +12,7 @@ from phasmid.compiled import compiled
 from phasmid.control.dynamics.servo_goal import (
     FULL_PUNCH,
     FULL_PWM,
+    goal_memory,
     goal_numbers,
     goals_for_torque,
 )
@@ -279,6 +280,7 @@ class ServoDrive:
         """Start the walk: cold servos that turn as the joints do, and have not been overloaded."""
         self._rows[FIELDS.index("speed")] = speed
         self._rows[FIELDS.index("temperature")] = self._ambient
+        self._goal_memory = goal_memory(len(speed))
         for name in ("overloaded", "shutdown", "wait"):
             self._rows[FIELDS.index(name)] = 0.0
 
@@ -314,11 +316,11 @@ class ServoDrive:
         These servos take no torque: their law is inverted, so that it gives the feed-forward
         torque where the joint is as wanted.
         """
-        del dt
+        q = wanted.q.reshape(len(wanted.q), -1)
         if wanted.torque is None:
-            return wanted.q.reshape(len(wanted.q), -1)
-        goal = goals_for_torque(wanted.q, wanted.qd, wanted.torque, self._goal_numbers)
-        return goal.reshape(len(wanted.q), -1)
+            return q
+        qd, torque = wanted.qd.reshape(q.shape), wanted.torque.reshape(q.shape)
+        return goals_for_torque(q, qd, torque, self._goal_numbers, dt, self._goal_memory)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Output, current, rotor's speed, temperature and shutdown of every servo."""
