@@ -249,6 +249,15 @@ class LocomotionEngine:
             raise InvalidInput("a foot stands where its leg cannot walk from.")
         state.clock[5] = self._step.measure_support(state)
 
+    def fold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
+        """Tell how a leg is held in the air when it is lost.
+
+        Args:
+            leg: Its index.
+            q: Its joint angles [rad], shape (3,).
+        """
+        self._model.folded[leg] = q
+
     @property
     def is_standing(self) -> bool:
         """Whether all feet stand at their neutral places, and the body rests over them."""
