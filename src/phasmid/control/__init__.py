@@ -5,6 +5,9 @@ from phasmid.control.controller import Controller
 from phasmid.control.engine import Limit, LocomotionEngine
 from phasmid.control.observation import Observation
 from phasmid.control.player import Player
+from phasmid.control.safe import SafeController
+from phasmid.control.safety import Guard, Mode, SafetySettings
+from phasmid.control.sequences import Sequencer, SequenceSettings
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
@@ -12,11 +15,17 @@ __all__ = [
     "Command",
     "Controller",
     "EngineSettings",
+    "Guard",
     "JointTargets",
     "LegCommand",
     "Limit",
     "LocomotionEngine",
+    "Mode",
     "Observation",
     "Player",
     "Posture",
+    "SafeController",
+    "SafetySettings",
+    "SequenceSettings",
+    "Sequencer",
 ]

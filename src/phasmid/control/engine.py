@@ -15,6 +15,7 @@ from phasmid.control.observation import Observation
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
     DIRECTIONS,
+    HELD,
     STANCE,
     STILL,
     Order,
@@ -257,6 +258,22 @@ class LocomotionEngine:
             q: Its joint angles [rad], shape (3,).
         """
         self._model.folded[leg] = q
+
+    def hold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
+        """Take a leg as lost and held in the air already, at rest.
+
+        Args:
+            leg: Its index.
+            q: Its joint angles [rad], shape (3,).
+        """
+        self.fold(leg, q)
+        state = self.state
+        state.leg[leg] = HELD
+        # Its folding is over.
+        state.swing[leg, :2] = 1.0
+        state.q[0, leg], state.q[1:, leg] = q, 0.0
+        self.order.used[leg] = self._wanted.used[leg] = False
+        self._step.bend_legs(state, self._model, self._tuning, 0.0)
 
     @property
     def is_standing(self) -> bool:

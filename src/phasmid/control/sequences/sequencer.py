@@ -206,12 +206,20 @@ class Sequencer:
         self._walked = targets
         return targets
 
-    def _stand(self, observation: Observation) -> None:
+    def _stand(self, observation: Observation, lost: list[int] | None = None) -> None:
         """Hand the joints to the walking controller, as they are."""
         self.stage, self._route = Stage.STANDING, None
         q = self._motion.position.copy()
         self._walked = JointTargets(q, 0 * q)
-        self.walker.reset(replace(observation, joint_position=q))
+        hold = getattr(self.walker, "hold", None)
+        if not (lost and callable(hold)):
+            self.walker.reset(replace(observation, joint_position=q))
+            return
+        whole = q.copy()
+        whole[lost] = self._home[lost]
+        self.walker.reset(replace(observation, joint_position=whole))
+        for leg in lost:
+            hold(leg, q[leg])
 
     def _stop(self, observation: Observation, command: Command, dt: float) -> JointTargets:
         """Bring the walking controller to rest, and go on from there."""
@@ -244,7 +252,7 @@ class Sequencer:
         if command.posture is not Posture.PACKED:
             self._take_in_hand(by_hand, _stance(self.robot, q, ground), lost)
         elif self._is_home(q, lost, AT_HOME):
-            self._sit(lost)
+            self._sit(lost, observation)
         elif not self._gather(q, ground, observation, lost):
             self._say(self._time, "the robot cannot sit down from here: its feet cannot step home.")
             self.stage = Stage.STANDING
@@ -281,7 +289,7 @@ class Sequencer:
         if plan.paths:
             self._set_out(Route(plan.paths), Stage.GATHERING, Stage.STANDING)
         else:
-            self._stand(observation)
+            self._stand(observation, lost)
         return True
 
     def _chain(self, lost: list[int]) -> Route | None:
@@ -302,10 +310,11 @@ class Sequencer:
         self._refused = None if route else tuple(lost)
         self._set_out(route, Stage.GETTING_UP, Stage.STANDING if route else Stage.LYING)
 
-    def _sit(self, lost: list[int]) -> None:
+    def _sit(self, lost: list[int], observation: Observation) -> None:
+        """Set out from standing to lying."""
         route = self._chain(lost)
         if route is None:
-            self.stage = Stage.STANDING
+            self._stand(observation, lost)
             return
         paths, q = list(route.paths), self._motion.position
         if not np.array_equal(paths[-1].end, q):
@@ -347,8 +356,10 @@ class Sequencer:
                 self.stage, self._hand = Stage.STANDING, None
         elif (self.stage is Stage.GETTING_UP and not route.forward) or self._goal is Stage.LYING:
             self.stage = Stage.LYING
+        elif self.stage is Stage.GATHERING and not up and self._packing:
+            self._sit(self._lost(command), observation)
         else:
-            self._stand(observation)
+            self._stand(observation, self._lost(command))
 
     # Legs by hand -------------------------------------------------------------------------------
 
