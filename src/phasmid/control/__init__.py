@@ -6,6 +6,9 @@ from phasmid.control.engine import Limit, LocomotionEngine
 from phasmid.control.observation import Observation
 from phasmid.control.player import Player
 from phasmid.control.script import CommandScript, load_script, script_from_text
+from phasmid.control.safe import SafeController
+from phasmid.control.safety import Guard, Mode, SafetySettings
+from phasmid.control.sequences import Sequencer, SequenceSettings
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
@@ -14,13 +17,19 @@ __all__ = [
     "CommandScript",
     "Controller",
     "EngineSettings",
+    "Guard",
     "JointTargets",
     "LegCommand",
     "Limit",
     "LocomotionEngine",
+    "Mode",
     "Observation",
     "Player",
     "Posture",
     "load_script",
     "script_from_text",
+    "SafeController",
+    "SafetySettings",
+    "SequenceSettings",
+    "Sequencer",
 ]

@@ -16,6 +16,7 @@ from phasmid.control.observation import Observation
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
     DIRECTIONS,
+    HELD,
     STANCE,
     STILL,
     Order,
@@ -261,6 +262,31 @@ class LocomotionEngine:
         if not self._step.bend_legs(state, model, tuning, 0.0):
             raise InvalidInput("a foot stands where its leg cannot walk from.")
         state.clock[5] = self._step.measure_support(state)
+
+    def fold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
+        """Tell how a leg is held in the air when it is lost.
+
+        Args:
+            leg: Its index.
+            q: Its joint angles [rad], shape (3,).
+        """
+        self._model.folded[leg] = q
+
+    def hold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
+        """Take a leg as lost and held in the air already, at rest.
+
+        Args:
+            leg: Its index.
+            q: Its joint angles [rad], shape (3,).
+        """
+        self.fold(leg, q)
+        state = self.state
+        state.leg[leg] = HELD
+        # Its folding is over.
+        state.swing[leg, :2] = 1.0
+        state.q[0, leg], state.q[1:, leg] = q, 0.0
+        self.order.used[leg] = self._wanted.used[leg] = False
+        self._step.bend_legs(state, self._model, self._tuning, 0.0)
 
     @property
     def is_standing(self) -> bool:

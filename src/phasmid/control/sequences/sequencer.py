@@ -16,9 +16,10 @@ from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
 from phasmid.control.sequences.folding import folding
 from phasmid.control.sequences.hand import Follower, HandMove, hand_move
-from phasmid.control.sequences.lost import LostServos
+from phasmid.control.sequences.limping import Limping, limping
+from phasmid.control.sequences.lost import LostServos, lifted_leg
 from phasmid.control.sequences.packed import Packing, packing
-from phasmid.control.sequences.path import JointMotion
+from phasmid.control.sequences.path import JointMotion, path_through
 from phasmid.control.sequences.reaching import knees_and_feet
 from phasmid.control.sequences.resting import Resting, resting
 from phasmid.control.sequences.rising import rising
@@ -26,7 +27,8 @@ from phasmid.control.sequences.route import Route
 from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.control.sequences.stance import Stance, neutral_stance, to_neutral
 from phasmid.control.targets import JointTargets
-from phasmid.errors import InfeasibleWalk
+from phasmid.errors import InfeasibleWalk, InvalidGait
+from phasmid.gait import Gait
 from phasmid.kinematics import quaternion_rotation, rotation_rpy
 from phasmid.robot import Robot
 
@@ -38,6 +40,12 @@ STILL_TIME = 0.1
 
 SAME_ANGLE = 1e-6
 """Angles closer than this are the same [rad]."""
+
+AT_HOME = 1e-3
+"""Feet nearer to their neutral places than this need no step [m]."""
+
+SAG = 8e-3
+"""And nearer than this need none where servos give way under the load that they carry [m]."""
 
 STEEPEST_HOLD = math.cos(math.radians(20))
 """A body that leans further is not held well by its feet."""
@@ -101,6 +109,8 @@ class Sequencer:
         self._walked = JointTargets(self._home, 0 * self._home)
         self._route: Route | None = None
         self._goal = Stage.STANDING
+        self._limps: dict[tuple[str | Gait, frozenset[int]], Limping] = {}
+        self._held: dict[int, Float[np.ndarray, "3"]] = {}
         self._hand: HandMove | None = None
         self._follower: Follower | None = None
         self._told: set[str] = set()
@@ -116,6 +126,8 @@ class Sequencer:
         self._servos.reset(observation.time)
         self._time, self._at_rest = observation.time, 0.0
         self._ignored, self._refused, self._seen = (), None, None
+        self._held.clear()
+        self._limps.clear()
         self._hand = self._follower = None
         q = np.array(observation.joint_position, dtype=float)
         bad = ~np.isfinite(q)
@@ -128,8 +140,15 @@ class Sequencer:
         if np.abs(q - self._home).max() < SAME_ANGLE or not self._packing:
             self._stand(observation)
             return
-        if self._is_held(ground, observation, up) and self._gather(q, ground, observation):
-            return
+        if self._is_held(ground, observation, up):
+            if ground.feet.all() and self._is_home(q, [], SAG):
+                ends = np.stack([q, self._home])
+                speed = self.settings.speed(self.robot, loaded=True)
+                way = path_through("comes to rest", ends, speed, self.settings.acceleration)
+                self._set_out(Route([way]), Stage.GATHERING, Stage.STANDING)
+                return
+            if self._gather(q, ground, observation):
+                return
         paths = folding(self.robot, q, self._packing.folded, ground, self.settings)
         self._set_out(Route(paths) if paths else None, Stage.GATHERING, Stage.LYING)
 
@@ -140,9 +159,9 @@ class Sequencer:
         if self._servos.notice(observation):
             self.events += self._servos.events
             self._servos.events.clear()
-        lost = self._servos.legs
-        if lost:
-            command = self._with_lost(command, lost)
+            self._fold_lost(observation)
+        if self._servos.lost.any() or command.lost_legs:
+            command = self._with_lost(command, self._servos.legs)
         stage = self.stage
         if stage is Stage.STANDING:
             by_hand = tuple(sorted(command.legs)) if command.legs else ()
@@ -187,12 +206,20 @@ class Sequencer:
         self._walked = targets
         return targets
 
-    def _stand(self, observation: Observation) -> None:
+    def _stand(self, observation: Observation, lost: list[int] | None = None) -> None:
         """Hand the joints to the walking controller, as they are."""
         self.stage, self._route = Stage.STANDING, None
         q = self._motion.position.copy()
         self._walked = JointTargets(q, 0 * q)
-        self.walker.reset(replace(observation, joint_position=q))
+        hold = getattr(self.walker, "hold", None)
+        if not (lost and callable(hold)):
+            self.walker.reset(replace(observation, joint_position=q))
+            return
+        whole = q.copy()
+        whole[lost] = self._home[lost]
+        self.walker.reset(replace(observation, joint_position=whole))
+        for leg in lost:
+            hold(leg, q[leg])
 
     def _stop(self, observation: Observation, command: Command, dt: float) -> JointTargets:
         """Bring the walking controller to rest, and go on from there."""
@@ -202,8 +229,14 @@ class Sequencer:
             return self._walk(observation, command)
         before = self._walked.position
         quiet = self._quiet
-        if command.lost_legs != quiet.lost_legs:
-            quiet = self._quiet = replace(quiet, lost_legs=command.lost_legs)
+        if command.lost_legs != quiet.lost_legs or command.gait is not quiet.gait:
+            quiet = self._quiet = replace(
+                quiet,
+                lost_legs=command.lost_legs,
+                gait=command.gait,
+                period=command.period,
+                pose=command.pose if command.lost_legs else quiet.pose,
+            )
         targets = self._walk(observation, quiet)
         moving = max(
             float(np.abs(targets.velocity).max()),
@@ -218,8 +251,8 @@ class Sequencer:
         ground = resting(self.robot, q, None)
         if command.posture is not Posture.PACKED:
             self._take_in_hand(by_hand, _stance(self.robot, q, ground), lost)
-        elif np.abs(np.delete(q - self._home, lost, axis=0)).max() < SAME_ANGLE:
-            self._sit(lost)
+        elif self._is_home(q, lost, AT_HOME):
+            self._sit(lost, observation)
         elif not self._gather(q, ground, observation, lost):
             self._say(self._time, "the robot cannot sit down from here: its feet cannot step home.")
             self.stage = Stage.STANDING
@@ -256,7 +289,7 @@ class Sequencer:
         if plan.paths:
             self._set_out(Route(plan.paths), Stage.GATHERING, Stage.STANDING)
         else:
-            self._stand(observation)
+            self._stand(observation, lost)
         return True
 
     def _chain(self, lost: list[int]) -> Route | None:
@@ -277,12 +310,19 @@ class Sequencer:
         self._refused = None if route else tuple(lost)
         self._set_out(route, Stage.GETTING_UP, Stage.STANDING if route else Stage.LYING)
 
-    def _sit(self, lost: list[int]) -> None:
+    def _sit(self, lost: list[int], observation: Observation) -> None:
+        """Set out from standing to lying."""
         route = self._chain(lost)
         if route is None:
-            self.stage = Stage.STANDING
+            self._stand(observation, lost)
             return
-        self._set_out(Route(route.paths, backwards=True), Stage.GETTING_UP, Stage.STANDING)
+        paths, q = list(route.paths), self._motion.position
+        if not np.array_equal(paths[-1].end, q):
+            # The walker ends within a millimetre; what lies between is gone as well.
+            ends = np.stack([paths[-1].end, q])
+            speed = self.settings.speed(self.robot, loaded=True)
+            paths.append(path_through("comes to rest", ends, speed, self.settings.acceleration))
+        self._set_out(Route(paths, backwards=True), Stage.GETTING_UP, Stage.STANDING)
 
     def _set_out(self, route: Route | None, stage: Stage, goal: Stage) -> None:
         self._route, self._goal = route, goal
@@ -316,8 +356,10 @@ class Sequencer:
                 self.stage, self._hand = Stage.STANDING, None
         elif (self.stage is Stage.GETTING_UP and not route.forward) or self._goal is Stage.LYING:
             self.stage = Stage.LYING
+        elif self.stage is Stage.GATHERING and not up and self._packing:
+            self._sit(self._lost(command), observation)
         else:
-            self._stand(observation)
+            self._stand(observation, self._lost(command))
 
     # Legs by hand -------------------------------------------------------------------------------
 
@@ -356,6 +398,11 @@ class Sequencer:
                 return
         self._motion = follower.follow(asked, dt)
 
+    def _is_home(self, q: Float[np.ndarray, "legs 3"], lost: list[int], most: float) -> bool:
+        """Whether the feet of all legs at hand are within a distance [m] of neutral."""
+        away = knees_and_feet(self.robot, q)[1] - knees_and_feet(self.robot, self._home)[1]
+        return bool(np.abs(np.delete(away, lost, axis=0)).max() < most)
+
     # Small things -------------------------------------------------------------------------------
 
     def _rest_at(self, q: Float[np.ndarray, "legs 3"]) -> None:
@@ -368,11 +415,49 @@ class Sequencer:
         legs = len(self.robot.legs)
         return sorted(leg - 1 for leg in command.lost_legs if 1 <= leg <= legs)
 
+    def _fold_lost(self, observation: Observation) -> None:
+        """Find out how lost legs are held with the joints that still work."""
+        fold = getattr(self.walker, "fold", None)
+        height = float(neutral_stance(self.robot).pose[2])
+        for number in self._servos.legs:
+            leg = number - 1
+            dead = [int(joint) for joint in np.flatnonzero(self._servos.lost[leg])]
+            now = observation.joint_position[leg]
+            q, clear = lifted_leg(
+                self.robot,
+                leg,
+                height,
+                self.settings,
+                dead=dead,
+                now=now if np.isfinite(now).all() else None,
+            )
+            self._held[leg] = q
+            if clear <= 0:
+                self._say(self._time, f"leg {self.robot.leg_names[leg]} may drag on the ground.")
+            if callable(fold):
+                fold(leg, q)
+
     def _with_lost(self, command: Command, lost: frozenset[int]) -> Command:
-        """The command with the legs that were found lost; the same object as long as it is."""
+        """The command for the legs that are left; the same object as long as it is the same."""
         if self._seen and self._seen[0] is command and self._seen[1] == lost:
             return self._seen[2]
         made = replace(command, lost_legs=command.lost_legs | lost)
+        gait = getattr(self.walker, "gait", None)
+        if isinstance(gait, Gait):
+            try:
+                asked = command.gait or gait
+                key = (asked, made.lost_legs)
+                if key not in self._limps:
+                    fastest = getattr(self.walker, "largest_velocity", None)
+                    self._limps[key] = limping(
+                        self.robot, asked, made.lost_legs, self._held, fastest
+                    )
+                made = self._limps[key].follow(made)
+            except InvalidGait as error:
+                if error.what not in self._told:
+                    self._told.add(error.what)
+                    self._say(self._time, error.what)
+                made = replace(made, velocity=(0.0, 0.0, 0.0))
         self._seen = command, lost, made
         return made
 

@@ -1,0 +1,68 @@
+"""Getting up, walking, sitting down and walking on with a dead servo, in the physics engine."""
+
+import json
+
+import numpy as np
+import pytest
+
+from phasmid import load_robot
+from phasmid.control import Command, LocomotionEngine, Posture, SafeController, Sequencer
+from phasmid.scenario import Scenario
+from phasmid.simulation import drive
+
+ROBOT = load_robot("phantomx-ax")
+UP, LIE = Command(posture=Posture.STANDING), Command(posture=Posture.PACKED)
+
+
+def controller():
+    return SafeController(Sequencer(LocomotionEngine(ROBOT), ROBOT), ROBOT)
+
+
+def scenario(kind, duration, **fields):
+    return Scenario().replace(
+        robot="phantomx-ax", drive=kind, duration=duration, record_interval_ms=10, **fields
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["prescribed", "ideal-servo", "servo"])
+def test_a_robot_gets_up_from_its_belly_walks_and_lies_down_again(kind):
+    """Half of 25 mm is the height at which the body lies; servos sag, prescribed joints do not."""
+
+    def commands(time, _):
+        if time < 0.3 or time >= 6:
+            return LIE
+        return UP if time < 3.2 else Command(velocity=(0.08, 0.0, 0.0))
+
+    run = drive(scenario(kind, 10.5, start_posture="packed"), controller(), commands)
+    assert run.attrs["ending"] == "COMPLETED"
+    assert json.loads(run.attrs["events"]) == []
+    z, x = run["body_position"].values[:, 2], run["body_position"].values[:, 0]
+    lying = float(ROBOT.body.size[2]) / 2
+    assert abs(z[0] - lying) < 1e-3
+    assert abs(z[-1] - lying) < 1e-3
+    assert z.max() > 0.095
+    assert 0.18 < x[-1] < 0.25
+    assert run["sequence"].values[-1] == 0
+    assert np.abs(run["body_orientation"].values[:, 1:3]).max() < np.sin(np.radians(3) / 2) * 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["right_front.tibia", "right_middle.femur", "left_front.coxa"])
+def test_with_one_servo_dead_a_robot_walks_on_on_five_legs(place):
+    engine = LocomotionEngine(ROBOT)
+    half = engine.largest_velocity((1.0, 0.0, 0.0)).velocity[0] / 2
+    run = drive(
+        scenario("ideal-servo", 11.0),
+        controller(),
+        Command(velocity=(half, 0.0, 0.0)),
+        faults=[f"{place} dead at 4 s"],
+    )
+    assert run.attrs["ending"] == "COMPLETED"
+    said = [sentence for _, sentence in json.loads(run.attrs["events"])]
+    assert f"servo {place} answers no more; its leg is lost." in said
+    time, x = run["time"].values, run["body_position"].values[:, 0]
+    since = np.searchsorted(time, 6.0)
+    assert x[-1] - x[since] > 0.02 * (time[-1] - time[since])
+    leg = [leg.name for leg in ROBOT.legs].index(place.split(".")[0])
+    assert not run["stance"].values[since:, leg].any()
