@@ -5,9 +5,9 @@ from phasmid.control.controller import Controller
 from phasmid.control.engine import Limit, LocomotionEngine
 from phasmid.control.observation import Observation
 from phasmid.control.player import Player
-from phasmid.control.script import CommandScript, load_script, script_from_text
 from phasmid.control.safe import SafeController
 from phasmid.control.safety import Guard, Mode, SafetySettings
+from phasmid.control.script import CommandScript, load_script, script_from_text
 from phasmid.control.sequences import Sequencer, SequenceSettings
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
