@@ -27,8 +27,8 @@ def angles(robot, rng, count=50):
     low, high = np.moveaxis(robot.arrays.joint_limits, -1, 0)
     q = rng.uniform(low, high, size=(count, *low.shape))
     # Knee up, and neither stretched nor folded flat: what the inverse gives back.
-    q[..., 2] = rng.uniform(-2.5, -0.5, size=q.shape[:-1])
-    q[..., 1] = rng.uniform(-0.5, 1.0, size=q.shape[:-1])
+    q[..., 2] = rng.uniform(-1.6, -0.5, size=q.shape[:-1])
+    q[..., 1] = rng.uniform(-0.5, 0.9, size=q.shape[:-1])
     return q
 
 

@@ -61,22 +61,22 @@ def test_any_sequence_of_commands_keeps_feet_joints_and_balance(name, seed):
 def test_a_steady_walk_is_as_fast_as_it_was_admitted(name):
     engine = engine_of(name)
     for gait in list(GAITS[len(engine.robot.legs)])[:2]:
-        for direction in DIRECTIONS:
+        for direction in DIRECTIONS[::2]:
             engine.reset(Observation(0.0, home(engine.robot)))
             limit = engine.largest_velocity(direction, gait=gait)
             assert np.linalg.norm(limit.velocity) > 0.005
             velocity = tuple(0.999 * v for v in limit.velocity)
-            period = float(engine.order.gait[1]) if gait is None else None
-            seen = drive(engine, [(0.0, Command(velocity=velocity, gait=gait, period=period))], 8.0)
+            seen = drive(engine, [(0.0, Command(velocity=velocity, gait=gait))], 16.0)
             check(seen, engine)
-            second = seen.path[len(seen.path) // 2 :]
-            # Seen from its own beginning the second half is one arc of the admitted velocity.
-            mean = seen.velocity[len(seen.path) // 2 :].mean(axis=0)
+            # It starts from rest: the last three eighths, after at least two cycles.
+            begin = 5 * len(seen.path) // 8
+            second = seen.path[begin:]
+            mean = seen.velocity[begin:].mean(axis=0)
             np.testing.assert_allclose(mean, velocity, rtol=1e-3, atol=1e-5)
             way = np.linalg.norm(np.diff(second[:, :2], axis=0), axis=1).sum()
             time = (len(second) - 1) * seen.dt
             assert way == pytest.approx(np.hypot(*velocity[:2]) * time, rel=1e-3, abs=1e-6)
-            assert seen.slow[len(seen.path) // 2 :].min() == 1.0
+            assert seen.slow[begin:].min() == 1.0
 
 
 def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():

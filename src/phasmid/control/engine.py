@@ -163,9 +163,9 @@ class LocomotionEngine:
         self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
         self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
         self._tell("held", code == 3, "held all: a leg could not follow")
-        if self._resting != (self.state.mode[0] == STILL):
+        if self._resting != bool(self.state.mode[0] == STILL):
             self._take(command)
-        waits, back = self.state.clock[4] > 0.25, self.state.mode[2] == 1
+        waits, back = bool(self.state.clock[4] > 0.25), bool(self.state.mode[2] == 1)
         self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
         weak = waits and not back
         self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
@@ -372,14 +372,14 @@ class LocomotionEngine:
             if not command.lost_legs:
                 raise
             # Robots that cannot walk any more stand as they did.
-            self._tell("lame", True, f"stands: {error}")
+            self._tell("lame", True, f"stands: {error.what}")
             self._asked = command.velocity
             order.velocity[:] = wanted.velocity[:] = 0.0
             return
         self._tell("lame", False, "")
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
-        resting = self.state.mode[0] == STILL
+        resting = bool(self.state.mode[0] == STILL)
         self._resting = resting
         standing = resting and not any(command.velocity)
         self._set_pose(np.array(command.pose, dtype=float), shift, standing)

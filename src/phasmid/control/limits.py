@@ -20,7 +20,7 @@ REACH, SPEED, SUPPORT = 1, 2, 3
 """What may keep a walk from being faster."""
 
 CLOSE = 1e-3
-"""Largest velocities are found to this part of them; what a command is scaled by, four times that."""
+"""Largest velocities are found to this part of them, the scale of a command to four times it."""
 
 
 @compiled
