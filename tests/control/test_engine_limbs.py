@@ -71,10 +71,10 @@ def test_the_centre_of_mass_is_that_of_kinematics(robot):
 
 
 def test_rotations_are_those_of_kinematics():
-    for rpy in np.random.default_rng(4).normal(size=(20, 3)):
+    for rpy in np.random.default_rng(4).normal(size=(20, 3)).tolist():
         R = np.empty((3, 3))
         limbs.rotation(*rpy, R)
-        np.testing.assert_allclose(R, rotation_rpy(*rpy), atol=ROUND_OFF)
+        np.testing.assert_allclose(R, rotation_rpy(*np.array(rpy)[:, None])[0], atol=ROUND_OFF)
 
 
 def test_the_support_margin_is_that_of_gaits_inside_and_of_its_sign_outside():

@@ -16,7 +16,7 @@ ENGINES = {}
 def engine_of(name):
     """An engine as new; its compiled loops and regions are kept for the next test."""
     if name not in ENGINES:
-        ENGINES[name] = LocomotionEngine(load_robot(name))
+        ENGINES[name] = LocomotionEngine(load_robot(name), feeling=False)
     engine = ENGINES[name]
     engine.reset(Observation(0.0, home(engine.robot)))
     return engine
@@ -95,7 +95,7 @@ def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
     # to the next: with half the step, an eighth (here less than a quarter, for round numbers).
     changes = []
     for dt in (0.01, 0.005):
-        engine = LocomotionEngine(load_robot("phantomx-ax"), update_period=dt)
+        engine = LocomotionEngine(load_robot("phantomx-ax"), update_period=dt, feeling=False)
         commands = [
             (0.0, Command(velocity=(0.1, 0.0, 0.0))),
             (1.3, Command(velocity=(-0.05, 0.05, 0.2), pose=(0, 0, 0.01, 0.05, 0, 0))),
