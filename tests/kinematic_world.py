@@ -123,4 +123,4 @@ def worst(seen):
 
 
 def new_engine(robot, **keywords):
-    return LocomotionEngine(robot, **keywords)
+    return LocomotionEngine(robot, **{"feeling": False} | keywords)

@@ -16,7 +16,7 @@ ENGINES = {}
 def engine_of(name):
     """An engine as new; its compiled loops and regions are kept for the next test."""
     if name not in ENGINES:
-        ENGINES[name] = LocomotionEngine(load_robot(name))
+        ENGINES[name] = LocomotionEngine(load_robot(name), feeling=False)
     engine = ENGINES[name]
     engine.reset(Observation(0.0, home(engine.robot)))
     return engine
@@ -61,22 +61,22 @@ def test_any_sequence_of_commands_keeps_feet_joints_and_balance(name, seed):
 def test_a_steady_walk_is_as_fast_as_it_was_admitted(name):
     engine = engine_of(name)
     for gait in list(GAITS[len(engine.robot.legs)])[:2]:
-        for direction in DIRECTIONS:
+        for direction in DIRECTIONS[::2]:
             engine.reset(Observation(0.0, home(engine.robot)))
             limit = engine.largest_velocity(direction, gait=gait)
             assert np.linalg.norm(limit.velocity) > 0.005
             velocity = tuple(0.999 * v for v in limit.velocity)
-            period = float(engine.order.gait[1]) if gait is None else None
-            seen = drive(engine, [(0.0, Command(velocity=velocity, gait=gait, period=period))], 8.0)
+            seen = drive(engine, [(0.0, Command(velocity=velocity, gait=gait))], 16.0)
             check(seen, engine)
-            second = seen.path[len(seen.path) // 2 :]
-            # Seen from its own beginning the second half is one arc of the admitted velocity.
-            mean = seen.velocity[len(seen.path) // 2 :].mean(axis=0)
+            # It starts from rest: the last three eighths, after at least two cycles.
+            begin = 5 * len(seen.path) // 8
+            second = seen.path[begin:]
+            mean = seen.velocity[begin:].mean(axis=0)
             np.testing.assert_allclose(mean, velocity, rtol=1e-3, atol=1e-5)
             way = np.linalg.norm(np.diff(second[:, :2], axis=0), axis=1).sum()
             time = (len(second) - 1) * seen.dt
             assert way == pytest.approx(np.hypot(*velocity[:2]) * time, rel=1e-3, abs=1e-6)
-            assert seen.slow[len(seen.path) // 2 :].min() == 1.0
+            assert seen.slow[begin:].min() == 1.0
 
 
 def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():
@@ -95,7 +95,7 @@ def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
     # to the next: with half the step, an eighth (here less than a quarter, for round numbers).
     changes = []
     for dt in (0.01, 0.005):
-        engine = LocomotionEngine(load_robot("phantomx-ax"), update_period=dt)
+        engine = LocomotionEngine(load_robot("phantomx-ax"), update_period=dt, feeling=False)
         commands = [
             (0.0, Command(velocity=(0.1, 0.0, 0.0))),
             (1.3, Command(velocity=(-0.05, 0.05, 0.2), pose=(0, 0, 0.01, 0.05, 0, 0))),

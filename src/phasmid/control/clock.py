@@ -18,6 +18,12 @@ HOME = 5e-4
 LEAN_AFTER, LEAN_SPEED, FARTHEST_LEAN = 0.1, 0.04, 0.08
 """How long a lift waits before the body leans [s], how fast [m/s] and how far it does [m]."""
 
+FORESIGHT = 0.004
+"""What the legs' own motion makes of the centre of mass until a foot lands is not foreseen [m]."""
+
+UPRIGHT = 1.0
+"""How fast a body comes back that has leant [1/s]."""
+
 ALMOST = 1e-9
 """Phases closer than this are one instant."""
 
@@ -73,7 +79,8 @@ def margin_without(
         wave(model, order.used, order.offsets, order.gait, state.clock[0] + turn, b)
         dx, dy = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
         rx, ry = rx + state.clock[2] * (c * dx - s * dy), ry + state.clock[2] * (s * dx + c * dy)
-    return min(now, margin_of(state.foot, standing, rx + wx * time, ry + wy * time))
+    then = margin_of(state.foot, standing, rx + wx * time, ry + wy * time)
+    return min(now, then + FORESIGHT)
 
 
 @compiled
@@ -180,6 +187,14 @@ def lean(state: Any, lifted: np.ndarray, h: float) -> None:
 
 
 @compiled
+def stand_upright(state: Any, h: float) -> None:
+    """Let the body come back from where it leant, while its feet hold it easily."""
+    left = 1 - min(UPRIGHT * h, 1.0)
+    state.clock[7] *= left
+    state.clock[8] *= left
+
+
+@compiled
 def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -> None:
     """Let the foot that can best be spared step to its neutral place, one at a time.
 
@@ -238,6 +253,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     clock[2] += min(max(walking - clock[2], -most), most)
     if state.mode[0] == STILL:
         clock[4] = 0.0
+        stand_upright(state, h)
         return
     step = h / gait[1]
     lifted = np.zeros(legs, dtype=np.int64)
@@ -275,9 +291,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             put_in_order(state, model, order, tuning, time)
         return
     if clock[5] > 4 * tuning.support_margin + 0.01:
-        # The body comes back from where it leant as long as its feet hold it easily.
-        clock[7] *= 1 - min(h, 1.0)
-        clock[8] *= 1 - min(h, 1.0)
+        stand_upright(state, h)
     clock[4] = 0.0
     for leg in range(legs):
         if lifted[leg]:

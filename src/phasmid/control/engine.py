@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,14 +21,15 @@ from phasmid.control.state import (
     STILL,
     Order,
     State,
-    Tuning,
     model_of,
+    tuning_of,
 )
 from phasmid.control.targets import JointTargets
+from phasmid.control.verdict import Limit, reason_of
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
 from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position, joint_angles
-from phasmid.robot import JOINTS, Robot
+from phasmid.robot import Robot
 
 if TYPE_CHECKING:
     from phasmid.control.feel.stage import FeelStage
@@ -38,23 +39,6 @@ SWAY_BANDWIDTH = 15.0
 
 SWAYING_SWING, SWING_TIME = 2 / 3, 0.5
 """Time of a swing where nobody tells a period: of gaits that sway, and of others [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Limit:
-    """The largest velocity in a direction, and what keeps the robot from a larger one.
-
-    Attributes:
-        velocity: Ahead, left [m/s] and turn [rad/s].
-        reason: In words.
-        leg: Number of the leg that limits, from 1; None: none alone.
-        joint: Index of its joint that would turn too fast; None: it is not its speed.
-    """
-
-    velocity: tuple[float, float, float]
-    reason: str
-    leg: int | None = None
-    joint: int | None = None
 
 
 class LocomotionEngine:
@@ -97,7 +81,7 @@ class LocomotionEngine:
         self.robot = robot
         self.settings = settings
         self._model = model_of(robot, settings.joint_speed_share)
-        self._tuning = _tuning(settings)
+        self._tuning = tuning_of(settings, SWAY_BANDWIDTH)
         memory = self._memory = Memory(self._model, self._tuning)
         self.state: State = memory.state
         self.order: Order = memory.order
@@ -163,9 +147,9 @@ class LocomotionEngine:
         self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
         self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
         self._tell("held", code == 3, "held all: a leg could not follow")
-        if self._resting != (self.state.mode[0] == STILL):
+        if self._resting != bool(self.state.mode[0] == STILL):
             self._take(command)
-        waits, back = self.state.clock[4] > 0.25, self.state.mode[2] == 1
+        waits, back = bool(self.state.clock[4] > 0.25), bool(self.state.mode[2] == 1)
         self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
         weak = waits and not back
         self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
@@ -217,7 +201,7 @@ class LocomotionEngine:
         unit = velocity / size
         share = self._share(order, unit, 100.0)
         found = unit * share
-        return Limit(tuple(float(x) for x in found), *self._reason())  # type: ignore[arg-type]
+        return Limit(tuple(float(x) for x in found), *reason_of(self._verdict, self.robot))  # type: ignore[arg-type]
 
     def telemetry(self) -> dict[str, Any]:
         """Numbers of the last update by channel name, to be recorded."""
@@ -372,14 +356,14 @@ class LocomotionEngine:
             if not command.lost_legs:
                 raise
             # Robots that cannot walk any more stand as they did.
-            self._tell("lame", True, f"stands: {error}")
+            self._tell("lame", True, f"stands: {error.what}")
             self._asked = command.velocity
             order.velocity[:] = wanted.velocity[:] = 0.0
             return
         self._tell("lame", False, "")
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
-        resting = self.state.mode[0] == STILL
+        resting = bool(self.state.mode[0] == STILL)
         self._resting = resting
         standing = resting and not any(command.velocity)
         self._set_pose(np.array(command.pose, dtype=float), shift, standing)
@@ -394,7 +378,7 @@ class LocomotionEngine:
         share = 1.0
         if asked.any():
             share = self._share(wanted, asked, 1.0)
-            reason = self._reason()[0] if share < 1.0 else ""
+            reason = reason_of(self._verdict, self.robot)[0] if share < 1.0 else ""
             if differs:
                 share = min(share, self._share(order, asked, 1.0))
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
@@ -422,7 +406,7 @@ class LocomotionEngine:
                     self._verdict,
                 )
             )
-            reason = self._reason()[0] if share < 1.0 else ""
+            reason = reason_of(self._verdict, self.robot)[0] if share < 1.0 else ""
             self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.order.pose[:] = wanted.pose[:] = base + share * pose
         if standing:
@@ -463,19 +447,6 @@ class LocomotionEngine:
             self._regions[key] = region
         return self._regions[key]
 
-    def _reason(self) -> tuple[str, int | None, int | None]:
-        what, leg, joint, value = self._verdict
-        limits = self._limits
-        if what == limits.REACH:
-            name = self.robot.legs[int(leg)].name
-            return f"leg {name} reaches no farther", int(leg) + 1, None
-        if what == limits.SPEED:
-            name, which = self.robot.legs[int(leg)].name, JOINTS[int(joint)]
-            return f"the {which} of leg {name} turns no faster", int(leg) + 1, int(joint)
-        if what == limits.SUPPORT:
-            return f"the feet that stand would hold it by {1000 * value:.0f} mm only", None, None
-        return "nothing", None, None
-
     def _tell(self, kind: str, is_so: bool, sentence: str) -> None:
         """Note an event once for as long as it goes on."""
         if not is_so:
@@ -483,23 +454,3 @@ class LocomotionEngine:
         elif kind not in self._said:
             self._said.add(kind)
             self.events.append((float(self.state.clock[1]), sentence))
-
-
-def _tuning(settings: EngineSettings) -> Tuning:
-    return Tuning(
-        settings.acceleration,
-        settings.velocity_bandwidth,
-        settings.pose_speed,
-        settings.pose_turn_speed,
-        settings.pose_bandwidth,
-        SWAY_BANDWIDTH,
-        settings.stretch,
-        settings.joint_margin,
-        settings.support_margin,
-        settings.planned_margin,
-        settings.planned_speed_share,
-        settings.lowest_lift,
-        settings.landing_depth,
-        settings.landing_speed,
-        settings.patience,
-    )

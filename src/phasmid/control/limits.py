@@ -10,17 +10,15 @@ import numpy as np
 from phasmid.compiled import compiled
 from phasmid.control.limbs import margin_of, moment_of, rotation, speeds_of, to_hip
 from phasmid.control.reach import PLANNED, reaches, wave, within
+from phasmid.control.state import REACH, SPEED, SUPPORT
 from phasmid.control.swing import blend, lift
 from phasmid.control.trunk import ride
 
 SAMPLES = 32
 """Parts of a cycle at which a steady walk is looked at."""
 
-REACH, SPEED, SUPPORT = 1, 2, 3
-"""What may keep a walk from being faster."""
-
 CLOSE = 1e-3
-"""Largest velocities are found to this part of them; what a command is scaled by, to 4 of these."""
+"""Largest velocities are found to this part of them, the scale of a command to four times it."""
 
 
 @compiled

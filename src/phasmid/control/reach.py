@@ -292,5 +292,5 @@ def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarra
                     edge = edge and d > -1e-12
             if edge:
                 depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
-                share = min(share, max(depth - tuning.support_margin / 2, 0.0) / closing)
+                share = min(share, max(depth + tuning.planned_margin / 2, 0.0) / closing)
     return share

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from phasmid.control.settings import EngineSettings
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot
 
@@ -15,6 +16,9 @@ where it has met the ground early, or it goes on down where it has not met it.""
 
 STILL, WALKING, CHANGING = 0, 1, 2
 """What the clock does: it rests, it runs, or it waits for feet to land and for a new gait."""
+
+REACH, SPEED, SUPPORT = 1, 2, 3
+"""What may keep a walk from being faster."""
 
 DIRECTIONS = 16
 """Half-planes that bound where a foot may stand."""
@@ -208,4 +212,25 @@ def model_of(robot: Robot, joint_speed_share: float) -> Model:
         -float(neutral[:, 2].mean()),
         float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
         joint_speed_share * robot.servo.no_load_speed,
+    )
+
+
+def tuning_of(settings: EngineSettings, sway_bandwidth: float) -> Tuning:
+    """The settings as numbers."""
+    return Tuning(
+        settings.acceleration,
+        settings.velocity_bandwidth,
+        settings.pose_speed,
+        settings.pose_turn_speed,
+        settings.pose_bandwidth,
+        sway_bandwidth,
+        settings.stretch,
+        settings.joint_margin,
+        settings.support_margin,
+        settings.planned_margin,
+        settings.planned_speed_share,
+        settings.lowest_lift,
+        settings.landing_depth,
+        settings.landing_speed,
+        settings.patience,
     )

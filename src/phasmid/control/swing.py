@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import compiled
+from phasmid.control.limbs import foot_of
 
 
 @compiled
@@ -89,4 +90,37 @@ def plant(state: Any, leg: int) -> None:
         state.landing[leg, i] = state.foot[leg, i]
 
 
-__all__ = ["blend", "lift", "plant", "raise_foot", "steer"]
+@compiled
+def hold_leg(state: Any, model: Any, leg: int, h: float) -> None:
+    """Let a leg that is held in the air fold, and tell where its foot is in odom."""
+    swing, q = state.swing[leg], state.q
+    if swing[0] + h < swing[1]:
+        steer(q, leg, model.folded[leg], swing[1] - swing[0], h)
+        swing[0] += h
+    else:
+        swing[0] = swing[1]
+        for k in range(3):
+            q[0, leg, k] = model.folded[leg, k]
+            q[1, leg, k] = q[2, leg, k] = 0.0
+    x, y, z = foot_of(model.lengths[leg], q[0, leg, 0], q[0, leg, 1], q[0, leg, 2])
+    R, p = model.R_body_hip[leg], np.empty(3)
+    for i in range(3):
+        p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
+    arm = np.empty(3)
+    for i in range(3):
+        arm[i] = state.body[i, 0] * p[0] + state.body[i, 1] * p[1] + state.body[i, 2] * p[2]
+        state.foot[leg, i] = state.trunk[0, i] + arm[i]
+    # As if it were fixed to the body; its own motion has ended when it is used again.
+    w, v = state.trunk[2], state.motion[0, leg]
+    wd, a = state.trunk[4], state.motion[1, leg]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        v[i] = w[j] * arm[k] - w[k] * arm[j]
+        a[i] = wd[j] * arm[k] - wd[k] * arm[j]
+    ux, uy, uz = v[0], v[1], v[2]
+    a[0] += w[1] * uz - w[2] * uy
+    a[1] += w[2] * ux - w[0] * uz
+    a[2] += w[0] * uy - w[1] * ux
+    for i in range(3):
+        v[i] += state.trunk[1, i]
+        a[i] += state.trunk[3, i]
