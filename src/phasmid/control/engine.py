@@ -476,7 +476,7 @@ class LocomotionEngine:
             return f"the feet that stand would hold it by {1000 * value:.0f} mm only", None, None
         return "nothing", None, None
 
-    def _tell(self, kind: str, is_so: bool, sentence: str) -> None:
+    def _tell(self, kind: str, is_so: bool | np.bool_, sentence: str) -> None:
         """Note an event once for as long as it goes on."""
         if not is_so:
             self._said.discard(kind)
