@@ -447,7 +447,7 @@ class LocomotionEngine:
             self._regions[key] = region
         return self._regions[key]
 
-    def _tell(self, kind: str, is_so: bool, sentence: str) -> None:
+    def _tell(self, kind: str, is_so: bool | np.bool_, sentence: str) -> None:
         """Note an event once for as long as it goes on."""
         if not is_so:
             self._said.discard(kind)

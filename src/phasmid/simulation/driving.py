@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +17,6 @@ from phasmid.control import (
     Command,
     CommandScript,
     Controller,
-    EngineSettings,
     LocomotionEngine,
     Observation,
     Player,
@@ -25,9 +24,8 @@ from phasmid.control import (
 )
 from phasmid.control.sequences import SequenceSettings, packing
 from phasmid.control.waypoints import Follower
-from phasmid.errors import InvalidInput, plain
-from phasmid.gait import Gait
-from phasmid.motion import Motion, plan, trajectory_from_text
+from phasmid.errors import InvalidInput
+from phasmid.motion import Motion
 from phasmid.recording import Recording, load_recording
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
@@ -38,6 +36,7 @@ from phasmid.simulation.experiment import with_sensors
 from phasmid.simulation.fault import Fault, Faults
 from phasmid.simulation.hold import between_updates
 from phasmid.simulation.keeping import kept_in_log, kept_in_memory
+from phasmid.simulation.recorded_controller import controller_attributes, recorded_controller
 from phasmid.simulation.run import Progress
 from phasmid.simulation.start import check_start, standing
 from phasmid.simulation.telling import run_attributes
@@ -123,6 +122,7 @@ class Driving:
     scenario: Scenario
     begin: Motion
     controller: Controller
+    own: bool
     commands: Commanded
     rate: float
     between: str | None
@@ -147,6 +147,7 @@ class Driving:
             InvalidInput: As in `drive`.
         """
         check_scenario(scenario)
+        is_own = controller is None
         if controller is None:
             controller = scenario_engine(scenario, rate)
         hint = "a class with the methods reset and update"
@@ -172,7 +173,7 @@ class Driving:
         failing = Faults(begin.robot, faults, scenario.sensors.contact_threshold)
         scenario = _with_delays(scenario)
         _asking(commands)
-        return cls(scenario, begin, controller, commands, rate, between, start, failing)
+        return cls(scenario, begin, controller, is_own, commands, rate, between, start, failing)
 
     @classmethod
     def again(cls, recording: Recording, scenario: Scenario) -> Driving:
@@ -187,21 +188,13 @@ class Driving:
                 script can tell.
         """
         said = recording.attrs
-        name, text = str(said.get("controller", "")), said.get("commands")
-        if name not in CONTROLLERS:
-            raise InvalidInput(
-                f"the run was driven by {plain(name)}, which a recording does not hold; it cannot "
-                "be run again.",
-                hint="phasmid.drive with that controller",
-            )
+        text, controller = said.get("commands"), recorded_controller(recording, scenario)
         if text is None:
             raise InvalidInput(
                 "the recording does not hold its run's commands; it cannot be run again.",
                 hint="phasmid.drive with commands in a CommandScript",
             )
         rate = float(said["control_rate"])
-        settings = json.loads(str(said["controller_settings"]))
-        controller = CONTROLLERS[name](settings, recording, scenario)
         start = said.get("start_angles")
         return cls.of(
             scenario,
@@ -279,15 +272,15 @@ class Driving:
         said = run_attributes(self.scenario, self.begin, run)
         if not isinstance(self.controller, Player):
             said.pop("trajectory", None)
-        name, settings = _told_of(self.controller)
+        told = controller_attributes(self.controller, own=self.own)
         start = self.start
         if isinstance(self.commands, CommandScript):
             said = {**said, "commands": self.commands.to_text()}
         if start is not None:
             said = {**said, "start_angles": json.dumps(np.asarray(start).tolist())}
-        return said | {
-            "controller": name,
-            "controller_settings": json.dumps(settings),
+        return {
+            **said,
+            **told,
             "control_rate": float(self.rate),
             "faults": json.dumps([str(fault) for fault in self.faults.faults]),
             "between_updates": between_updates(self.scenario.simulation.drive, self.between),
@@ -338,47 +331,6 @@ def _with_delays(scenario: Scenario) -> Scenario:
     delays = {f"{sensor}_delay": getattr(table, f"{sensor}_delay") for sensor in SENSORS}
     short = {name: dt for name, delay in delays.items() if delay < dt}
     return scenario.replace(**short) if short and table.measured == "everything" else scenario
-
-
-def _told_of(controller: Controller) -> tuple[str, dict[str, Any]]:
-    """A controller's name in a recording, and its settings where it is one of ours."""
-    if type(controller) is LocomotionEngine:
-        settings = {f.name: getattr(controller.settings, f.name) for f in fields(EngineSettings)}
-        if isinstance(settings["gait"], Gait):
-            gait = settings["gait"]
-            settings["gait"] = {f.name: getattr(gait, f.name) for f in fields(Gait)}
-        return "locomotion engine", settings
-    if type(controller) is Player:
-        return "player", {"rate": controller.rate, "lead": controller.lead}
-    kind = type(controller)
-    return f"{kind.__module__}.{kind.__qualname__}", {}
-
-
-def _engine_again(
-    settings: dict[str, Any], recording: Recording, scenario: Scenario
-) -> LocomotionEngine:
-    del recording
-    if isinstance(settings.get("gait"), dict):
-        gait = settings["gait"]
-        settings["gait"] = Gait(**{**gait, "offsets": tuple(gait["offsets"])})
-    return LocomotionEngine(scenario.load_robot(), EngineSettings(**settings))
-
-
-def _player_again(settings: dict[str, Any], recording: Recording, scenario: Scenario) -> Player:
-    text = recording.attrs.get("trajectory")
-    motion: Motion
-    if text is not None:
-        motion = trajectory_from_text(str(text), scenario.load_robot())
-    else:
-        motion = plan(scenario)
-    return Player(motion, **settings)
-
-
-CONTROLLERS: dict[str, Callable[[dict[str, Any], Recording, Scenario], Controller]] = {
-    "locomotion engine": _engine_again,
-    "player": _player_again,
-}
-"""Controllers that a recording's settings make again, by their names there."""
 
 
 def _asking(commands: Commanded) -> Commands:
