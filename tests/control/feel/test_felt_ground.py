@@ -33,7 +33,7 @@ def tilt(recording):
 
 
 def test_levelling_takes_away_nine_tenths_of_a_slope():
-    """10 deg; a third of a degree is what feet and clearances give."""
+    """Of 10 deg one at most is left: prescribed joints do not give way, the contact does."""
     recording, _ = walked(
         {"kind": "slope", "slope_deg": 10}, duration=3.0, velocity=0.0, senses=LEVEL
     )
