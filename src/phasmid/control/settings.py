@@ -70,8 +70,8 @@ class EngineSettings:
     support_margin: float = 0.004
     planned_margin: float = 0.004
     lowest_lift: float = 0.5
-    landing_depth: float = 0.03
-    landing_speed: float = 0.1
+    landing_depth: float = 0.05
+    landing_speed: float = 0.2
     patience: float = 1.0
     dynamics: str = "feed-forward"
     effort: EffortSettings = field(default_factory=EffortSettings)

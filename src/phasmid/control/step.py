@@ -130,6 +130,18 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
 
 
 @compiled
+def land_here(state: Any, tuning: Any, leg: int) -> None:
+    """Let a foot go straight down from rest, to as far below the ground as it may look for it."""
+    plant(state, leg)
+    state.leg[leg] = PROBING
+    g, foot = state.ground[3], state.foot[leg]
+    depth = foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1]) + tuning.landing_depth
+    state.landing[leg, 2] = foot[2] - max(depth, 0.0)
+    state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
+    state.swing[leg, 1] = max(1.875 * depth / tuning.landing_speed, 0.05)
+
+
+@compiled
 def end_swing(state: Any, order: Any, tuning: Any, leg: int) -> None:
     """Let a foot stand at the end of its curve, or go on down where it feels no ground."""
     for i in range(3):
@@ -387,6 +399,9 @@ def update(
             # Farther down it may not reach; it stands there.
             plant(state, leg)
             state.leg[leg] = STANCE
+        elif state.leg[leg] == SWING and state.swing[leg, 2] == 0.0 and order.touch[leg] == 0:
+            # Nor does it go straight: it looks for the ground where it is.
+            land_here(state, tuning, leg)
         elif state.leg[leg] == SWING:
             state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
             for i in range(3):

@@ -31,7 +31,7 @@ class World:
     """A robot that steps on the spot in a tripod, on ground that lies by roll and pitch."""
 
     def __init__(self, roll=0.0, pitch=0.0, **settings):
-        self.feeling = Feeling(ROBOT, FeelSettings(**settings), DT)
+        self.feeling = Feeling(ROBOT, FeelSettings(**({"level": 1.0} | settings)), DT)
         self.slope = roll, pitch
         self.time = 0.0
         self.events, self.track = [], []

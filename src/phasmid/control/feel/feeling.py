@@ -161,7 +161,8 @@ class Feeling:
         self._forget(len(self.robot.legs))
         o = observation
         has = o.contact is not None, o.foot_normal_force is not None, o.joint_load is not None
-        self._present = np.array([*has, True])
+        # Angles that do not give way tell nothing; they are heard where loads are not told.
+        self._present = np.array([*has, o.joint_load is None])
         self._heard = self._present.copy()
 
     def update(self, observation: Observation, intent: Intent) -> Felt:
@@ -195,7 +196,7 @@ class Feeling:
             reading[LOAD:] = np.nan
             if o.joint_load is not None:
                 self._compute_forces(o.joint_position, self._stall * o.joint_load, reading[LOAD])
-            if self._step > self._late:
+            elif self._step > self._late:
                 error = self._past[row] - o.joint_position
                 self._compute_forces(o.joint_position, self._stiffness * error, reading[ANGLE])
         self._past[row] = intent.joint_position

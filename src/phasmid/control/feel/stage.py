@@ -140,4 +140,4 @@ def write_order(
         if touch[i] >= 0:
             z = to_plane[3] + plane[1] * landing[i, 0] + plane[2] * landing[i, 1]
             # Where a foot has met an obstacle on its way it looks for the ground on top of it.
-            to_landing[i] = z - sink + hits[i] * hit_rise
+            to_landing[i] = z - sink + min(hits[i], 1.0) * hit_rise

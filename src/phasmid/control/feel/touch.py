@@ -34,6 +34,9 @@ TOUCH_TIME, RELEASE_TIME, RELEASE_BY, HIT_BY, DEAD_TIME = range(5)
 SWING_WINDOW = (0.35, 0.85)
 """Part of a swing in which a foot over level ground is surely in the air."""
 
+SCUFF = 0.1
+"""Share of a swing up to which a foot that touches again has not left yet."""
+
 MOST_FLIPS = 4
 """Changes of a reading in that part which no obstacle makes."""
 
@@ -142,7 +145,7 @@ def feel_touch(
                 legs[i, CHANGE] = 0.0
                 if now == 1 and not stands and legs[i, LEFT] > 0.5:
                     legs[i, HITS] += progress[i] < settings[HIT_BY]
-        if now == 0 and not stands:
+        if now == 0 and not stands and progress[i] > SCUFF:
             legs[i, LEFT] = 1.0
         legs[i, CODE] = float(now)
         code[i] = now
