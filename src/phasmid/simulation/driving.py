@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -23,6 +23,7 @@ from phasmid.control import (
     Player,
     script_from_text,
 )
+from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.sequences import SequenceSettings, packing
 from phasmid.control.waypoints import Follower
 from phasmid.errors import InvalidInput, plain
@@ -344,6 +345,7 @@ def _told_of(controller: Controller) -> tuple[str, dict[str, Any]]:
     """A controller's name in a recording, and its settings where it is one of ours."""
     if type(controller) is LocomotionEngine:
         settings = {f.name: getattr(controller.settings, f.name) for f in fields(EngineSettings)}
+        settings["effort"] = asdict(controller.settings.effort)
         if isinstance(settings["gait"], Gait):
             gait = settings["gait"]
             settings["gait"] = {f.name: getattr(gait, f.name) for f in fields(Gait)}
@@ -361,7 +363,9 @@ def _engine_again(
     if isinstance(settings.get("gait"), dict):
         gait = settings["gait"]
         settings["gait"] = Gait(**{**gait, "offsets": tuple(gait["offsets"])})
-    return LocomotionEngine(scenario.load_robot(), EngineSettings(**settings))
+    # Recordings of engines without dynamics tell nothing of efforts.
+    effort = EffortSettings(**settings.pop("effort", {}))
+    return LocomotionEngine(scenario.load_robot(), EngineSettings(**settings, effort=effort))
 
 
 def _player_again(settings: dict[str, Any], recording: Recording, scenario: Scenario) -> Player:
