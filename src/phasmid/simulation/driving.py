@@ -24,6 +24,7 @@ from phasmid.control import (
     script_from_text,
 )
 from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.sequences import SequenceSettings, packing
 from phasmid.control.waypoints import Follower
 from phasmid.errors import InvalidInput, plain
@@ -345,7 +346,9 @@ def _told_of(controller: Controller) -> tuple[str, dict[str, Any]]:
     """A controller's name in a recording, and its settings where it is one of ours."""
     if type(controller) is LocomotionEngine:
         settings = {f.name: getattr(controller.settings, f.name) for f in fields(EngineSettings)}
-        settings["effort"] = asdict(controller.settings.effort)
+        for name in ("effort", "feel"):
+            part = settings.get(name)
+            settings[name] = None if part is None else asdict(part)
         if isinstance(settings["gait"], Gait):
             gait = settings["gait"]
             settings["gait"] = {f.name: getattr(gait, f.name) for f in fields(Gait)}
@@ -364,8 +367,10 @@ def _engine_again(
         gait = settings["gait"]
         settings["gait"] = Gait(**{**gait, "offsets": tuple(gait["offsets"])})
     # Recordings of engines without dynamics tell nothing of efforts.
-    effort = EffortSettings(**settings.pop("effort", {}))
-    return LocomotionEngine(scenario.load_robot(), EngineSettings(**settings, effort=effort))
+    settings["effort"] = EffortSettings(**settings.get("effort", {}))
+    if settings.get("feel") is not None:
+        settings["feel"] = FeelSettings(**settings["feel"])
+    return LocomotionEngine(scenario.load_robot(), EngineSettings(**settings))
 
 
 def _player_again(settings: dict[str, Any], recording: Recording, scenario: Scenario) -> Player:
