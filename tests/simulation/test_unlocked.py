@@ -33,6 +33,7 @@ def both(scenario):
     [
         {},
         {"drive": "ideal-servo"},
+        {"drive": "torque"},
         {"drive": "servo", "dt": 0.0005},
         {"terrain": "steps", "record_interval": 0.003},
     ],

@@ -19,6 +19,9 @@ the targets' speeds; ``cubic``: joints go from the last targets to the new ones,
 with the targets' speeds as the next update comes.
 """
 
+_USUAL: dict[str, Between] = {"prescribed": "cubic", "torque": "linear"}
+"""By a drive's name, where it is not ``hold``."""
+
 
 def between_updates(drive: str, between: str | None) -> Between:
     """How targets are filled in with a drive.
@@ -26,13 +29,13 @@ def between_updates(drive: str, between: str | None) -> Between:
     Args:
         drive: Its name.
         between: What was asked for; None: ``cubic`` for prescribed joints, which would be torn by
-            a staircase, ``hold`` for all others.
+            a staircase, ``linear`` for torques, ``hold`` for servos.
 
     Raises:
         InvalidInput: There is no such way, or it is none for prescribed joints.
     """
     if between is None:
-        return "cubic" if drive == "prescribed" else "hold"
+        return _USUAL.get(drive, "hold")
     ways = get_args(Between)
     if between not in ways:
         guess = nearest(str(between), ways)
