@@ -206,25 +206,26 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
     ]
 
 
-@any_robot
+@pytest.mark.parametrize("name", ["quadruped"])
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=5)
-def test_legs_fold_without_going_deeper_into_the_ground_or_closer_to_each_other(name, seed):
-    """Where they begin too close or too deep, they get no closer and no deeper on the way."""
+def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(name, seed):
+    """All knees and feet begin above the ground; half a millimetre is not worth a way round."""
     robot = ROBOTS[name]
-    first = any_angles(robot, seed)
-    ground = resting(robot, first)
-    goal = packing(robot, SETTINGS).folded
+    ground, goal = lying(robot), packing(robot, SETTINGS).folded
+    rng, limits = np.random.default_rng(seed), robot.arrays.joint_limits
+    first = goal.copy()
+    for _ in range(200):
+        trial = rng.uniform(limits[..., 0], limits[..., 1])
+        points = np.stack(knees_and_feet(robot, trial))
+        above = (ground.over(points) > 0).all(axis=0)
+        first[above] = trial[above]
     paths = folding(robot, first, goal, ground, SETTINGS)
     assert np.array_equal(paths[0].start, first)
     assert np.abs(paths[-1].end - goal).max() < 1e-12
     for before, after in pairwise(paths):
         assert np.abs(before.end - after.start).max() < 1e-12
     q = np.array([path.at(s, 0.0, 0.0).position for path in paths for s in np.linspace(0, 1, 41)])
-    knees, feet = knees_and_feet(robot, q)
-    # The goal lies on another ground than the start where the body comes down meanwhile.
-    lowest = min(0.0, ground.over(knees[[0, -1]]).min(), ground.over(feet[[0, -1]]).min())
-    assert min(ground.over(knees).min(), ground.over(feet).min()) > lowest - 0.02
+    assert ground.over(np.stack(knees_and_feet(robot, q))).min() > -1e-3
     gap = leg_gaps(robot, q)
-    needed = np.minimum(0.02, 0.9 * np.minimum(gap[0], gap[-1]))
-    assert (gap >= needed - 0.02).all()
+    assert (gap > np.minimum(0.02, 0.9 * np.minimum(gap[0], gap[-1]))).all()

@@ -379,7 +379,7 @@ class LocomotionEngine:
         self._tell("lame", False, "")
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
-        resting = self.state.mode[0] == STILL
+        resting = bool(self.state.mode[0] == STILL)
         self._resting = resting
         standing = resting and not any(command.velocity)
         self._set_pose(np.array(command.pose, dtype=float), shift, standing)
