@@ -165,7 +165,7 @@ class LocomotionEngine:
         self._tell("held", code == 3, "held all: a leg could not follow")
         if self._resting != (self.state.mode[0] == STILL):
             self._take(command)
-        waits, back = self.state.clock[4] > 0.25, self.state.mode[2] == 1
+        waits, back = bool(self.state.clock[4] > 0.25), bool(self.state.mode[2] == 1)
         self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
         weak = waits and not back
         self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
