@@ -1,6 +1,7 @@
 """Standing up and sitting down from any joint angles, and legs by hand, without physics."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from phasmid import load_robot
 from phasmid.control import Command, Posture
 from phasmid.control.command import LegCommand
 from phasmid.control.sequences import Sequencer, SequenceSettings, Stage, packing
+from phasmid.control.sequences.folding import folding, leg_gaps
 from phasmid.control.sequences.reaching import angles_and_reach, knees_and_feet
 from phasmid.control.sequences.resting import lying, resting
 from phasmid.control.sequences.stance import neutral_stance
@@ -202,3 +204,28 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
     assert [s for _, s in sequencer.events] == [
         "servo right_rear.femur answers no more; its leg is lost."
     ]
+
+
+@pytest.mark.parametrize("name", ["quadruped"])
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=5)
+def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(name, seed):
+    """All knees and feet begin above the ground; half a millimetre is not worth a way round."""
+    robot = ROBOTS[name]
+    ground, goal = lying(robot), packing(robot, SETTINGS).folded
+    rng, limits = np.random.default_rng(seed), robot.arrays.joint_limits
+    first = goal.copy()
+    for _ in range(200):
+        trial = rng.uniform(limits[..., 0], limits[..., 1])
+        points = np.stack(knees_and_feet(robot, trial))
+        above = (ground.over(points) > 0).all(axis=0)
+        first[above] = trial[above]
+    paths = folding(robot, first, goal, ground, SETTINGS)
+    assert np.array_equal(paths[0].start, first)
+    assert np.abs(paths[-1].end - goal).max() < 1e-12
+    for before, after in pairwise(paths):
+        assert np.abs(before.end - after.start).max() < 1e-12
+    q = np.array([path.at(s, 0.0, 0.0).position for path in paths for s in np.linspace(0, 1, 41)])
+    assert ground.over(np.stack(knees_and_feet(robot, q))).min() > -1e-3
+    gap = leg_gaps(robot, q)
+    assert (gap > np.minimum(0.02, 0.9 * np.minimum(gap[0], gap[-1]))).all()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -102,7 +103,7 @@ class SafeController:
         self._last = targets
         return targets
 
-    def telemetry(self) -> Mapping[str, float]:
+    def telemetry(self) -> Mapping[str, Any]:
         """The mode by number, beside what the controller tells."""
         inner = getattr(self.controller, "telemetry", None)
         told = dict(inner()) if callable(inner) else {}

@@ -39,7 +39,7 @@ def folding(
     """Ways from any joint angles to those of folded legs.
 
     Straight where nothing is in the way. Otherwise each leg is drawn in with its coxa held, past
-    the ground by way of one more pose, legs that cross one after the other, the free one first;
+    the ground by way of two more poses, legs that cross one after the other, the free one first;
     then the coxae turn.
 
     Args:
@@ -56,7 +56,7 @@ def folding(
     drawn = np.concatenate([q[:, :1], goal[:, 1:]], axis=1)
     ways: list[JointPath] = []
     for name, stops in (
-        ("draws in its legs", [q, _via(robot, ground, q, drawn), drawn]),
+        ("draws in its legs", [q, *_vias(robot, ground, q, drawn), drawn]),
         ("turns its legs to their places", [drawn, goal]),
     ):
         for legs in _groups(robot, stops):
@@ -82,30 +82,47 @@ def _between(q: np.ndarray, goal: np.ndarray) -> np.ndarray:
     return q + share * (goal - q)
 
 
-def _depth(
-    robot: Robot, ground: Resting, q: np.ndarray, goal: np.ndarray
-) -> Float[np.ndarray, "*batch legs"]:
-    """How far knees and feet dip below the ground on a straight way, or below both its ends [m]."""
-    points = knees_and_feet(robot, _between(q, goal))
-    height = np.minimum(*(ground.over(p) for p in points))
-    return np.minimum(0.0, np.minimum(height[0], height[-1])) - height.min(axis=0)
+def _depth(robot: Robot, ground: Resting, *stops: np.ndarray) -> Float[np.ndarray, "*batch legs"]:
+    """How far knees and feet dip below the ground on the way, and below both its ends [m].
+
+    Args:
+        robot: The robot, L legs.
+        ground: Where the ground is.
+        stops: Angles between which the way is straight [rad], each of shape (..., L, 3).
+    """
+    heights = []
+    for q, goal in pairwise(stops):
+        points = knees_and_feet(robot, _between(q, goal))
+        heights.append(np.minimum(*(ground.over(p) for p in points)))
+    ends = np.minimum(heights[0][0], heights[-1][-1])
+    return np.minimum(0.0, ends) - np.min([height.min(axis=0) for height in heights], axis=0)
 
 
-def _via(robot: Robot, ground: Resting, q: Angles, goal: Angles) -> Angles:
-    """A pose of each leg by way of which it goes deep into the ground least, and not far."""
+def _vias(robot: Robot, ground: Resting, q: Angles, goal: Angles) -> tuple[Angles, Angles]:
+    """Two poses of each leg by way of which it goes deep into the ground least, and not far.
+
+    Of the two one joint of femur and tibia moves first, or both at once; then the other follows.
+    """
     limits = robot.arrays.joint_limits
     share = np.linspace(0.02, 0.98, VIAS)
     pairs = np.array(list(product(share, share)))
-    via = np.repeat(q[None], len(pairs) + 1, axis=0)
-    via[:-1, :, 1:] = limits[:, 1:, 0] + pairs[:, None] * (limits[:, 1:, 1] - limits[:, 1:, 0])
+    second = np.repeat(q[None], len(pairs), axis=0)
+    second[..., 1:] = limits[:, 1:, 0] + pairs[:, None] * (limits[:, 1:, 1] - limits[:, 1:, 0])
+    firsts = [second]
+    for joint in (1, 2):
+        first = second.copy()
+        first[..., joint] = q[:, joint]
+        firsts.append(first)
     # The last of them is the straight way.
-    via[-1] = goal
-    depth = np.maximum(_depth(robot, ground, q, via), _depth(robot, ground, via, goal))
-    length = np.abs(via - q).max(axis=-1) + np.abs(goal - via).max(axis=-1)
+    first = np.concatenate([*firsts, goal[None]])
+    second = np.concatenate([second, second, second, goal[None]])
+    stops = (q, first, second, goal)
+    depth = _depth(robot, ground, *stops)
+    length = sum(np.abs(end - start).max(axis=-1) for start, end in pairwise(stops))
     cost = length + 1e4 * np.maximum(depth - GRAZE, 0.0)
     best = np.argmin(cost, axis=0)
     legs = np.arange(len(q))
-    return np.asarray(via[best, legs])
+    return first[best, legs], second[best, legs]
 
 
 def _groups(robot: Robot, stops: list[Angles]) -> list[list[int]]:

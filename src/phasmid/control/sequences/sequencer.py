@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from enum import Enum
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -191,7 +192,7 @@ class Sequencer:
         self._go(observation, command, dt)
         return _targets(self._motion)
 
-    def telemetry(self) -> Mapping[str, float]:
+    def telemetry(self) -> Mapping[str, Any]:
         """The stage by number, beside what the walking controller tells."""
         inner = getattr(self.walker, "telemetry", None)
         told = dict(inner()) if callable(inner) else {}
