@@ -8,6 +8,7 @@ from typing import Any
 
 from phasmid.control import Controller, EngineSettings, LocomotionEngine, Player
 from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.feel.settings import FeelSettings
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.motion import Motion, plan, trajectory_from_text
@@ -17,7 +18,7 @@ from phasmid.scenario import Scenario
 OWN = "scenario's own"
 """Name of the controller that a scenario has where nobody gives one."""
 
-SETTINGS = {kind.__name__: kind for kind in (EngineSettings, EffortSettings, Gait)}
+SETTINGS = {kind.__name__: kind for kind in (EngineSettings, EffortSettings, FeelSettings, Gait)}
 """What settings may consist of, beside numbers, texts and lists of them."""
 
 
