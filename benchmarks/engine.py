@@ -18,8 +18,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
-from kinematic_world import drive, random_commands, worst
-from phasmid.control import Command, LocomotionEngine, Observation
+from kinematic_world import core_engine, drive, random_commands, worst
+from phasmid.control import Command, Observation
 from phasmid.robot import load_robot, preset_names
 
 SETTLING = 8.0
@@ -48,7 +48,7 @@ def stress(name: str, sequences: int, duration: float) -> int:
     for seed in range(sequences):
         commands = random_commands(robot, np.random.default_rng(seed), duration - SETTLING)
         commands.append((duration - SETTLING, Command(gait=commands[-1][1].gait)))
-        engine = LocomotionEngine(robot, feeling=False)
+        engine = core_engine(robot)
         seen = drive(engine, commands, duration)
         wrong = faults(seen, engine)
         margin = min(margin, worst(seen)["margin"])
@@ -66,7 +66,7 @@ def stress(name: str, sequences: int, duration: float) -> int:
 
 def update_time(name: str) -> float:
     """Least mean time of an update while walking, of many rounds [s]."""
-    engine = LocomotionEngine(load_robot(name), feeling=False)
+    engine = core_engine(load_robot(name))
     limit = engine.largest_velocity((1.0, 0.2, 0.5))
     command = Command(velocity=tuple(0.7 * v for v in limit.velocity), pose=(0, 0, 0.01, 0, 0, 0))
     observation, best = Observation(0.0, engine.state.q[0].copy()), np.inf

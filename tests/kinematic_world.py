@@ -122,5 +122,6 @@ def worst(seen):
     }
 
 
-def new_engine(robot, **keywords):
-    return LocomotionEngine(robot, **{"feeling": False} | keywords)
+def core_engine(robot, **keywords):
+    """An engine that neither feels the ground nor minds forces: this world has none."""
+    return LocomotionEngine(robot, feeling=False, dynamics="none", **keywords)
