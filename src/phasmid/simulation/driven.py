@@ -106,6 +106,7 @@ class DrivenRun(Run):
         self._wanted[:2, 0] = start.q[0], start.qd[0]
         self._kept = slice(0, 1)
         self.asked: list[tuple[float, Command]] = []
+        self._newest: Command | None = None
         observation = self._observe()
         controller.reset(observation)
         self._decision = self._decide(observation)
@@ -131,10 +132,11 @@ class DrivenRun(Run):
         command = self._commands(observation.time, observation, self._pose())
         if command is None:
             return None
-        if not self.asked or command is not self.asked[-1][1]:
+        if command is not self._newest:
             check_type("command", command, (Command,), "a Command", "Command(velocity=(0.1, 0, 0))")
+            self._newest = command
             # When it was given is no part of what it asks for.
-            ageless = replace(command, time=None)
+            ageless = command if command.time is None else replace(command, time=None)
             if not self.asked or ageless != self.asked[-1][1]:
                 self.asked.append((observation.time, ageless))
         self._shall_lie = command.posture is Posture.PACKED
@@ -174,9 +176,7 @@ class DrivenRun(Run):
             self._failure = Trouble(Ending.FAILED, at, _not_finite(targets, self.robot.leg_names))
             targets, count = self._targets_before, 1
         # Copies, since the controller may go on writing into its own arrays.
-        self._targets_before = replace(
-            targets, position=targets.position.copy(), velocity=targets.velocity.copy()
-        )
+        self._targets_before = JointTargets(targets.position.copy(), targets.velocity.copy())
         wanted = self._hold.setpoints(targets)
         rows = self.drive.targets(wanted, self.dt)[:count]
         part = slice(at, at + len(rows))
