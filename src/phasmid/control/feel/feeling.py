@@ -256,10 +256,14 @@ class Feeling:
             if self._source >= 0 or source == attitude.NONE:
                 self.events.append(SOURCES[source])
             self._source = source
+        standing = intent.standing
+        if self._step > 1:
+            # A foot that stands on nothing tells nothing of the ground.
+            standing = standing & (self._code != 0)
         fit_plane(
             self.dt,
             intent.p_odom_foot,
-            intent.standing,
+            standing,
             intent.p_odom_path,
             s.forgetting_time,
             s.plane_spread,
@@ -268,6 +272,9 @@ class Feeling:
             self._stood_at,
             self._planes,
         )
+        if np.isnan(self._plane[0]):
+            # No foot has stood yet.
+            self._planes[:] = 0.0
         # What the body does now was asked a while ago.
         row = self._step % len(self._turned)
         if self._step == 1:

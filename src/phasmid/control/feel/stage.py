@@ -62,7 +62,7 @@ class FeelStage:
                 state.body,
                 self._R_path,
                 state.q[0],
-                state.mode[0] != STILL,
+                bool(state.mode[0] != STILL),
             ),
         )
         write_order(
