@@ -346,7 +346,7 @@ def _told_of(controller: Controller) -> tuple[str, dict[str, Any]]:
     """A controller's name in a recording, and its settings where it is one of ours."""
     if type(controller) is LocomotionEngine:
         settings = {f.name: getattr(controller.settings, f.name) for f in fields(EngineSettings)}
-        for name in ("effort", "feel"):
+        for name in ("effort", "senses"):
             part = settings.get(name)
             settings[name] = None if part is None else asdict(part)
         if isinstance(settings["gait"], Gait):
@@ -368,8 +368,8 @@ def _engine_again(
         settings["gait"] = Gait(**{**gait, "offsets": tuple(gait["offsets"])})
     # Recordings of engines without dynamics tell nothing of efforts.
     settings["effort"] = EffortSettings(**settings.get("effort", {}))
-    if settings.get("feel") is not None:
-        settings["feel"] = FeelSettings(**settings["feel"])
+    if settings.get("senses") is not None:
+        settings["senses"] = FeelSettings(**settings["senses"])
     return LocomotionEngine(scenario.load_robot(), EngineSettings(**settings))
 
 
