@@ -254,7 +254,9 @@ class LocomotionEngine:
             leg: Its index.
             q: Its joint angles [rad], shape (3,).
         """
-        self._model.folded[leg] = q
+        # The loops have a copy of their own.
+        for model in (self._model, self._memory.model):
+            model.folded[leg] = q
 
     def hold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
         """Take a leg as lost and held in the air already, at rest.

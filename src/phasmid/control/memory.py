@@ -228,7 +228,9 @@ class Memory:
         self.wanted: Order = look_order(n[3], c[k + 2 * legs :], legs)
         n[4][:] = np.concatenate([np.ravel(values) for values in model])
         n[5][:] = tuning
-        self.model, self.tuning = model, tuning
+        # A view, so that what is changed in it counts in the loops.
+        self.model: Model = unwrapped(model_at)(n[4], legs)
+        self.tuning = tuning
         for order in (self.order, self.wanted):
             clear(order)
 
