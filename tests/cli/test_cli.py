@@ -152,7 +152,7 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
         ),
         pytest.param(
             ["walk", "--drive", "sevro"],
-            '--drive is "sevro"; it must be "prescribed", "ideal-servo" or "servo".\n'
+            '--drive is "sevro"; it must be "prescribed", "ideal-servo", "servo" or "torque".\n'
             '  try  "servo"',
             id="choice-misspelt",
         ),

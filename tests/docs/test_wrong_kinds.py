@@ -17,6 +17,7 @@ SCRIPT = """
 import json, sys
 import phasmid
 from phasmid import *
+from phasmid.control import Player
 
 bad = [None, 3, "abc", [], {}, object(), [None], [3], ("a",), b"x", float("nan"), True, Gait]
 bad += ["a" + chr(0) + "b", "x" * 5000]
@@ -41,6 +42,10 @@ good = {
     "Scenario": {name: getattr(scenario, name) for name in Scenario.model_fields},
     "Servo": parts(robot.servo),
     "analyse": {"scenario": scenario, "walk": walk},
+    "drive": {
+        "scenario": scenario, "controller": Player(walk), "commands": None, "rate": 200.0,
+        "between": None, "start": None, "faults": [], "progress": None, "log": None,
+    },
     "export": {
         "recording": recording, "path": "a.csv", "format": "csv", "channels": ["stance"],
         "rate": 10.0,
@@ -74,7 +79,7 @@ for name, arguments in good.items():
         for value in bad:
             if name == "report" and value == "abc" or name == "verify" and value is None:
                 continue  # These are right: they would draw figures, and run all checks.
-            if argument == "progress" and value is Gait:
+            if argument in ("progress", "commands") and value is Gait:
                 continue  # A function of other arguments, as far as can be seen.
             try:
                 getattr(phasmid, name)(**arguments | {argument: value})

@@ -106,7 +106,8 @@ def test_every_field_has_one_key_of_its_own():
         ),
         pytest.param(
             {"drive": "motor"},
-            'simulation.drive is "motor"; it must be "prescribed", "ideal-servo" or "servo".',
+            'simulation.drive is "motor"; '
+            'it must be "prescribed", "ideal-servo", "servo" or "torque".',
             "",
             id="choice",
         ),
