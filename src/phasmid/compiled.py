@@ -20,20 +20,51 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
             to it as an argument or be compiled itself. Without numba it is returned as it is: the
             same numbers, but for round-off, much slower.
     """
+    return _made(function)
+
+
+def _made(function: Callable[..., Any], **options: bool) -> Callable[..., Any]:
     module = numba()
     if module is None:
         return function
     # A check of its arguments that is wrapped around it cannot be compiled.
     function = unwrap(function)
-    options = {"nogil": True, "error_model": "numpy"}
+    options |= {"nogil": True}
     try:
-        made = module.njit(cache=True, **options)(function)
+        made = module.njit(cache=True, error_model="numpy", **options)(function)
         heed_sources(made, function)
     except (RuntimeError, AttributeError):
         # No folder can be written to, neither the package's own nor the user's; or this numba's
         # cache is another one, which would take old code for new.
-        return module.njit(**options)(function)
+        return module.njit(error_model="numpy", **options)(function)
     return made
+
+
+@cache
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A part of one compiled function, put in its place there.
+
+    A function that hands on many arrays is compiled much sooner this way: each function is
+    compiled together with all that it calls, level by level, and hands each array on as many
+    numbers.
+
+    Args:
+        function: Written as for `compiled`, and called in one place or in few.
+    """
+    module = numba()
+    if module is None:
+        return function
+    return module.njit(inline="always", nogil=True, error_model="numpy")(unwrap(function))
+
+
+@cache
+def internal(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What is `compiled` but called by compiled functions alone: Python has no way into it.
+
+    Args:
+        function: Written as for `compiled`.
+    """
+    return _made(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def heed_sources(made: Any, function: Callable[..., Any]) -> None:

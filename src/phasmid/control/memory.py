@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 
 STATE, ORDER, MODEL = (93, 96), (24, 5), (3, 39)
@@ -28,7 +28,7 @@ def count_numbers(legs: int) -> tuple[int, int, int]:
     )
 
 
-@compiled
+@internal
 def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     """The state that a row of numbers and a row of codes hold."""
     a = 0
@@ -96,7 +96,7 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     )
 
 
-@compiled
+@internal
 def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
     """The order that a row of numbers and a row of codes hold."""
     a = 0
@@ -132,7 +132,7 @@ def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
     )
 
 
-@compiled
+@internal
 def model_at(numbers: np.ndarray, legs: int) -> Model:
     """The robot that a row of numbers holds."""
     a = 0
@@ -172,7 +172,7 @@ def model_at(numbers: np.ndarray, legs: int) -> Model:
     )
 
 
-@compiled
+@internal
 def tuning_at(row: np.ndarray) -> Tuning:
     """The settings that a row of numbers holds."""
     return Tuning(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.limbs import angles_of, rotation, to_hip
 from phasmid.control.state import DIRECTIONS, STANCE, SWING
 from phasmid.control.trunk import ride
@@ -49,7 +49,7 @@ def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: n
     return True
 
 
-@compiled
+@internal
 def is_reached(state: Any, model: Any, tuning: Any, leg: int, p_odom: np.ndarray) -> bool:
     """Whether a leg can put its foot at a place in odom, as the body is now."""
     p, p_body, p_hip = np.empty(3), np.empty(3), np.empty(3)
@@ -142,7 +142,7 @@ def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
     return share
 
 
-@compiled
+@internal
 def wave(
     model: Any,
     used: np.ndarray,
@@ -188,7 +188,7 @@ def wave(
         out[2, 1] -= rate * rate * c * y
 
 
-@compiled
+@internal
 def speed_share(
     state: Any,
     model: Any,
@@ -246,7 +246,7 @@ def speed_share(
     return share
 
 
-@compiled
+@internal
 def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarray) -> float:
     """Share of a velocity at which the centre of mass stays over the feet that stand.
 

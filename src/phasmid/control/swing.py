@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.limbs import foot_of
 
 
@@ -65,7 +65,7 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
     )
 
 
-@compiled
+@internal
 def raise_foot(state: Any, leg: int) -> None:
     """Write a swinging foot's place and motion in odom: its line and its lift above it."""
     s = state.swing[leg, 0] / state.swing[leg, 1]
@@ -79,7 +79,7 @@ def raise_foot(state: Any, leg: int) -> None:
     state.motion[1, leg, 2] += a
 
 
-@compiled
+@internal
 def plant(state: Any, leg: int) -> None:
     """Let a foot stand where it is."""
     for i in range(3):
@@ -90,7 +90,7 @@ def plant(state: Any, leg: int) -> None:
         state.landing[leg, i] = state.foot[leg, i]
 
 
-@compiled
+@internal
 def hold_leg(state: Any, model: Any, leg: int, h: float) -> None:
     """Let a leg that is held in the air fold, and tell where its foot is in odom."""
     swing, q = state.swing[leg], state.q

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.limbs import rotation
 
 
@@ -84,7 +84,7 @@ def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> N
     out[0], out[1], out[2] = path[0] + c * dx - s * dy, path[1] + s * dx + c * dy, path[2] + turn
 
 
-@compiled
+@internal
 def place_trunk(state: Any, model: Any, tuning: Any) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
     path, speed, pose, sway = state.path, state.speed, state.pose, state.sway
