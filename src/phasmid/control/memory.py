@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import internal
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 
 STATE, ORDER, MODEL = (93, 96), (24, 5), (3, 39)
 """Numbers in each, whatever the number of legs, and for each leg."""
 
 
-@compiled
+@internal
 def count_numbers(legs: int) -> tuple[int, int, int]:
     """Numbers in a state, in an order and in a model."""
     return (
@@ -214,7 +214,7 @@ class Memory:
 
     def __init__(self, model: Model, tuning: Tuning) -> None:
         legs = self.legs = len(model.neutral)
-        many = count_numbers(legs)
+        many = unwrapped(count_numbers)(legs)
         ends = np.cumsum([0, many[0], many[0], many[1], many[1], many[2], len(tuning)])
         self.numbers = np.zeros(ends[-1])
         self.codes = np.zeros(2 * (legs + 4) + 4 * legs, dtype=np.int64)
@@ -249,7 +249,7 @@ def clear(order: Order) -> None:
 
 def new_order(legs: int) -> Order:
     """An order to stand."""
-    numbers, codes = np.zeros(count_numbers(legs)[1]), np.zeros(2 * legs, dtype=np.int64)
+    numbers, codes = np.zeros(unwrapped(count_numbers)(legs)[1]), np.zeros(2 * legs, dtype=np.int64)
     order: Order = unwrapped(order_at)(numbers, codes, legs)
     clear(order)
     return order

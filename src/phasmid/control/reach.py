@@ -23,7 +23,7 @@ PLANNED, HARD = 1.0, 0.2
 """Shares of the margins of stretch and of joint limits: of what is planned, and of all targets."""
 
 
-@compiled
+@internal
 def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: np.ndarray) -> bool:
     """Whether a leg can put its foot somewhere; write the joint angles for it.
 
@@ -124,7 +124,7 @@ def bound_region(
         region[k, 2] = max(nx * edge[k, 0] + ny * edge[k, 1], 0.0)
 
 
-@compiled
+@internal
 def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
     """Share of a way from a neutral foot that stays within its region; at most 1.
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.clock import best_phase, run_clock
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
 from phasmid.control.memory import count_numbers, model_at, order_at, state_at, tuning_at
@@ -281,7 +281,7 @@ def change_gait(state: Any, model: Any, order: Any, wanted: Any) -> None:
             state.clock[0] = found[0]
 
 
-@internal
+@inlined
 def advance(state: Any, model: Any, order: Any, tuning: Any, h: float, held: bool) -> bool:
     """Let everything go on by a step of time; whether all feet can be reached there.
 
@@ -345,7 +345,7 @@ def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
     bound_region(model, tuning, leg, state.pose[3], slope, state.region[leg])
 
 
-@internal
+@inlined
 def update(
     state: Any, trial: Any, model: Any, order: Any, wanted: Any, tuning: Any, dt: float
 ) -> int:

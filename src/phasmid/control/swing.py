@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import internal
 from phasmid.control.limbs import foot_of
 
 
-@compiled
+@internal
 def steer(line: np.ndarray, leg: int, goal: np.ndarray, left: float, h: float) -> None:
     """Move a foot's place, velocity and acceleration along the quintic to rest at a goal.
 
@@ -37,7 +37,7 @@ def steer(line: np.ndarray, leg: int, goal: np.ndarray, left: float, h: float) -
         line[2, leg, i] = a + h * (6 * b + h * (12 * c + h * 20 * d))
 
 
-@compiled
+@internal
 def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
     """Height above the line, its speed and acceleration: at rest at both ends, highest amid.
 
@@ -55,7 +55,7 @@ def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
     )
 
 
-@compiled
+@internal
 def blend(s: float, time: float) -> tuple[float, float, float]:
     """Part of the way from rest to rest by a quintic, its speed and acceleration."""
     return (

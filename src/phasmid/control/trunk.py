@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import internal
 from phasmid.control.limbs import rotation
 
 
-@compiled
+@internal
 def follow(stages: np.ndarray, omega: float, h: float) -> None:
     """Let a chain of equal first-order lags follow its first stage, which stays.
 
@@ -38,7 +38,7 @@ def follow(stages: np.ndarray, omega: float, h: float) -> None:
             stages[n, k] = r + decay * total
 
 
-@compiled
+@internal
 def approach(
     reference: np.ndarray, target: np.ndarray, first: int, scale: float, most: float
 ) -> None:
@@ -63,7 +63,7 @@ def approach(
         )
 
 
-@compiled
+@internal
 def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> None:
     """Write the place after a constant velocity in the path's own axes: an arc or a line.
 
