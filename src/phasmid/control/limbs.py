@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 
 Triple = tuple[float, float, float]
 
 
-@internal
+@compiled
 def foot_of(lengths: np.ndarray, q1: float, q2: float, q3: float) -> Triple:
     """The foot in the hip frame [m] for joint angles [rad]; lengths of coxa, femur, tibia [m]."""
     r = lengths[0] + lengths[1] * math.cos(q2) + lengths[2] * math.cos(q2 + q3)
@@ -23,7 +23,7 @@ def foot_of(lengths: np.ndarray, q1: float, q2: float, q3: float) -> Triple:
     return r * math.cos(q1), r * math.sin(q1), z
 
 
-@internal
+@compiled
 def angles_of(
     lengths: np.ndarray, x: float, y: float, z: float, stretch: float
 ) -> tuple[float, float, float, float]:
@@ -48,7 +48,7 @@ def angles_of(
     return math.atan2(y, x), q2, -2 * math.atan2(t1, t2), margin
 
 
-@internal
+@compiled
 def speeds_of(
     lengths: np.ndarray,
     q: np.ndarray,
@@ -86,7 +86,7 @@ def speeds_of(
     qdd[0], qdd[1], qdd[2] = (a_side - 2 * v_out * w1) / r, d2, d3 - d2
 
 
-@internal
+@compiled
 def moment_of(model: Any, leg: int, q: np.ndarray, moment: np.ndarray) -> None:
     """Add a leg's mass times the place of its centre in the body frame [kg·m].
 
@@ -121,14 +121,14 @@ def moment_of(model: Any, leg: int, q: np.ndarray, moment: np.ndarray) -> None:
         moment[i] += whole * p[i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * up
 
 
-@internal
+@compiled
 def to_hip(R: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
     """Write a vector in the axes of a frame whose rotation is R: the transpose of R times v."""
     for i in range(3):
         out[i] = R[0, i] * v[0] + R[1, i] * v[1] + R[2, i] * v[2]
 
 
-@internal
+@compiled
 def rotation(roll: float, pitch: float, yaw: float, R: np.ndarray) -> None:
     """Write the rotation of roll about x, then pitch about y, then yaw about z, fixed axes."""
     cr, sr = math.cos(roll), math.sin(roll)
@@ -139,7 +139,7 @@ def rotation(roll: float, pitch: float, yaw: float, R: np.ndarray) -> None:
     R[2, 0], R[2, 1], R[2, 2] = -sp, cp * sr, cp * cr
 
 
-@internal
+@compiled
 def margin_of(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> float:
     """Distance of a point from the edge of the feet that stand, from above [m]; see `gait`.
 
