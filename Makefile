@@ -74,6 +74,7 @@ bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, suc
 	@"$(BIN)/python" benchmarks/run.py
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
 	@"$(BIN)/python" benchmarks/forces.py
+	@"$(BIN)/python" benchmarks/update.py
 	@"$(BIN)/python" benchmarks/drive.py
 	@"$(BIN)/python" benchmarks/page.py
 	@"$(BIN)/python" benchmarks/video.py

@@ -25,3 +25,39 @@ def test_a_change_of_any_file_of_the_room_is_noticed_by_the_cache(tmp_path, monk
     assert made_anew(path).cache_hits
     monkeypatch.setattr(compiled, "_sources", lambda room: ((str(room), 0, 0),))
     assert made_anew(path).cache_misses
+
+
+def test_what_lies_in_the_cache_is_known_to_need_no_compiler(tmp_path):
+    # `phasmid drive` tells of the compiler where it will be waited for, and only there.
+    path = tmp_path / "twice.py"
+    path.write_text(CODE)
+
+    def load():
+        spec = importlib.util.spec_from_file_location("twice", path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return compiled.compiled(module.twice)
+
+    first = load()
+    assert not compiled.is_compiled(first)
+    assert first(1.5) == 3.0
+    assert compiled.is_compiled(first)
+    assert compiled.is_compiled(load())
+    assert compiled.is_compiled(lambda x: x)
+
+
+def test_parts_are_put_into_their_callers_and_internal_functions_are_called_by_them(tmp_path):
+    # (x + 1)² + x at x = 2 is 11, whether Python computes it or the compiler.
+    path = tmp_path / "parts.py"
+    path.write_text(
+        "from phasmid.compiled import compiled, inlined, internal\n"
+        "@internal\ndef more(x):\n    return x + 1.0\n"
+        "@inlined\ndef square(x):\n    return more(x) * more(x)\n"
+        "@compiled\ndef whole(x):\n    return square(x) + x\n"
+    )
+    spec = importlib.util.spec_from_file_location("parts", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.whole(2.0) == 11.0
+    # What is internal would have no code that Python may call, which then computes it itself.
+    assert module.more(2.0) == 3.0

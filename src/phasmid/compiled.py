@@ -20,20 +20,77 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
             to it as an argument or be compiled itself. Without numba it is returned as it is: the
             same numbers, but for round-off, much slower.
     """
+    return _made(function)
+
+
+def _made(function: Callable[..., Any], **options: bool) -> Callable[..., Any]:
     module = numba()
     if module is None:
         return function
     # A check of its arguments that is wrapped around it cannot be compiled.
     function = unwrap(function)
-    options = {"nogil": True, "error_model": "numpy"}
+    options |= {"nogil": True}
     try:
-        made = module.njit(cache=True, **options)(function)
+        made = module.njit(cache=True, error_model="numpy", **options)(function)
         heed_sources(made, function)
     except (RuntimeError, AttributeError):
         # No folder can be written to, neither the package's own nor the user's; or this numba's
         # cache is another one, which would take old code for new.
-        return module.njit(**options)(function)
+        return module.njit(error_model="numpy", **options)(function)
     return made
+
+
+@cache
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A part of one compiled function, put in its place there.
+
+    A function that hands on many arrays is compiled much sooner this way: each function is
+    compiled together with all that it calls, level by level, and hands each array on as many
+    numbers.
+
+    Args:
+        function: Written as for `compiled`, and called in one place or in few.
+    """
+    module = numba()
+    if module is None:
+        return function
+    return module.njit(inline="always", nogil=True, error_model="numpy")(unwrap(function))
+
+
+@cache
+def internal(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What is compiled for compiled functions that call it, and takes half the time for that.
+
+    Where Python calls it, Python computes it.
+
+    Args:
+        function: Written as for `compiled`.
+    """
+    made = _made(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    if made is not function:
+        plain = unwrap(function)
+
+        def keep(result: Any) -> None:
+            made.overloads[tuple(result.signature.args)] = result
+
+        # Python never finds code that it may call, and asks for some: it gets its own.
+        made.add_overload, made._compile_for_args = keep, lambda *_, **__: plain  # type: ignore[attr-defined]
+    return made
+
+
+def is_compiled(function: Callable[..., Any]) -> bool:
+    """Whether a function can be called without waiting for the compiler.
+
+    Args:
+        function: What `compiled` gave; what is plain Python never waits.
+    """
+    if getattr(function, "overloads", True):
+        return True
+    try:
+        return bool(function._cache._cache_file._load_index())  # type: ignore[attr-defined]
+    except (AttributeError, OSError):
+        # There is no cache.
+        return False
 
 
 def heed_sources(made: Any, function: Callable[..., Any]) -> None:

@@ -53,6 +53,8 @@ def run(options: argparse.Namespace) -> int:
     if options.mcap:
         check_mcap()
     walk.check_film(options)
+    if not options.quiet:
+        _tell_of_compiling()
     commands: Any = script
     keyboard: Any = nullcontext()
     if options.keys:
@@ -88,6 +90,16 @@ def run(options: argparse.Namespace) -> int:
         print(f"phasmid: {trouble.sentence}", file=sys.stderr)
     walk.write_film(recording, options, walk.own_appearance(robot))
     return 3 if trouble else 0
+
+
+def _tell_of_compiling() -> None:
+    """Say why nothing is seen to happen for a while, where the controller is to be compiled."""
+    from phasmid.compiled import is_compiled
+    from phasmid.control.step import tick
+
+    if not is_compiled(tick):
+        told = "compiling the controller, once for this machine: about half a minute"
+        print(f"phasmid: {told}", file=sys.stderr, flush=True)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 from phasmid.control.limbs import margin_of
 from phasmid.control.reach import is_reached, speed_share, wave
 from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
@@ -28,7 +28,7 @@ ALMOST = 1e-9
 """Phases closer than this are one instant."""
 
 
-@compiled
+@internal
 def from_home(state: Any, model: Any, leg: int) -> float:
     """Distance of a foot from its neutral place on the path, from above [m]."""
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
@@ -38,7 +38,7 @@ def from_home(state: Any, model: Any, leg: int) -> float:
     return math.sqrt(dx * dx + dy * dy)
 
 
-@compiled
+@internal
 def is_asked_to_move(state: Any, order: Any) -> bool:
     """Whether the body moves over ground, or shall."""
     moves = False
@@ -47,7 +47,7 @@ def is_asked_to_move(state: Any, order: Any) -> bool:
     return moves
 
 
-@compiled
+@internal
 def margin_without(
     state: Any, model: Any, order: Any, lifted: np.ndarray, time: float, turn: float
 ) -> float:
@@ -83,7 +83,7 @@ def margin_without(
     return min(now, then + FORESIGHT)
 
 
-@compiled
+@internal
 def best_phase(
     state: Any,
     model: Any,
@@ -121,7 +121,7 @@ def best_phase(
             out[0], out[1] = phase, share
 
 
-@compiled
+@internal
 def lift_off(
     state: Any, model: Any, order: Any, tuning: Any, leg: int, ago: float, time: float
 ) -> None:
@@ -152,7 +152,7 @@ def lift_off(
             state.line[1 + k, leg, i] = state.motion[k, leg, i]
 
 
-@compiled
+@internal
 def lean(state: Any, lifted: np.ndarray, h: float) -> None:
     """Let the body lean towards the middle of the feet that stay, for a lift that waits.
 
@@ -186,7 +186,7 @@ def lean(state: Any, lifted: np.ndarray, h: float) -> None:
         state.clock[8] += dy
 
 
-@compiled
+@internal
 def stand_upright(state: Any, h: float) -> None:
     """Let the body come back from where it leant, while its feet hold it easily."""
     left = 1 - min(UPRIGHT * h, 1.0)
@@ -194,7 +194,7 @@ def stand_upright(state: Any, h: float) -> None:
     state.clock[8] *= left
 
 
-@compiled
+@internal
 def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -> None:
     """Let the foot that can best be spared step to its neutral place, one at a time.
 
@@ -222,7 +222,7 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
         lift_off(state, model, order, tuning, best, 0.0, time)
 
 
-@compiled
+@internal
 def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
     """Let the gait's clock go on by a step of time, and feet lift that are due.
 

@@ -74,10 +74,10 @@ class LocomotionEngine:
         elif keywords:
             raise InvalidInput("settings are given as a whole or as keywords, not both.")
         # Compilers are loaded by who walks, not by who names a command.
-        from phasmid.control import limits, reach, step, trunk
+        from phasmid.control import limits, reach, step
         from phasmid.control.dynamics.stage import DynamicsStage
 
-        self._step, self._limits, self._reach, self._trunk = step, limits, reach, trunk
+        self._step, self._limits, self._reach = step, limits, reach
         self.robot = robot
         self.settings = settings
         self._model = model_of(robot, settings.joint_speed_share)
@@ -101,7 +101,7 @@ class LocomotionEngine:
             from phasmid.control.feel.stage import FeelStage
 
             self.feel = FeelStage(robot, settings.senses, settings.update_period)
-        self._admitted = np.zeros(3)
+        self._admitted, self._had = np.zeros(3), math.nan
         self._start()
 
     # What a user calls
@@ -137,9 +137,9 @@ class LocomotionEngine:
         if self.feel is not None and self._feels:
             for sentence in self.feel.update(observation, self.state, self.order):
                 self.events.append((float(self.state.clock[1]), sentence))
-        if self.dynamics is not None:
-            self.order.velocity[:] = self.dynamics.velocity_share * self._admitted
-            self._wanted.velocity[:] = self.order.velocity
+        if self.dynamics is not None and self.dynamics.velocity_share != self._had:
+            self._had = self.dynamics.velocity_share
+            self.order.velocity[:] = self._wanted.velocity[:] = self._had * self._admitted
         memory = self._memory
         code = self._step.tick(
             memory.numbers, memory.codes, memory.legs, self.settings.update_period
@@ -239,13 +239,8 @@ class LocomotionEngine:
         self.order.plane[:] = 0.0, 0.0, 1.0, 0.0
         state.foot[:] = feet - [0.0, 0.0, ground]
         state.line[0], state.landing[:] = state.foot, state.foot
-        model, tuning = self._model, self._tuning
-        for leg in range(len(feet)):
-            self._step.refresh_region(state, model, tuning, leg)
-        self._trunk.place_trunk(state, model, tuning)
-        if not self._step.bend_legs(state, model, tuning, 0.0):
+        if self._place() != 0:
             raise InvalidInput("a foot stands where its leg cannot walk from.")
-        state.clock[5] = self._step.measure_support(state)
 
     def fold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
         """Tell how a leg is held in the air when it is lost.
@@ -272,7 +267,7 @@ class LocomotionEngine:
         state.swing[leg, :2] = 1.0
         state.q[0, leg], state.q[1:, leg] = q, 0.0
         self.order.used[leg] = self._wanted.used[leg] = False
-        self._step.bend_legs(state, self._model, self._tuning, 0.0)
+        self._place()
 
     @property
     def is_standing(self) -> bool:
@@ -280,6 +275,11 @@ class LocomotionEngine:
         return bool(self.state.mode[0] == STILL and np.abs(self.state.speed).max() < 1e-4)
 
     # The rest
+
+    def _place(self) -> int:
+        """Bend the legs to where the state says that body and feet are; 0: they reach it."""
+        memory = self._memory
+        return int(self._step.tick(memory.numbers, memory.codes, memory.legs, 0.0))
 
     def _start(self) -> None:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -385,6 +385,7 @@ class LocomotionEngine:
                 share = min(share, self._share(order, asked, 1.0))
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
         order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
+        self._had = math.nan
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""

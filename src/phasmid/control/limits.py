@@ -153,7 +153,6 @@ def walks_steadily(
     return True
 
 
-@compiled
 def share_of_velocity(
     model: Any,
     tuning: Any,
@@ -199,7 +198,6 @@ def share_of_velocity(
     return low
 
 
-@compiled
 def share_of_pose(
     model: Any,
     tuning: Any,

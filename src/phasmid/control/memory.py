@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 
 STATE, ORDER, MODEL = (93, 96), (24, 5), (3, 39)
 """Numbers in each, whatever the number of legs, and for each leg."""
 
 
-@compiled
+@internal
 def count_numbers(legs: int) -> tuple[int, int, int]:
     """Numbers in a state, in an order and in a model."""
     return (
@@ -28,7 +28,7 @@ def count_numbers(legs: int) -> tuple[int, int, int]:
     )
 
 
-@compiled
+@internal
 def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     """The state that a row of numbers and a row of codes hold."""
     a = 0
@@ -96,7 +96,7 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     )
 
 
-@compiled
+@internal
 def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
     """The order that a row of numbers and a row of codes hold."""
     a = 0
@@ -132,7 +132,7 @@ def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
     )
 
 
-@compiled
+@internal
 def model_at(numbers: np.ndarray, legs: int) -> Model:
     """The robot that a row of numbers holds."""
     a = 0
@@ -172,7 +172,7 @@ def model_at(numbers: np.ndarray, legs: int) -> Model:
     )
 
 
-@compiled
+@internal
 def tuning_at(row: np.ndarray) -> Tuning:
     """The settings that a row of numbers holds."""
     return Tuning(
@@ -214,7 +214,7 @@ class Memory:
 
     def __init__(self, model: Model, tuning: Tuning) -> None:
         legs = self.legs = len(model.neutral)
-        many = count_numbers(legs)
+        many = unwrapped(count_numbers)(legs)
         ends = np.cumsum([0, many[0], many[0], many[1], many[1], many[2], len(tuning)])
         self.numbers = np.zeros(ends[-1])
         self.codes = np.zeros(2 * (legs + 4) + 4 * legs, dtype=np.int64)
@@ -249,7 +249,7 @@ def clear(order: Order) -> None:
 
 def new_order(legs: int) -> Order:
     """An order to stand."""
-    numbers, codes = np.zeros(count_numbers(legs)[1]), np.zeros(2 * legs, dtype=np.int64)
+    numbers, codes = np.zeros(unwrapped(count_numbers)(legs)[1]), np.zeros(2 * legs, dtype=np.int64)
     order: Order = unwrapped(order_at)(numbers, codes, legs)
     clear(order)
     return order

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.limbs import angles_of, rotation, to_hip
 from phasmid.control.state import DIRECTIONS, STANCE, SWING
 from phasmid.control.trunk import ride
@@ -23,7 +23,7 @@ PLANNED, HARD = 1.0, 0.2
 """Shares of the margins of stretch and of joint limits: of what is planned, and of all targets."""
 
 
-@compiled
+@internal
 def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: np.ndarray) -> bool:
     """Whether a leg can put its foot somewhere; write the joint angles for it.
 
@@ -49,7 +49,7 @@ def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: n
     return True
 
 
-@compiled
+@internal
 def is_reached(state: Any, model: Any, tuning: Any, leg: int, p_odom: np.ndarray) -> bool:
     """Whether a leg can put its foot at a place in odom, as the body is now."""
     p, p_body, p_hip = np.empty(3), np.empty(3), np.empty(3)
@@ -124,7 +124,7 @@ def bound_region(
         region[k, 2] = max(nx * edge[k, 0] + ny * edge[k, 1], 0.0)
 
 
-@compiled
+@internal
 def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
     """Share of a way from a neutral foot that stays within its region; at most 1.
 
@@ -142,7 +142,7 @@ def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
     return share
 
 
-@compiled
+@internal
 def wave(
     model: Any,
     used: np.ndarray,
@@ -188,7 +188,7 @@ def wave(
         out[2, 1] -= rate * rate * c * y
 
 
-@compiled
+@internal
 def speed_share(
     state: Any,
     model: Any,
@@ -246,7 +246,7 @@ def speed_share(
     return share
 
 
-@compiled
+@internal
 def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarray) -> float:
     """Share of a velocity at which the centre of mass stays over the feet that stand.
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.clock import best_phase, run_clock
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
 from phasmid.control.memory import count_numbers, model_at, order_at, state_at, tuning_at
@@ -43,7 +43,7 @@ RECOVERY = 2.0
 """How fast the slow-down ends, per second."""
 
 
-@compiled
+@internal
 def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
     """Let the path's velocity, the path, the pose and the sway follow what is asked."""
     clock, speed, pose = state.clock, state.speed, state.pose
@@ -89,7 +89,7 @@ def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
         approach(state.offset[leg], order.foot_offset[leg], 0, 1.0, OFFSET_SPEED * h)
 
 
-@compiled
+@internal
 def move_aside(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
     """Let the body sway with the gait's clock, and lean where that has been asked."""
     clock, sway, aside = state.clock, state.sway, np.empty((3, 2))
@@ -102,7 +102,7 @@ def move_aside(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
     follow(sway, tuning.sway_bandwidth, h)
 
 
-@compiled
+@internal
 def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
     """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
     mean, there, then = np.empty(3), np.empty(3), np.empty(3)
@@ -129,7 +129,7 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z
 
 
-@compiled
+@internal
 def land_here(state: Any, tuning: Any, leg: int) -> None:
     """Let a foot go straight down from rest, to as far below the ground as it may look for it."""
     plant(state, leg)
@@ -141,7 +141,7 @@ def land_here(state: Any, tuning: Any, leg: int) -> None:
     state.swing[leg, 1] = max(1.875 * depth / tuning.landing_speed, 0.05)
 
 
-@compiled
+@internal
 def end_swing(state: Any, order: Any, tuning: Any, leg: int) -> None:
     """Let a foot stand at the end of its curve, or go on down where it feels no ground."""
     for i in range(3):
@@ -157,7 +157,7 @@ def end_swing(state: Any, order: Any, tuning: Any, leg: int) -> None:
     state.leg[leg] = STANCE
 
 
-@compiled
+@internal
 def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
     """Let the feet that are in the air go on."""
     for leg in range(len(state.leg)):
@@ -191,7 +191,7 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         raise_foot(state, leg)
 
 
-@compiled
+@internal
 def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
     """Write the joint angles, speeds and accelerations that put the feet where they are.
 
@@ -245,7 +245,7 @@ def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
     return True
 
 
-@compiled
+@internal
 def measure_support(state: Any) -> float:
     """Support margin of the whole robot now [m]."""
     R, com, trunk = state.body, state.com, state.trunk[0]
@@ -257,7 +257,7 @@ def measure_support(state: Any) -> float:
     return margin_of(state.foot, standing, x, y)
 
 
-@compiled
+@internal
 def change_gait(state: Any, model: Any, order: Any, wanted: Any) -> None:
     """Take the gait that is wanted as soon as no foot would leave its region in it."""
     if order.gait[3] == 0.0:
@@ -281,7 +281,7 @@ def change_gait(state: Any, model: Any, order: Any, wanted: Any) -> None:
             state.clock[0] = found[0]
 
 
-@compiled
+@inlined
 def advance(state: Any, model: Any, order: Any, tuning: Any, h: float, held: bool) -> bool:
     """Let everything go on by a step of time; whether all feet can be reached there.
 
@@ -307,20 +307,26 @@ def advance(state: Any, model: Any, order: Any, tuning: Any, h: float, held: boo
     return True
 
 
-@compiled
+@internal
+def draw_near(stages: np.ndarray, share: float) -> None:
+    """Leave a share of what a filter's stages differ from its last one."""
+    last = len(stages) - 1
+    for i in range(stages.shape[1]):
+        for k in range(last):
+            stages[k, i] = stages[last, i] + share * (stages[k, i] - stages[last, i])
+
+
+@internal
 def brake(state: Any, share: float) -> None:
     """Take from the trunk's motion all but a share of its speed, at once."""
     for i in range(3):
         for k in range(3):
             state.speed[k, i] *= share
-    for stages in (state.pose, state.sway):
-        last = len(stages) - 1
-        for i in range(stages.shape[1]):
-            for k in range(last):
-                stages[k, i] = stages[last, i] + share * (stages[k, i] - stages[last, i])
+    draw_near(state.pose, share)
+    draw_near(state.sway, share)
 
 
-@compiled
+@internal
 def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
     """Bound anew where one leg's foot may stand, if the body's pose is another than it was."""
     g, posed, slope = state.ground[3], state.posed[leg], np.empty(3)
@@ -339,7 +345,7 @@ def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
     bound_region(model, tuning, leg, state.pose[3], slope, state.region[leg])
 
 
-@compiled
+@inlined
 def update(
     state: Any, trial: Any, model: Any, order: Any, wanted: Any, tuning: Any, dt: float
 ) -> int:
@@ -417,7 +423,11 @@ def update(
 
 @compiled
 def tick(numbers: np.ndarray, codes: np.ndarray, legs: int, dt: float) -> int:
-    """One update of the engine in a `Memory`; see `update`."""
+    """One update of the engine in a `Memory`; see `update`.
+
+    With no time from the last update everything is only put where its numbers say, from the feet
+    and the body to the joints: 1 where a foot cannot be reached there, 0 elsewhere.
+    """
     many = count_numbers(legs)
     a, b = many[0], legs + 4
     state, trial = (
@@ -431,4 +441,12 @@ def tick(numbers: np.ndarray, codes: np.ndarray, legs: int, dt: float) -> int:
     a += many[1]
     model = model_at(numbers[a : a + many[2]], legs)
     tuning = tuning_at(numbers[a + many[2] :])
+    if dt == 0.0:
+        for leg in range(legs):
+            refresh_region(state, model, tuning, leg)
+        place_trunk(state, model, tuning)
+        if not bend_legs(state, model, tuning, 0.0):
+            return 1
+        state.clock[5] = measure_support(state)
+        return 0
     return update(state, trial, model, order, wanted, tuning, dt)

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 from phasmid.control.limbs import foot_of
 
 
-@compiled
+@internal
 def steer(line: np.ndarray, leg: int, goal: np.ndarray, left: float, h: float) -> None:
     """Move a foot's place, velocity and acceleration along the quintic to rest at a goal.
 
@@ -37,7 +37,7 @@ def steer(line: np.ndarray, leg: int, goal: np.ndarray, left: float, h: float) -
         line[2, leg, i] = a + h * (6 * b + h * (12 * c + h * 20 * d))
 
 
-@compiled
+@internal
 def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
     """Height above the line, its speed and acceleration: at rest at both ends, highest amid.
 
@@ -55,7 +55,7 @@ def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
     )
 
 
-@compiled
+@internal
 def blend(s: float, time: float) -> tuple[float, float, float]:
     """Part of the way from rest to rest by a quintic, its speed and acceleration."""
     return (
@@ -65,7 +65,7 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
     )
 
 
-@compiled
+@internal
 def raise_foot(state: Any, leg: int) -> None:
     """Write a swinging foot's place and motion in odom: its line and its lift above it."""
     s = state.swing[leg, 0] / state.swing[leg, 1]
@@ -79,7 +79,7 @@ def raise_foot(state: Any, leg: int) -> None:
     state.motion[1, leg, 2] += a
 
 
-@compiled
+@internal
 def plant(state: Any, leg: int) -> None:
     """Let a foot stand where it is."""
     for i in range(3):
@@ -90,7 +90,7 @@ def plant(state: Any, leg: int) -> None:
         state.landing[leg, i] = state.foot[leg, i]
 
 
-@compiled
+@internal
 def hold_leg(state: Any, model: Any, leg: int, h: float) -> None:
     """Let a leg that is held in the air fold, and tell where its foot is in odom."""
     swing, q = state.swing[leg], state.q

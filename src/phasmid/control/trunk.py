@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 from phasmid.control.limbs import rotation
 
 
-@compiled
+@internal
 def follow(stages: np.ndarray, omega: float, h: float) -> None:
     """Let a chain of equal first-order lags follow its first stage, which stays.
 
@@ -38,7 +38,7 @@ def follow(stages: np.ndarray, omega: float, h: float) -> None:
             stages[n, k] = r + decay * total
 
 
-@compiled
+@internal
 def approach(
     reference: np.ndarray, target: np.ndarray, first: int, scale: float, most: float
 ) -> None:
@@ -63,7 +63,7 @@ def approach(
         )
 
 
-@compiled
+@internal
 def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> None:
     """Write the place after a constant velocity in the path's own axes: an arc or a line.
 
@@ -84,7 +84,7 @@ def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> N
     out[0], out[1], out[2] = path[0] + c * dx - s * dy, path[1] + s * dx + c * dy, path[2] + turn
 
 
-@compiled
+@internal
 def place_trunk(state: Any, model: Any, tuning: Any) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
     path, speed, pose, sway = state.path, state.speed, state.pose, state.sway

@@ -9,7 +9,7 @@ import daqp
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.dynamics.instant import Needs
 from phasmid.control.dynamics.sharing import _grasp_of
 
@@ -185,7 +185,7 @@ def _lay_out_rows(
             upper[first + row] = (limits[1, foot, joint] - now) / scale
 
 
-@compiled
+@internal
 def _root_of(D: np.ndarray, W: np.ndarray) -> None:
     """W with W Wᵀ = D, of a positive 3 x 3 matrix."""
     W[:] = 0.0

@@ -10,7 +10,15 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled
 from phasmid.control.dynamics.cones import limited_forces
-from phasmid.control.dynamics.instant import find_needs, needs_in, needs_size, packed, unpack
+from phasmid.control.dynamics.instant import (
+    _needs_in,
+    _unpack,
+    find_needs,
+    needs_in,
+    needs_size,
+    packed,
+    unpack,
+)
 from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.dynamics.sharing import friction_needed, load_joints, share_forces
 from phasmid.robot import JOINTS, Robot
@@ -120,8 +128,8 @@ class FeedForward:
         drop = stall / servo.no_load_speed
         self._numbers = np.array([gravity, stall, drop, *self.settings.cost()])
         self._work, at = np.zeros(needs_size(legs) + 24 * legs), needs_size(legs)
-        self._needs = needs_in(self._work, legs)
-        self._rest = needs_in(np.zeros(needs_size(legs)), legs)
+        self._needs = _needs_in(self._work, legs)
+        self._rest = _needs_in(np.zeros(needs_size(legs)), legs)
         inverse, _, limits, force, torque = np.split(
             self._work[at:], np.cumsum([9 * legs, 3 * legs, 6 * legs, 3 * legs])
         )
@@ -189,7 +197,7 @@ class FeedForward:
     ) -> Effort:
         """Other forces that keep the limits, or as much of the motion as they can give."""
         still, rates = self._still, self._no_rates
-        masses = unpack(self._masses, len(q))
+        masses = _unpack(self._masses, len(q))
         find_needs(masses, rotation, still, still, self._lift, q, rates, rates, self._rest)
         found = None
         if missing <= MISSING:

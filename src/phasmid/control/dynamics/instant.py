@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.robot import Robot
 
@@ -247,7 +247,7 @@ def _find_needs(
         needs.wrench[3 + i] = R[i, 0] * trunk_n[0] + R[i, 1] * trunk_n[1] + R[i, 2] * trunk_n[2]
 
 
-@compiled
+@internal
 def _newton_euler(
     mass: float,
     first: np.ndarray,
@@ -286,8 +286,8 @@ find_needs = compiled(_find_needs)
 """Fill `Needs` from the trunk's rotation, angular velocity and acceleration, and the acceleration
 of its origin minus gravity's, all in the axes of the world, and the joints' motion."""
 
-unpack = compiled(_unpack)
+unpack = internal(_unpack)
 """Views of the numbers of a robot."""
 
-needs_in = compiled(_needs_in)
+needs_in = internal(_needs_in)
 """Views of needs that lie in one row."""

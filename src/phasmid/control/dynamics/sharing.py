@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.dynamics.instant import Needs
 from phasmid.control.dynamics.settings import MINIMUM_TORQUE, WEIGHTED
 
@@ -88,7 +88,7 @@ def _share_forces(
     return missing
 
 
-@compiled
+@internal
 def _grasp_of(foot: np.ndarray, unit: float, A: np.ndarray) -> None:
     """What one foot's force gives: force, and moment times the unit."""
     x, y, z = unit * foot[0], unit * foot[1], unit * foot[2]
@@ -98,7 +98,7 @@ def _grasp_of(foot: np.ndarray, unit: float, A: np.ndarray) -> None:
     A[5, 0], A[5, 1] = -y, x
 
 
-@compiled
+@internal
 def _cost_of(
     J: np.ndarray,
     torque: np.ndarray,
@@ -138,7 +138,7 @@ def _cost_of(
         D[i, i] += share * across
 
 
-@compiled
+@internal
 def _factorise(S: np.ndarray) -> None:
     """Cholesky's factor of a symmetric matrix in place of its lower half."""
     largest = 1e-300
@@ -158,7 +158,7 @@ def _factorise(S: np.ndarray) -> None:
             S[i, j] = value / root
 
 
-@compiled
+@internal
 def _solve(factor: np.ndarray, right: np.ndarray, x: np.ndarray) -> None:
     """The solution of the factorised equations."""
     for i in range(6):
@@ -200,7 +200,7 @@ def _friction_needed(force: np.ndarray, normals: np.ndarray, share: np.ndarray) 
     return worst
 
 
-share_forces = compiled(_share_forces)
+share_forces = internal(_share_forces)
 """Fill the forces of the ground on the feet [N] that give `Needs.wrench` and cost least, and each
 foot's D and c of its cost; returns the part of the wrench that is missing."""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from jaxtyping import Float
 
@@ -28,20 +26,36 @@ def _smooth(x: float) -> float:
 
 @compiled
 def fill_shares(
-    state: Any, order: Any, dt: float, transfer: float, landed: np.ndarray, share: np.ndarray
+    codes: np.ndarray,
+    clock: np.ndarray,
+    offsets: np.ndarray,
+    gait: np.ndarray,
+    plane: np.ndarray,
+    dt: float,
+    transfer: float,
+    landed: np.ndarray,
+    share: np.ndarray,
+    normals: np.ndarray,
 ) -> None:
-    """Write each foot's part of its full share of the load, from 0 to 1.
+    """Write each foot's part of its full share of the load, from 0 to 1, and its ground's normal.
 
     Args:
-        state: The engine's.
-        order: Its gait tells when a foot lifts.
+        codes: What each leg does, then what the clock does: the engine's, shape (L + 1 or more,).
+        clock: The engine's: the gait's phase first, shape (1 or more,).
+        offsets: Phases at which the legs lift, shape (L,).
+        gait: Its period [s] is the second number, shape (2 or more,).
+        plane: Of the ground: its normal first, shape (3 or more,).
         dt: Time since the last call [s].
         transfer: Time in which the load moves [s].
         landed: Time since each foot landed [s], changed, shape (L,).
         share: The last shares, changed, shape (L,).
+        normals: Written, shape (L, 3).
     """
-    for leg in range(share.shape[0]):
-        if state.leg[leg] != STANCE:
+    legs = share.shape[0]
+    for leg in range(legs):
+        for i in range(3):
+            normals[leg, i] = plane[i]
+        if codes[leg] != STANCE:
             landed[leg] = 0.0
             share[leg] = 0.0
             continue
@@ -49,8 +63,8 @@ def fill_shares(
         wanted = 1.0
         if transfer > 0.0:
             time = min(landed[leg], transfer)
-            if state.mode[0] == WALKING:
-                left = (order.offsets[leg] - state.clock[0]) % 1.0 * order.gait[1]
+            if codes[legs] == WALKING:
+                left = (offsets[leg] - clock[0]) % 1.0 * gait[1]
                 time = min(time, left)
             wanted = _smooth(time / transfer)
             # A lift that was foreseen may not come, and one may come unforeseen.
@@ -94,8 +108,18 @@ class DynamicsStage:
             state: Where the engine is.
             order: What it is to do; its ground counts.
         """
-        fill_shares(state, order, self._dt, self._transfer, self._landed, self.share)
-        self._normals[:] = order.plane[:3]
+        fill_shares(
+            state.codes,
+            state.clock,
+            order.offsets,
+            order.gait,
+            order.plane,
+            self._dt,
+            self._transfer,
+            self._landed,
+            self.share,
+            self._normals,
+        )
         q, trunk, slow = state.q, state.trunk, float(state.clock[3])
         qd, qdd, w, dw, a = q[1], q[2], trunk[2], trunk[4], trunk[3]
         if slow != 1.0:

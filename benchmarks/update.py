@@ -1,0 +1,82 @@
+"""How long one update of the locomotion engine takes, by robot and by the stages that take part.
+
+    python benchmarks/update.py [ROBOT ...]
+
+Each time is the least mean of many short rounds, in which robot and sensors agree: feet feel the
+ground where they stand by the plan. Beside it stands a loop of Python's own of which the machine
+should always take the same time: where that is slow the machine was busy.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import numpy as np
+
+from phasmid import LocomotionEngine
+from phasmid.control import Command, Observation
+from phasmid.control.state import STANCE
+from phasmid.robot import load_robot, preset_names
+
+ROUNDS, UPDATES = 100, 50
+
+STAGES = {
+    "walking alone": {"feeling": False, "dynamics": "none"},
+    "with feeling": {"feeling": True, "dynamics": "none"},
+    "with dynamics": {"feeling": False, "dynamics": "feed-forward"},
+    "with both": {"feeling": True, "dynamics": "feed-forward"},
+}
+
+
+def loop_time() -> float:
+    """Least time of a thousand additions in Python [s]."""
+    best = np.inf
+    for _ in range(500):
+        began, total = time.perf_counter(), 0.0
+        for i in range(1000):
+            total += 0.5 * i
+        best = min(best, time.perf_counter() - began)
+    return float(best)
+
+
+def update_time(name: str, **settings) -> float:
+    """Least mean time of an update while walking [s]."""
+    robot = load_robot(name)
+    engine = LocomotionEngine(robot, **settings)
+    legs, best, now = len(robot.legs), np.inf, 0.0
+    limit = engine.largest_velocity((1.0, 0.2, 0.5))
+    command = Command(velocity=tuple(0.7 * v for v in limit.velocity))
+    sensors = {
+        "joint_load": np.zeros((legs, 3)),
+        "orientation": np.array([1.0, 0.0, 0.0, 0.0]),
+        "angular_velocity": np.zeros(3),
+        "acceleration": np.array([0.0, 0.0, 9.80665]),
+    }
+    engine.reset(
+        Observation(now, engine.state.q[0].copy(), contact=np.ones(legs, dtype=bool), **sensors)
+    )
+    for _ in range(ROUNDS):
+        took = 0.0
+        for _ in range(UPDATES):
+            now += engine.settings.update_period
+            told = Observation(
+                now, engine.state.q[0].copy(), contact=engine.state.leg == STANCE, **sensors
+            )
+            began = time.perf_counter()
+            engine.update(told, command)
+            took += time.perf_counter() - began
+        best = min(best, took / UPDATES)
+    return float(best)
+
+
+def main() -> int:
+    print(f"a thousand additions in Python: {1e6 * loop_time():.1f} us")
+    for name in sys.argv[1:] or preset_names():
+        times = (f"{kind} {1e6 * update_time(name, **s):.1f} us" for kind, s in STAGES.items())
+        print(f"update, {name}: {', '.join(times)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
