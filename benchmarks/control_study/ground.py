@@ -137,7 +137,7 @@ def table(results: list[Case]) -> str:
     modes = [mode for (mode,) in grouped(results, "mode")]
     rows = []
     for (kind, size), runs in grouped(results, "kind", "size").items():
-        field, _, unit = GROUNDS[kind]
+        unit = GROUNDS[kind][2]
         row = [f"{kind} {size:g} {unit}".replace(" °", "°")]
         for mode in modes:
             mine = [run for run in runs if run["mode"] == mode and "passed" in run]

@@ -83,7 +83,7 @@ def table(results: list[Case]) -> str:
         [f"update: {run['name']}", f"{run['microseconds']:.0f} µs"]
         if run["what"] == "update"
         else [
-            f"driven simulation, all stages, {run['name']}",
+            f"driven, all stages, {run['name']}",
             f"{run['real_time']:.0f} × real time",
         ]
         for run in results

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
@@ -26,6 +27,16 @@ def run(
         processes: How many run at a time.
         name: Of the study, where it shall tell how far it is.
     """
+    began = time.perf_counter()
+    found = _run(measure, cases, processes, name)
+    if name:
+        print(f"{name}: {len(cases)} runs, {time.perf_counter() - began:.0f} s", flush=True)
+    return found
+
+
+def _run(
+    measure: Callable[..., Case], cases: Sequence[Case], processes: int, name: str
+) -> list[Case]:
     if processes == 1:
         return [case | measure(**case) for case in cases]
     # Each run has one core; linear algebra with threads of its own would take the others'.
@@ -37,7 +48,7 @@ def run(
         for count, done in enumerate(as_completed(places), 1):
             place = places[done]
             found[place] = cases[place] | done.result()
-            if name and (count % 20 == 0 or count == len(cases)):
+            if name and (count % 50 == 0):
                 print(f"  {name}: {count} of {len(cases)}", flush=True)
     return found
 
