@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain gaits gallery film verify meshes cad test lint bench fuzz stress lock clean
+.PHONY: help setup walk paper physics terrain gaits control gallery film verify meshes cad test lint bench fuzz stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -43,6 +43,9 @@ terrain: $(READY) ## walk the ten terrains anew: docs/terrain.md and its picture
 
 gaits: $(READY) ## tell and draw the gaits anew: docs/gaits.md and its picture
 	@"$(BIN)/python" docs/gaits_page.py
+
+control: $(READY) ## measure the locomotion engine anew: docs/control.md (ARGS such as --seeds 5)
+	@"$(BIN)/python" docs/control_page.py $(ARGS)
 
 cad: $(READY) ## draw the paper's robot as solids anew: docs/cad.md and its picture
 	@"$(BIN)/python" docs/cad_page.py

@@ -37,6 +37,7 @@ def test_the_readmes_python_code_runs(tmp_path):
 
 
 PAGES = [
+    "docs/control.md",
     "docs/forces.md",
     "docs/gaits.md",
     "docs/performance.md",

@@ -1,0 +1,69 @@
+"""One servo dies while the robot walks: does it walk on, on five legs?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from phasmid import load_robot
+from phasmid.control import Command, LocomotionEngine, SafeController, Sequencer
+from phasmid.robot import JOINTS
+from phasmid.scenario import Scenario
+from phasmid.simulation import drive
+
+from .study import Case, grouped, markdown
+
+ROBOT = "phantomx-ax"
+DIES, JUDGED, ENDS = 4.0, 6.0, 12.0
+"""When the servo dies, from when on the walk is judged, and when it ends [s]."""
+
+WALKS = 0.02
+"""A robot faster than this walks on [m/s]."""
+
+
+def cases(drives: tuple[str, ...] = ("ideal-servo", "servo"), legs: int = 6) -> list[Case]:
+    """Every servo, with each kind of joints."""
+    names = load_robot(ROBOT).leg_names[:legs]
+    return [
+        {"joints": kind, "leg": leg, "joint": joint}
+        for kind in drives
+        for leg in names
+        for joint in JOINTS
+    ]
+
+
+def measure(joints: str, leg: str, joint: str) -> Case:
+    """Walk ahead at half the largest velocity while a servo dies."""
+    robot = load_robot(ROBOT)
+    engine = LocomotionEngine(robot)
+    velocity = engine.largest_velocity((1.0, 0.0, 0.0)).velocity[0] / 2
+    run = drive(
+        Scenario().replace(robot=ROBOT, drive=joints, duration=ENDS, record_interval_ms=20),
+        SafeController(Sequencer(engine, robot), robot),
+        Command(velocity=(velocity, 0.0, 0.0)),
+        faults=[f"{leg}.{joint} dead at {DIES:g} s"],
+    )
+    time, place = run["time"].values, run["body_position"].values
+    dies, since = (min(int(np.searchsorted(time, t)), len(time) - 1) for t in (DIES, JUDGED))
+    speed = float((place[-1, 0] - place[since, 0]) / max(time[-1] - time[since], 1e-9))
+    return {
+        "walks": run.attrs["ending"] == "COMPLETED" and speed > WALKS,
+        "ending": run.attrs["ending"],
+        "velocity": velocity,
+        "speed": speed,
+        "way": float(place[-1, 0] - place[dies, 0]),
+        "lowest": float(place[dies:, 2].min()),
+    }
+
+
+def table(results: list[Case]) -> str:
+    """Speed after each servo's death."""
+    rows = []
+    for (joints, leg), runs in grouped(results, "joints", "leg").items():
+        told = [
+            f"{100 * run['speed']:.1f} cm/s, {1000 * run['way']:.0f} mm"
+            if run["walks"]
+            else f"**does not walk on** ({run['ending'].lower()})"
+            for run in runs
+        ]
+        rows.append([f"{leg.replace('_', ' ')}, {joints}", *told])
+    return markdown(["leg, joints", *JOINTS], rows)

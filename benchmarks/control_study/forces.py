@@ -1,0 +1,75 @@
+"""What feed-forward torque from the whole robot's inverse dynamics is good for."""
+
+from __future__ import annotations
+
+import math
+
+from phasmid.control import Command, EngineSettings, LocomotionEngine
+from phasmid.robot import load_robot
+from phasmid.scenario import Scenario
+from phasmid.simulation import drive
+from phasmid.simulation.tracking import track
+
+from .study import Case, markdown
+
+PERIOD, CYCLES, SHARE = 1.0, 3, 0.7
+"""Of the walk: time of a cycle [s], how many count, part of the largest velocity ahead."""
+
+
+def cases(
+    robots: tuple[str, ...] = ("phantomx-ax", "phantomx-mk4"),
+    drives: tuple[str, ...] = ("ideal-servo", "servo", "torque"),
+) -> list[Case]:
+    """Robots, kinds of joints, with and without."""
+    return [
+        {"robot": robot, "joints": joints, "dynamics": dynamics}
+        for robot in robots
+        for joints in drives
+        for dynamics in ("none", "feed-forward")
+    ]
+
+
+def measure(robot: str, joints: str, dynamics: str) -> Case:
+    """One walk ahead."""
+    scenario = Scenario().replace(
+        robot=robot,
+        drive=joints,
+        duration=2.0 + CYCLES * PERIOD,
+        record_interval_ms=5,
+        terrain="flat",
+    )
+    engine = LocomotionEngine(
+        load_robot(robot), EngineSettings(period=PERIOD, dynamics=dynamics, feeling=False)
+    )
+    largest = engine.largest_velocity((1.0, 0.0, 0.0)).velocity
+    velocity = tuple(SHARE * part for part in largest)
+    run = drive(scenario, engine, Command(velocity=velocity))
+    if run.attrs["ending"] != "COMPLETED":
+        return {"ending": run.attrs["ending"]}
+    found = track(run, velocity, period=PERIOD, cycles=CYCLES)
+    return {"ending": "COMPLETED", "speed": velocity[0]} | found._asdict()
+
+
+def table(results: list[Case]) -> str:
+    """With and without, one above the other."""
+    rows = []
+    for run in results:
+        name = f"{run['robot']}, {run['joints']}"
+        which = "with" if run["dynamics"] == "feed-forward" else "without"
+        if run["ending"] != "COMPLETED":
+            rows.append([name, which, *["fell"] + ["–"] * 5])
+            continue
+        rows.append(
+            [
+                name,
+                which,
+                f"{100 * run['velocity_error']:.1f} %",
+                f"{math.degrees(run['joint_error']):.2f}°",
+                f"{1000 * run['slip']:.2f} mm",
+                f"{run['tangential']:.2f} N",
+                f"{run['power'] / run['speed']:.1f} J/m",
+                f"{run['torque']:.2f} N·m",
+            ]
+        )
+    head = ["robot, joints", "torque", "velocity error", "joint error", "slip a step"]
+    return markdown([*head, "along the ground", "energy of the joints", "peak torque"], rows)

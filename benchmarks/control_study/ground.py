@@ -1,0 +1,203 @@
+"""Ground that the controller knows nothing of: how far it comes, feeling it or not."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from phasmid.control import Command, EngineSettings, LocomotionEngine
+from phasmid.control.feel import FeelSettings
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import quaternion_rotation
+from phasmid.robot import load_robot
+from phasmid.scenario import Scenario
+from phasmid.simulation import drive
+
+from .study import Case, grouped, markdown
+
+ROBOT, DRIVE = "phantomx-mk4", "ideal-servo"
+SPEED, PERIOD, STEP_HEIGHT = 0.06, 1.3, 0.05
+"""Commanded speed ahead [m/s], time of a cycle of the tripod [s], height of a step [m]."""
+
+DISTANCE, ASTRAY, LIMIT = 0.6, 0.2, 20.0
+"""Way to be made [m], farthest aside [m], within this time [s]."""
+
+TIPPED = math.radians(35)
+"""A body tilted more than this off the ground's own slope counts as fallen [rad]."""
+
+MODES = {
+    "without": {"feeling": False, "dynamics": "none"},
+    "feeling": {"feeling": True, "dynamics": "none"},
+    "feeling and dynamics": {"feeling": True, "dynamics": "feed-forward"},
+}
+
+PASSED = 0.9
+"""Part of the seeds that must come through for a roughness to be passed."""
+
+GROUNDS: dict[str, tuple[str, tuple[float, ...], str]] = {
+    "blocks": ("block_height_mm", (10, 20, 30, 40, 60, 80), "mm"),
+    "hills": ("roughness_mm", (5, 10, 15, 20), "mm"),
+    "slope": ("slope_deg", (5, 10, 15, 20, 25), "°"),
+    "stairs": ("rise_mm", (20, 40), "mm"),
+    "gap": ("gap_width_mm", (30, 60), "mm"),
+}
+"""By kind: the field that is changed, its values and their unit."""
+
+FIXED = {
+    "blocks": {"block_size_mm": 100},
+    "hills": {"rough_length_mm": 300},
+    "slope": {},
+    "stairs": {"run_mm": 150},
+    "gap": {"gap_depth_mm": 100},
+}
+KINDS = {"hills": "rough"}
+
+
+def cases(
+    seeds: int = 20, kinds: tuple[str, ...] = tuple(GROUNDS), modes: tuple[str, ...] = tuple(MODES)
+) -> list[Case]:
+    """Every ground, mode and seed."""
+    return [
+        {"kind": kind, "size": size, "mode": mode, "seed": seed}
+        for kind in kinds
+        for size in GROUNDS[kind][1]
+        for mode in modes
+        for seed in range(seeds)
+    ]
+
+
+def scenario_of(kind: str, size: float, seed: int) -> Scenario:
+    """The ground and where the robot stands on it, by the seed."""
+    rng = np.random.default_rng([seed, 77])
+    terrain = {
+        "kind": KINDS.get(kind, kind),
+        GROUNDS[kind][0]: size,
+        **FIXED[kind],
+        "planned_on": "level",
+        "terrain_seed": seed + 1,
+        # The robot stands where it may, and does not meet the ground head-on.
+        "terrain_yaw_deg": float(rng.uniform(-20, 20)),
+        "terrain_start_mm": float(rng.uniform(220, 320)),
+    }
+    return Scenario().replace(
+        robot=ROBOT, drive=DRIVE, duration=LIMIT, record_interval_ms=20, terrain=terrain
+    )
+
+
+def measure(kind: str, size: float, mode: str, seed: int) -> Case:
+    """Walk over one ground."""
+    try:
+        scenario = scenario_of(kind, size, seed)
+    except InvalidInput as error:
+        # Hills of some seeds are steeper than the contact is verified for.
+        return {"refused": str(error)}
+    engine = LocomotionEngine(
+        scenario.load_robot(),
+        EngineSettings(
+            period=PERIOD, step_height=STEP_HEIGHT, senses=FeelSettings(), **MODES[mode]
+        ),
+    )
+    told = Command(velocity=(SPEED, 0.0, 0.0))
+    odometry = engine.state.path
+
+    def commands(time, _):
+        # By its own reckoning it is well beyond.
+        return told if odometry[0] < 1.3 * DISTANCE else None
+
+    run = drive(scenario, engine, commands)
+    place = run["body_position"].values
+    place = place[:, :2] - place[0, :2]
+    there = np.flatnonzero(place[:, 0] >= DISTANCE)
+    end = there[0] if there.size else len(place) - 1
+    R = quaternion_rotation(run["body_orientation"].values[: end + 1])
+    tilt = np.arccos(np.clip(R[:, 2, 2], -1, 1))
+    aside = float(np.abs(place[: end + 1, 1]).max())
+    fell = not there.size and run.attrs["ending"] != "COMPLETED"
+    allowed = TIPPED + (math.radians(size) if kind == "slope" else 0.0)
+    tipped = bool(tilt.max() > allowed)
+    return {
+        "passed": bool(there.size and aside <= ASTRAY and not tipped),
+        "why": "fell"
+        if fell or tipped
+        else "astray"
+        if there.size and aside > ASTRAY
+        else ""
+        if there.size
+        else "late",
+        "way": float(place[end, 0]),
+        "aside": aside,
+        "tilt": float(np.degrees(tilt.max())),
+        "time": float(run["time"].values[end]),
+    }
+
+
+def table(results: list[Case]) -> str:
+    """Successes of every ground and mode."""
+    modes = [mode for (mode,) in grouped(results, "mode")]
+    rows = []
+    for (kind, size), runs in grouped(results, "kind", "size").items():
+        unit = GROUNDS[kind][2]
+        row = [f"{kind} {size:g} {unit}".replace(" °", "°")]
+        for mode in modes:
+            mine = [run for run in runs if run["mode"] == mode and "passed" in run]
+            if not mine:
+                row.append("–")
+                continue
+            tilt = np.mean([run["tilt"] for run in mine])
+            whys = [run["why"] for run in mine if not run["passed"]]
+            failed = ", ".join(f"{whys.count(why)} {why}" for why in sorted(set(whys)))
+            passed = f"**{sum(run['passed'] for run in mine)}** of {len(mine)}"
+            row.append(f"{passed}, {tilt:.1f}°" + (f" ({failed})" if failed else ""))
+        rows.append(row)
+    return markdown(["ground", *modes], rows)
+
+
+def largest_passed(results: list[Case], kind: str, share: float = PASSED) -> dict[str, float]:
+    """The largest size of a kind up to which enough seeds come through, by mode; 0: none."""
+    found = {}
+    for (mode,), runs in grouped([r for r in results if r["kind"] == kind], "mode").items():
+        found[mode] = 0.0
+        for (size,), some in grouped(runs, "size").items():
+            whole = [run for run in some if "passed" in run]
+            if not whole or np.mean([run["passed"] for run in whole]) < share:
+                break
+            found[mode] = float(size)
+    return found
+
+
+def levelling(slope_deg: float = 10.0, duration: float = 5.0) -> Case:
+    """Tilt of a body that stands on a slope, parallel to it and levelled, on ideal servos."""
+    tilts = {}
+    for name, level in (("parallel", 0.0), ("level", 1.0)):
+        scenario = Scenario().replace(
+            robot=ROBOT,
+            drive=DRIVE,
+            duration=duration,
+            record_interval_ms=20,
+            terrain={"kind": "slope", "slope_deg": slope_deg, "planned_on": "level"},
+        )
+        engine = LocomotionEngine(load_robot(ROBOT), senses=FeelSettings(level=level))
+        run = drive(scenario, engine, Command())
+        R = quaternion_rotation(run["body_orientation"].values)
+        tilts[name] = float(np.degrees(np.arccos(np.clip(R[-25:, 2, 2], -1, 1)).mean()))
+    return tilts | {"slope": slope_deg, "taken": 1 - tilts["level"] / tilts["parallel"]}
+
+
+def draw(results: list[Case], path: str) -> None:
+    """Successes over the size of each ground."""
+    from matplotlib.figure import Figure
+
+    kinds = [kind for (kind,) in grouped(results, "kind")]
+    figure = Figure(figsize=(11, 2.8), layout="constrained")
+    for axes, kind in zip(figure.subplots(1, len(kinds), sharey=True), kinds, strict=True):
+        runs = [run for run in results if run["kind"] == kind and "passed" in run]
+        for (mode,), some in grouped(runs, "mode").items():
+            sizes = grouped(some, "size")
+            share = [100 * np.mean([run["passed"] for run in mine]) for mine in sizes.values()]
+            style = {"without": ":s", "feeling": "--o"}.get(mode, "-^")
+            axes.plot([size for (size,) in sizes], share, style, label=mode, ms=4)
+        axes.set(title=kind, xlabel=f"{GROUNDS[kind][0].replace('_', ' ')}", ylim=(-5, 105))
+    figure.axes[0].set_ylabel("come through [%]")
+    figure.axes[0].legend(fontsize=7)
+    figure.savefig(path, dpi=80, metadata={"Software": None})

@@ -1,0 +1,288 @@
+"""Measures the locomotion engine and writes docs/control.md with its tables and pictures.
+
+    python docs/control_page.py [--processes N] [--only velocity,terrain] [--seeds N] ...
+
+All studies take about a quarter of an hour on two idle cores; what is compiled first takes two
+minutes more. What was measured is kept as JSON; with --only the other studies' is read from there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "benchmarks"))
+
+from control_study import (  # noqa: E402, they lie in the folder named above
+    failures,
+    forces,
+    ground,
+    pace,
+    sequences,
+    study,
+    velocity,
+)
+
+STUDIES = ("velocity", "sequences", "terrain", "levelling", "failures", "forces", "pace")
+HEADING = "## Measured"
+
+
+def main() -> None:
+    """Measure and write the page."""
+    options = arguments()
+    wanted = options.only.split(",") if options.only else STUDIES
+    if unknown := set(wanted) - set(STUDIES) - {"page"}:
+        sys.exit(f"--only knows {', '.join(STUDIES)}, not {', '.join(unknown)}")
+    told = {}
+    for name in STUDIES:
+        path = options.results / f"{name}.json"
+        if name in wanted:
+            study.save(path, measured(name, options))
+        if not path.exists():
+            sys.exit(f"{path} is missing; run without --only first")
+        # Always by way of the file, so that a page is the same whether measured now or read.
+        told[name] = json.loads(path.read_text("utf-8"))
+    write(told)
+
+
+def arguments() -> argparse.Namespace:
+    """What the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--only", help=f"studies with commas between: {', '.join(STUDIES)}; page")
+    parser.add_argument("--results", type=Path, default=Path("results/control"))
+    parser.add_argument("--directions", type=int, default=24, help="straight ways of `velocity`")
+    parser.add_argument("--gaits", default="", help="of `velocity`, with commas between")
+    parser.add_argument("--sequences", type=int, default=1000, help="without forces")
+    parser.add_argument("--simulated", type=int, default=100, help="sequences with physics")
+    parser.add_argument("--duration", type=float, default=30.0, help="of a sequence [s]")
+    parser.add_argument("--seeds", type=int, default=20, help="of each ground")
+    parser.add_argument("--kinds", default=",".join(ground.GROUNDS), help="of ground")
+    parser.add_argument("--legs", type=int, default=6, help="whose servos die")
+    return parser.parse_args()
+
+
+def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
+    """Run one study."""
+    many, one = options.processes, 1
+    if name == "velocity":
+        gaits = tuple(filter(None, options.gaits.split(",")))
+        cases = velocity.cases(options.directions, gaits)
+        return study.run(velocity.measure, cases, many, name)
+    if name == "sequences":
+        cases = sequences.cases(options.sequences, options.simulated, options.duration)
+        return study.run(sequences.measure, cases, many, name)
+    if name == "terrain":
+        cases = ground.cases(options.seeds, tuple(options.kinds.split(",")))
+        return study.run(ground.measure, cases, many, name)
+    if name == "levelling":
+        return study.run(ground.levelling, [{"slope_deg": 10.0}], one, name)
+    if name == "failures":
+        return study.run(failures.measure, failures.cases(legs=options.legs), many, name)
+    if name == "forces":
+        return study.run(forces.measure, forces.cases(), many, name)
+    # Times are taken with nothing beside.
+    return study.run(pace.measure, pace.cases(), one, name)
+
+
+def draw_swing(path: Path) -> None:
+    """A foot's way, speed and acceleration while the command changes in its swing."""
+    from matplotlib.figure import Figure
+
+    from kinematic_world import drive
+    from phasmid.control import Command, LocomotionEngine
+    from phasmid.robot import load_robot
+
+    engine = LocomotionEngine(load_robot("phantomx-ax"), feeling=False, dynamics="none")
+    commands = [
+        (0.0, Command(velocity=(0.10, 0.0, 0.0))),
+        (2.25, Command(velocity=(-0.02, 0.08, 0.0))),
+        (3.40, Command(velocity=(0.0, 0.0, 0.4))),
+    ]
+    seen = drive(engine, commands, 4.6)
+    foot, dt = seen.feet[:, 0], seen.dt
+    clock = np.arange(len(foot)) * dt
+    figure = Figure(figsize=(9, 4.6), layout="constrained")
+    rows = figure.subplots(3, 1, sharex=True)
+    speed = np.gradient(foot, dt, axis=0)
+    kinds = (
+        (1000 * (foot - foot[0]), "place [mm]"),
+        (speed, "speed [m/s]"),
+        (np.gradient(speed, dt, axis=0), "acceleration [m/s²]"),
+    )
+    for axes, (values, name) in zip(rows, kinds, strict=True):
+        for k, axis in enumerate("xyz"):
+            axes.plot(clock, values[:, k], label=axis, color=("#004488", "#bb5566", "#d9a21b")[k])
+        for when, _ in commands[1:]:
+            axes.axvline(when, color="#6b7079", ls="--", lw=0.8)
+        axes.set_ylabel(name, fontsize=9)
+    rows[0].legend(fontsize=8, ncols=3)
+    rows[-1].set_xlabel("time [s]; dashed: a new command")
+    figure.savefig(path, dpi=80, metadata={"Software": None})
+
+
+def draw_walk(path: Path) -> None:
+    """The robot on blocks that it knows nothing of."""
+    from phasmid import drive
+    from phasmid.control import Command, LocomotionEngine
+    from phasmid.reporting.drawing import draw_robot, telling_moment
+    from phasmid.reporting.source import read_source
+    from phasmid.reporting.style import save_figure
+
+    scenario = ground.scenario_of("blocks", 60, 3).replace(duration=9)
+    engine = LocomotionEngine(
+        scenario.load_robot(), period=ground.PERIOD, step_height=ground.STEP_HEIGHT
+    )
+    run = drive(scenario, engine, Command(velocity=(ground.SPEED, 0.0, 0.0)))
+    save_figure(draw_robot(run, telling_moment(run, read_source(run))), path, dpi=80)
+
+
+def write(told: dict[str, list[study.Case]]) -> None:
+    """Put tables and pictures below what stands on the page before them."""
+    images = HERE / "images"
+    velocity.draw(told["velocity"], str(images / "control-velocity.png"))
+    ground.draw(told["terrain"], str(images / "control-terrain.png"))
+    draw_swing(images / "control-swing.png")
+    draw_walk(images / "control-walk.png")
+    page = HERE / "control.md"
+    top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
+    page.write_text(f"{top}\n\n{HEADING}\n\n{measurements(told)}", "utf-8", newline="\n")
+
+
+def measurements(told: dict[str, list[study.Case]]) -> str:
+    """All sections with numbers."""
+    sections = (
+        f"Written by `make control`. {machine()}",
+        "### Velocity\n\n" + of_velocity(told["velocity"]),
+        "### Random commands\n\n" + of_sequences(told["sequences"]),
+        "### Unknown ground\n\n" + of_terrain(told["terrain"], told["levelling"][0]),
+        "### A dead servo\n\n" + of_failures(told["failures"]),
+        "### With and without dynamics\n\n" + of_forces(told["forces"]),
+        "### Cost\n\n"
+        + "A `phantomx-ax` at 200 Hz, physics at 1 ms with all channels recorded. These are the "
+        + "only numbers of this page that depend on the machine; `make bench` takes them, too.\n\n"
+        + pace.table(told["pace"]),
+    )
+    return "\n\n".join(sections) + "\n"
+
+
+def machine() -> str:
+    """What this was run with."""
+    import mujoco
+
+    return (
+        f"Physics by MuJoCo {mujoco.__version__}, Python {platform.python_version()}; runs of the "
+        "same seed are the same."
+    )
+
+
+def of_velocity(results: list[study.Case]) -> str:
+    """Text, table and picture of the first study."""
+    straight = {run["way"] for run in results if run["way"].endswith("°")}
+    falls = [run for run in results if "error" not in run]
+    fell = "".join(
+        f"\n- fell: {run['gait']}, {run['joints']}, {run['way']}, {100 * run['share']:.0f} %"
+        for run in falls[:20]
+    )
+    return (
+        f"A `{velocity.ROBOT}` on level ground walks {len(straight)} straight ways all around, "
+        "turns to both sides and an arc of 0.4 m radius, at "
+        f"{' and '.join(f'{100 * share:.0f} %' for share in velocity.SHARES)} of the "
+        "largest velocity that `largest_velocity` tells for that way and gait: "
+        f"{len(results)} walks. The error is that of the mean velocity over the body's own axes, "
+        f"|mean − commanded| / |commanded|, over {velocity.CYCLES} whole cycles after the start, a "
+        "turn counted by how fast it moves the feet. Slip is the way of a standing foot from "
+        "touchdown to lift-off, as in a run's summary.\n\n"
+        f"{velocity.verdict(results)}{fell}\n\n{velocity.table(results)}\n\n"
+        "![Left, the largest velocity in each direction; right, the errors of all walks]"
+        "(images/control-velocity.png)"
+    )
+
+
+def of_sequences(results: list[study.Case]) -> str:
+    """Text and table of the random commands."""
+    return (
+        f"Velocities, poses and gaits, starts and stops at random times, on a `{sequences.ROBOT}`; "
+        f"in the last {sequences.SETTLING:g} s it is told to stop. In the world without forces "
+        "joints are where they are told to be, and a foot that stands must not move by a "
+        "nanometre; in the physics engine the robot must not fall. In both, no joint may be told "
+        "to go faster than its servo does or beyond its limits, the centre of mass must "
+        "stay over the standing feet, no target may be out of reach, and the robot must come to "
+        f"rest.\n\n{sequences.table(results)}"
+    )
+
+
+def of_terrain(results: list[study.Case], levelled: study.Case) -> str:
+    """Text, table and pictures of unknown ground."""
+    seeds = len({run["seed"] for run in results})
+    lines = []
+    for kind in ("blocks", "hills"):
+        if any(run["kind"] == kind for run in results):
+            unit = ground.GROUNDS[kind][2]
+            passed = ground.largest_passed(results, kind)
+            each = ", ".join(f"{mode} {size:g} {unit}" for mode, size in passed.items())
+            lines.append(
+                f"- {kind}, passed by {100 * ground.PASSED:.0f} % of the seeds or more: {each};"
+            )
+            half = ground.largest_passed(results, kind, 0.5)
+            each = ", ".join(f"{mode} {size:g} {unit}" for mode, size in half.items())
+            lines.append(f"  by half of them: {each}.")
+    return (
+        f"The ground begins {220} to {320} mm ahead and is turned by up to 20° to either "
+        f"side, by the seed, as are its heights; {seeds} seeds each. The controller knows nothing "
+        f"of it. A `{ground.ROBOT}` on ideal servos is told {1000 * ground.SPEED:.0f} mm/s ahead, "
+        f"tripod, a cycle of {ground.PERIOD:g} s, steps of {1000 * ground.STEP_HEIGHT:.0f} mm. It "
+        f"comes through if it makes {1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, "
+        f"nobody steering, without falling or tilting by more than 35° and no farther than "
+        f"{1000 * ground.ASTRAY:.0f} mm aside. *Blocks* are 100 mm wide, their size is from the "
+        "lowest possible to the highest; *hills* have no edges, their size is the standard "
+        "deviation of the height, in waves of 300 mm and more; stairs are 150 mm deep, gaps "
+        "100 mm. Cells tell how many came through, the mean of their largest tilts, and what "
+        "became of the others.\n\n"
+        f"{ground.table(results)}\n\n" + "\n".join(lines) + "\n\n"
+        "![How many come through, by the size of the ground](images/control-terrain.png)\n\n"
+        "![The robot on blocks that it knows nothing of](images/control-walk.png)\n\n"
+        f"Standing on a slope of {levelled['slope']:g}°, the body is tilted by "
+        f"{levelled['parallel']:.1f}° where it is asked to be parallel to the ground and by "
+        f"{levelled['level']:.1f}° where it is asked to be level: levelling takes away "
+        f"{100 * levelled['taken']:.0f} % of the tilt."
+    )
+
+
+def of_failures(results: list[study.Case]) -> str:
+    """Text and table of dead servos."""
+    told = ", ".join(
+        f"{sum(run['walks'] for run in runs)} of {len(runs)} on `{joints}`"
+        for (joints,), runs in study.grouped(results, "joints").items()
+    )
+    return (
+        f"A `{failures.ROBOT}` walks ahead at half its largest velocity, "
+        f"{100 * results[0]['velocity']:.1f} cm/s, when one of its servos dies at "
+        f"{failures.DIES:g} s. Its joint is limp from then on, the leg is folded away as far as it "
+        "still moves, and the gait goes on with the other five. It walks on if from "
+        f"{failures.JUDGED:g} s to {failures.ENDS:g} s it makes more than "
+        f"{100 * failures.WALKS:.0f} cm/s and does not fall: {told}. Cells tell this speed, and "
+        f"the way made since the servo died.\n\n{failures.table(results)}"
+    )
+
+
+def of_forces(results: list[study.Case]) -> str:
+    """Text and table of dynamics."""
+    return (
+        f"Walks ahead at {100 * forces.SHARE:.0f} % of the largest velocity, a cycle of "
+        f"{forces.PERIOD:g} s. *Along the ground* is the sum of all feet's forces along the "
+        "ground, most of which push against one another, the mean over time; the energy is what "
+        "the joints give per metre, without what they take back.\n\n"
+        f"{forces.table(results)}"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""The study of docs/control.md in small: what the page claims, a few cases of it."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+
+from control_study import ground, sequences, study, velocity
+
+FEW = [
+    ("tripod", "0°", (1.0, 0.0, 0.0), 0.9),
+    ("tripod", "turn left", (0.0, 0.0, 1.0), 0.5),
+    ("metachronal", "225°", (-0.7, -0.7, 0.0), 0.9),
+]
+
+
+@pytest.mark.parametrize(("gait", "way", "direction", "share"), FEW)
+def test_ideal_servos_with_torque_keep_the_commanded_velocity(gait, way, direction, share):
+    """The goals of the page: |mean - commanded| <= 3 % of it, slip under 1 mm a step."""
+    found = velocity.measure(gait, way, direction, share, "ideal, with torque")
+    assert found["ending"] == "COMPLETED"
+    assert found["error"] < velocity.ERROR
+    assert found["slip_mean"] < velocity.SLIP
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_random_commands_do_no_harm_in_either_world(seed):
+    """No fall, no joint beyond speed or limit, support margin never negative, comes to rest."""
+    for world, duration in (("forces-free", 20.0), ("ideal-servo", 12.0)):
+        assert sequences.measure(world, seed, duration)["wrong"] == [], world
+
+
+def test_what_went_wrong_in_a_sequence_is_named():
+    """A copy of a good result with each number made bad is told of."""
+    good = {"fell": False, "joint_speed": 0.9, "beyond": False, "margin": 0.01}
+    good |= {"unreachable": False, "rests": True}
+    assert sequences._wrong(good) == []
+    for name, bad in [("fell", True), ("joint_speed", 1.1), ("beyond", True), ("margin", -1e-6)]:
+        assert len(sequences._wrong(good | {name: bad})) == 1, name
+    for name, bad in [("margin", float("nan")), ("unreachable", True), ("rests", False)]:
+        assert len(sequences._wrong(good | {name: bad})) == 1, name
+
+
+def test_the_largest_roughness_passed_is_the_last_before_the_first_failure():
+    """Of ten seeds nine must come through; sizes behind a failure do not count."""
+    counts = {10: 10, 20: 9, 30: 8, 40: 10}
+    results = [
+        {"kind": "blocks", "size": size, "mode": "feeling", "seed": seed, "passed": seed < passed}
+        for size, passed in counts.items()
+        for seed in range(10)
+    ]
+    assert ground.largest_passed(results, "blocks") == {"feeling": 20.0}
+    assert ground.largest_passed(results, "blocks", 0.5) == {"feeling": 40.0}
+
+
+def test_the_grounds_of_the_study_can_be():
+    """Every kind and size, but for hills of some seeds, is a scenario."""
+    for case in ground.cases(seeds=1, modes=("without",)):
+        if case["kind"] != "hills":
+            ground.scenario_of(case["kind"], case["size"], case["seed"])
+
+
+def test_cases_side_by_side_are_told_in_their_order():
+    assert study.run(divmod_of, [{"a": a, "b": 3} for a in range(4)]) == [
+        {"a": a, "b": 3, "whole": a // 3} for a in range(4)
+    ]
+
+
+def divmod_of(a, b):
+    return {"whole": a // b}
