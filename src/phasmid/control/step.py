@@ -401,7 +401,7 @@ def update(
     # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
     brake(state, 0.0)
     for leg in range(len(state.leg)):
-        if state.leg[leg] == PROBING:
+        if state.leg[leg] in (PROBING, SETTLING):
             # Farther down it may not reach; it stands there.
             plant(state, leg)
             state.leg[leg] = STANCE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,9 @@ from phasmid.control.feel.plane import fit_plane
 from phasmid.control.feel.sag import mean_sag
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.feel.touch import feel_touch, judge_sensors
+from phasmid.control.feel.upright import set_upright
 from phasmid.control.observation import Observation
+from phasmid.control.state import State
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -185,6 +188,17 @@ class Feeling:
             self._source,
             self._feet[:, 0],
         )
+
+    def set_upright(self, state: State) -> None:
+        """Turn what an engine knows in odom, and what is remembered of it, with the measured up.
+
+        Args:
+            state: Where the engine is, at its last update; is changed.
+        """
+        if math.isfinite(self._planes[0, 0]):
+            set_upright(
+                self.dt, state, self._level, self._stood_at, self._planes, self._turned
+            )
 
     def _feel_touch(self, o: Observation, intent: Intent) -> None:
         reading, present = self._reading, self._heard

@@ -51,6 +51,7 @@ class FeelStage:
         tell_intent(
             state.leg, state.swing, state.path, self._standing, self._progress, self._R_path
         )
+        self.feeling.set_upright(state)
         felt = self.felt = self.feeling.update(
             observation,
             Intent(
