@@ -33,8 +33,9 @@ from phasmid.gait import Gait
 from phasmid.kinematics import quaternion_rotation, rotation_rpy
 from phasmid.robot import Robot
 
-STILL_SPEED = 1e-4
-"""A walking controller whose joints are slower than this is at rest [rad/s]."""
+STILL_SPEED = 0.01
+"""A walking controller whose joints are slower than this is at rest: one that feels the ground is
+never wholly, and joints may change their speed by many times that from update to update [rad/s]."""
 
 STILL_TIME = 0.1
 """It must have been so for as long as this [s]."""
