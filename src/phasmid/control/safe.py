@@ -90,6 +90,8 @@ class SafeController:
         if self._held:
             self._held = False
             assert self._last is not None
+            # It forgets what it has said.
+            self.guard.events += getattr(self.controller, "events", ())
             self.controller.reset(replace(observation, joint_position=self._last.position.copy()))
         targets = self.controller.update(observation, command)
         last = self._last
