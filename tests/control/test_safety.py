@@ -280,3 +280,50 @@ def test_a_still_controller_within_safety_passes_its_own_targets():
     targets = safe.update(Observation(DT, HOME), AHEAD)
     assert targets.position is safe.controller.q
     assert safe.telemetry() == {"safety_mode": 0.0}
+
+
+def test_torques_pass_and_one_that_is_not_finite_is_the_last_that_was():
+    """Targets that are mended, and those of a robot that is held still, keep their torques."""
+    torque = np.linspace(-1.0, 1.0, HOME.size).reshape(HOME.shape)
+
+    class Strong(Still):
+        q_now, now = HOME, torque
+
+        def update(self, observation, command):
+            return JointTargets(self.q_now, 0 * HOME, self.now)
+
+    strong = Strong()
+    safe = SafeController(strong, ROBOT)
+    safe.reset(Observation(0.0, HOME))
+    assert safe.update(Observation(DT, HOME), AHEAD).torque is torque
+    strong.now = np.where(np.arange(3) == 1, math.nan, 2 * torque)
+    told = safe.update(Observation(2 * DT, HOME), AHEAD)
+    assert np.array_equal(told.torque[:, 1], torque[:, 1])
+    assert np.array_equal(told.torque[:, [0, 2]], 2 * torque[:, [0, 2]])
+    assert np.array_equal(told.position, HOME)
+    assert safe.events[0][1] == "the target of right_front.femur is not finite; the last one stays."
+    strong.now, strong.q_now = torque, HOME - [0.0, 1.0, 0.0]
+    assert safe.update(Observation(3 * DT, HOME), AHEAD).torque is torque
+    held = safe.update(Observation(4 * DT, HOME, orientation=tilted(60)), AHEAD)
+    assert safe.guard.mode is Mode.HOLD
+    assert held.torque is torque
+
+
+def test_what_a_controller_said_before_it_began_anew_is_kept():
+    class Telling(Still):
+        def reset(self, observation):
+            super().reset(observation)
+            self.events = []
+
+        def update(self, observation, command):
+            if not self.events:
+                self.events.append((observation.time, "it goes."))
+            return super().update(observation, command)
+
+    safe = SafeController(Telling(), ROBOT)
+    safe.reset(Observation(0.0, HOME))
+    for k in range(1, 400):
+        tilt = tilted(60 if k == 20 else 0)
+        safe.update(Observation(k * DT, HOME, orientation=tilt), AHEAD)
+    assert next(time for time, said in safe.events if said == "it goes.") == DT
+    assert len([said for _, said in safe.events if said == "it goes."]) == 2

@@ -22,9 +22,10 @@ SCRIPT = CommandScript(
             ["right_middle.tibia dead at 0.5 s", "imu dead at 0.7 s"],
         ),
         ({}, CommandScript(waypoint=[{"x": 0.02, "y": 0.01}]), []),
+        ({"start_posture": "packed"}, CommandScript(command=[{"posture": "standing"}]), []),
         ({}, lambda t, o: None if t > 1.03 else Command(velocity=(t / 20, 0.0, 0.0)), []),
     ],
-    ids=["script", "faults", "places", "function"],
+    ids=["script", "faults", "places", "getting up", "function"],
 )
 def test_a_driven_recording_is_enough_to_run_it_again_to_the_bit(
     tmp_path, changes, commands, faults

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from phasmid import load_robot
-from phasmid.control import Command, LocomotionEngine, Posture, SafeController, Sequencer
+from phasmid.control import (
+    Command,
+    CommandScript,
+    LocomotionEngine,
+    Posture,
+    SafeController,
+    Sequencer,
+)
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
@@ -66,3 +73,41 @@ def test_with_one_servo_dead_a_robot_walks_on_on_five_legs(place):
     assert x[-1] - x[since] > 0.02 * (time[-1] - time[since])
     leg = [leg.name for leg in ROBOT.legs].index(place.split(".")[0])
     assert not run["stance"].values[since:, leg].any()
+
+
+def test_by_default_a_robot_gets_up_and_its_safety_and_its_sequences_are_recorded():
+    """From 25 mm of belly height to 100 mm less sag; a servo that dies is noticed after 0.2 s."""
+    script = CommandScript(
+        command=[
+            {"posture": "packed"},
+            {"time": 0.2, "posture": "standing"},
+        ]
+    )
+    run = drive(
+        scenario("ideal-servo", 3.5, start_posture="packed"),
+        None,
+        script,
+        faults=["right_front.tibia dead at 3.1 s"],
+    )
+    assert run.attrs["ending"] == "COMPLETED"
+    assert run.attrs["controller"] == "scenario's own"
+    assert {"safety_mode", "sequence", "velocity_reference"} <= set(run.data_vars)
+    assert run["sequence"].values[[10, 340]].tolist() == [0, 2]
+    assert run["body_position"].values[300, 2] > 0.095
+    said = [sentence for _, sentence in json.loads(run.attrs["events"])]
+    assert "servo right_front.tibia answers no more; its leg is lost." in said
+
+
+def test_by_default_an_old_command_is_not_followed():
+    """One given more than 0.5 s ago is followed no more: within 0.5 s the robot stops."""
+
+    def commands(time, _):
+        return Command(velocity=(0.05, 0.0, 0.0), time=min(time, 0.4))
+
+    run = drive(scenario("prescribed", 2.5), None, commands)
+    assert run.attrs["ending"] == "COMPLETED"
+    said = [sentence for _, sentence in json.loads(run.attrs["events"])]
+    assert "no command for 0.5 s: the robot stops." in said
+    speed = run["velocity_reference"].values[:, 0]
+    assert speed.max() > 0.02
+    assert abs(speed[-1]) < 1e-3

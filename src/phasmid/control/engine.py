@@ -147,7 +147,9 @@ class LocomotionEngine:
         self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
         self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
         self._tell("held", code == 3, "held all: a leg could not follow")
-        if self._resting != bool(self.state.mode[0] == STILL):
+        changed = self._changing and self.order.gait[3] == 0.0
+        if changed or self._resting != bool(self.state.mode[0] == STILL):
+            # What was admitted regarded the old gait too.
             self._take(command)
         waits, back = bool(self.state.clock[4] > 0.25), bool(self.state.mode[2] == 1)
         self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
@@ -284,7 +286,7 @@ class LocomotionEngine:
     def _start(self) -> None:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._command = None
-        self._resting, self._stretched = True, False
+        self._resting, self._stretched, self._changing = True, False, False
         if self.dynamics is not None:
             self.dynamics.reset()
         self.events = []
@@ -375,6 +377,7 @@ class LocomotionEngine:
             or not np.array_equal(wanted.used, order.used)
         )
         order.gait[3] = 1.0 if differs else 0.0
+        self._changing = differs
         asked = np.array(command.velocity, dtype=float)
         self._asked = command.velocity
         share = 1.0

@@ -34,7 +34,8 @@ class SafeController:
     What it is told goes through a `Guard`. Where the guard holds the robot still, the joints brake
     and stay; when it lets go, the controller begins anew with the robot as it stands. Targets that
     are not finite, beyond the joint limits or farther away than a servo can turn are replaced by
-    the nearest that are not.
+    the nearest that are not. Torques are passed on; one that is not finite is replaced by the last
+    that was, and those that held the robot stay while it holds still.
 
     Attributes:
         controller: What decides.
@@ -58,6 +59,7 @@ class SafeController:
         self._speed = SPEED_SLACK * robot.servo.no_load_speed
         self._faulty = compiled(faulty)
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
+        self._none = np.zeros(self._low.shape)
         self._last: JointTargets | None = None
         self._time = 0.0
         self._held = False
@@ -88,6 +90,8 @@ class SafeController:
         if self._held:
             self._held = False
             assert self._last is not None
+            # It forgets what it has said.
+            self.guard.events += getattr(self.controller, "events", ())
             self.controller.reset(replace(observation, joint_position=self._last.position.copy()))
         targets = self.controller.update(observation, command)
         last = self._last
@@ -95,8 +99,15 @@ class SafeController:
             last = JointTargets(observation.joint_position, targets.velocity)
             dt = math.inf
         farthest = self._speed * dt if dt > 0.0 else math.inf
+        torque = targets.torque
         wrong = self._faulty(
-            targets.position, targets.velocity, last.position, self._low, self._high, farthest
+            targets.position,
+            targets.velocity,
+            self._none if torque is None else torque,
+            last.position,
+            self._low,
+            self._high,
+            farthest,
         )
         if wrong:
             targets = self._mended(targets, last, farthest, wrong)
@@ -118,7 +129,7 @@ class SafeController:
         change = BRAKING * dt
         v = last.velocity - np.clip(last.velocity, -change, change)
         q = np.clip(last.position + dt * (last.velocity + v) / 2, self._low, self._high)
-        self._last = JointTargets(q, v)
+        self._last = JointTargets(q, v, last.torque)
         return self._last
 
     def _mended(
@@ -126,11 +137,14 @@ class SafeController:
     ) -> JointTargets:
         """Targets that a servo can be given, and a sentence on those that it cannot."""
         q, v = np.array(targets.position), np.array(targets.velocity)
-        bad = ~(np.isfinite(q) & np.isfinite(v))
+        torque, bad = targets.torque, ~(np.isfinite(q) & np.isfinite(v))
+        limp = np.zeros_like(bad) if torque is None else ~np.isfinite(torque)
+        if torque is not None and limp.any():
+            torque = np.where(limp, self._none if last.torque is None else last.torque, torque)
         q[bad], v[bad] = np.broadcast_to(last.position, q.shape)[bad], 0.0
         why, seen = "", q.copy()
         if wrong & 1:
-            where, why = bad, "not finite; the last one stays"
+            where, why = bad | limp, "not finite; the last one stays"
         elif wrong & 2:
             where, why = (q < self._low) | (q > self._high), "beyond the joint's limits"
         else:
@@ -143,12 +157,13 @@ class SafeController:
         if self._time - self._told.get(why, -math.inf) >= 1.0:
             self._told[why] = self._time
             self.guard.events.append((self._time, f"the target of {name} is {why}."))
-        return JointTargets(q, v)
+        return JointTargets(q, v, torque)
 
 
 def faulty(
     q: Float[np.ndarray, "legs 3"],
     v: Float[np.ndarray, "legs 3"],
+    torque: Float[np.ndarray, "legs 3"],
     last: Float[np.ndarray, "legs 3"],
     low: Float[np.ndarray, "legs 3"],
     high: Float[np.ndarray, "legs 3"],
@@ -159,6 +174,7 @@ def faulty(
     Args:
         q: Angles [rad].
         v: Speeds [rad/s].
+        torque: Torques [N·m].
         last: Angles of the last targets [rad].
         low: Lowest angles [rad].
         high: Highest angles [rad].
@@ -168,7 +184,8 @@ def faulty(
     for leg in range(q.shape[0]):
         for joint in range(3):
             x = q[leg, joint]
-            if not (math.isfinite(x) and math.isfinite(v[leg, joint])):
+            # A sum is finite where all its parts are: they are no larger than a few thousand.
+            if not math.isfinite(x + v[leg, joint] + torque[leg, joint]):
                 wrong |= 1
             if x < low[leg, joint] or x > high[leg, joint]:
                 wrong |= 2

@@ -20,6 +20,9 @@ from phasmid.control import (
     LocomotionEngine,
     Observation,
     Player,
+    SafeController,
+    SafetySettings,
+    Sequencer,
     script_from_text,
 )
 from phasmid.control.sequences import SequenceSettings, packing
@@ -44,6 +47,9 @@ from phasmid.simulation.time_step import check_time_step
 
 MOST_EVENTS = 10_000
 """Most sentences of a controller that a recording keeps."""
+
+MISSED = 2.5
+"""Periods without an update that are a gap in what sensors tell, at the least."""
 
 Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
 """A command that stands for the whole run, a script, or a function of time [s] and observation,
@@ -73,7 +79,8 @@ def drive(
     Args:
         scenario: Robot, ground, drive and engine; its duration is the longest.
         controller: What decides; None: the locomotion engine with the scenario's gait, period and
-            step height.
+            step height, which stands up and sits down, moves legs by hand, walks on without lost
+            ones and has safety around it: see `scenario_controller`.
         commands: What it is told to do: a command, a script, or a function of time and
             observation. Places of a script are gone to by where the robot truly is.
         rate: Updates of the controller a second [1/s]; a period must be a whole number of time
@@ -149,7 +156,7 @@ class Driving:
         check_scenario(scenario)
         is_own = controller is None
         if controller is None:
-            controller = scenario_engine(scenario, rate)
+            controller = scenario_controller(scenario, rate)
         hint = "a class with the methods reset and update"
         check_type("controller", controller, (Controller,), "a Controller", hint)
         between_updates(scenario.simulation.drive, between)
@@ -304,8 +311,12 @@ class Driving:
         return later
 
 
-def scenario_engine(scenario: Scenario, rate: float) -> LocomotionEngine:
-    """The locomotion engine with a scenario's robot, gait, period and step height.
+def scenario_controller(scenario: Scenario, rate: float) -> SafeController:
+    """The controller that a scenario has where nobody gives one.
+
+    It is the locomotion engine with the scenario's robot, gait, period and step height, in
+    sequences that let the robot stand up and sit down, moved legs by hand and lost ones, with
+    safety around it.
 
     Args:
         scenario: The experiment.
@@ -316,13 +327,18 @@ def scenario_engine(scenario: Scenario, rate: float) -> LocomotionEngine:
     """
     period_steps(scenario, rate)
     robot, stride = scenario.load_robot(), scenario.stride
-    return LocomotionEngine(
+    engine = LocomotionEngine(
         robot,
         gait=scenario.load_gait(len(robot.legs)),
         period=stride.period,
         step_height=stride.step_height,
         update_period=1 / rate,
     )
+    sequencer = Sequencer(engine, robot)
+    usual = SafetySettings().observation_time
+    # Updates that are rarer than that are no gap.
+    safety = SafetySettings(observation_time=max(usual, MISSED / rate))
+    return SafeController(sequencer, robot, safety)
 
 
 def _with_delays(scenario: Scenario) -> Scenario:

@@ -34,7 +34,8 @@ class Limping:
 
     Attributes:
         gait: Of all legs; the phases of lost ones mean nothing.
-        shift: How far the body stands aside: ahead, to the left [m].
+        shift: How far the body stands aside, beside what the controller does by itself: ahead, to
+            the left [m].
         period: Of a cycle [s]; None: as the controller is set.
     """
 
@@ -96,15 +97,18 @@ def limping(
         gait = replace(limp.gait, offsets=tuple(offsets))
         if fastest is None:
             return Limping(gait, limp.shift, None)
+        # A controller that knows lost legs stands aside for them by itself.
+        own = without_legs(gait, sorted(lost), feet, com).shift
+        aside = (limp.shift[0] - own[0], limp.shift[1] - own[1])
         for swing in SWINGS:
             period = swing / gait.swing_fraction
             speeds = [
-                float(np.abs(fastest(way, **_ways(gait, limp.shift, period, lost)).velocity).max())
+                float(np.abs(fastest(way, **_ways(gait, aside, period, lost)).velocity).max())
                 for way in DIRECTIONS
             ]
             if np.mean(speeds) > quickest:
                 quickest = float(np.mean(speeds))
-                best = Limping(gait, limp.shift, period)
+                best = Limping(gait, aside, period)
     if best is None:
         assert refused is not None
         raise refused

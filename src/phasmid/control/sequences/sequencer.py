@@ -33,8 +33,9 @@ from phasmid.gait import Gait
 from phasmid.kinematics import quaternion_rotation, rotation_rpy
 from phasmid.robot import Robot
 
-STILL_SPEED = 1e-4
-"""A walking controller whose joints are slower than this is at rest [rad/s]."""
+STILL_SPEED = 0.01
+"""A walking controller whose joints are slower than this is at rest: one that feels the ground is
+never wholly, and joints may change their speed by many times that from update to update [rad/s]."""
 
 STILL_TIME = 0.1
 """It must have been so for as long as this [s]."""
@@ -79,7 +80,8 @@ class Sequencer:
     answered by going back on the way that was come, smoothly.
 
     Attributes:
-        events: What was refused or noticed since `reset`: times [s] and sentences.
+        events: What was refused or noticed since `reset`, by the walking controller too: times
+            [s] and sentences.
         stage: What the robot is about.
     """
 
@@ -115,6 +117,7 @@ class Sequencer:
         self._hand: HandMove | None = None
         self._follower: Follower | None = None
         self._told: set[str] = set()
+        self._heard = 0
         self._time = self._at_rest = 0.0
         self._ignored: tuple[int, ...] = ()
         self._refused: tuple[int, ...] | None = None
@@ -205,7 +208,15 @@ class Sequencer:
             command = replace(command, legs=MappingProxyType({}))
         targets = self.walker.update(observation, command)
         self._walked = targets
+        self._hear()
         return targets
+
+    def _hear(self) -> None:
+        """Note what the walking controller has said since it was heard last."""
+        said = getattr(self.walker, "events", ())
+        if len(said) > self._heard:
+            self.events += said[self._heard :]
+            self._heard = len(said)
 
     def _stand(self, observation: Observation, lost: list[int] | None = None) -> None:
         """Hand the joints to the walking controller, as they are."""
@@ -213,6 +224,7 @@ class Sequencer:
         q = self._motion.position.copy()
         self._walked = JointTargets(q, 0 * q)
         hold = getattr(self.walker, "hold", None)
+        self._heard = 0
         if not (lost and callable(hold)):
             self.walker.reset(replace(observation, joint_position=q))
             return

@@ -24,7 +24,6 @@ class SequenceSettings:
             while legs are in the air [m].
         limit_margin: Angle that poses of rest keep from the joint limits [rad].
         knee_fold: Least angle between femur and tibia of a folded leg [rad].
-        rate: Of updates [1/s].
     """
 
     speed_share: float = 0.5
@@ -35,7 +34,6 @@ class SequenceSettings:
     support_margin: float = 0.012
     limit_margin: float = math.radians(2)
     knee_fold: float = math.radians(35)
-    rate: float = 200.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
