@@ -196,9 +196,7 @@ class Feeling:
             state: Where the engine is, at its last update; is changed.
         """
         if math.isfinite(self._planes[0, 0]):
-            set_upright(
-                self.dt, state, self._level, self._stood_at, self._planes, self._turned
-            )
+            set_upright(self.dt, state, self._level, self._stood_at, self._planes, self._turned)
 
     def _feel_touch(self, o: Observation, intent: Intent) -> None:
         reading, present = self._reading, self._heard
