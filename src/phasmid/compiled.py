@@ -66,7 +66,7 @@ def internal(function: Callable[..., Any]) -> Callable[..., Any]:
     Args:
         function: Written as for `compiled`.
     """
-    made = _made(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    made: Any = _made(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
     if made is not function:
         plain = unwrap(function)
 
@@ -74,7 +74,7 @@ def internal(function: Callable[..., Any]) -> Callable[..., Any]:
             made.overloads[tuple(result.signature.args)] = result
 
         # Python never finds code that it may call, and asks for some: it gets its own.
-        made.add_overload, made._compile_for_args = keep, lambda *_, **__: plain  # type: ignore[attr-defined]
+        made.add_overload, made._compile_for_args = keep, lambda *_, **__: plain
     return made
 
 

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from phasmid.cli import main
+from phasmid.cli import drive, main
 from phasmid.control import Command, Observation
 
 
@@ -76,3 +76,12 @@ def test_keys_change_the_command_and_end_the_drive(monkeypatch):
     assert told[2].gait is not None
     assert told[4] == Command(gait=told[2].gait)
     assert told[5] is None
+
+
+@pytest.mark.parametrize("is_cold", [True, False])
+def test_who_would_wait_for_the_compiler_is_told_so(is_cold, monkeypatch, capsys):
+    monkeypatch.setattr("phasmid.compiled.is_compiled", lambda function: not is_cold)
+    drive._tell_of_compiling()
+    told = capsys.readouterr().err
+    assert told.startswith("phasmid: compiling the controller") == is_cold
+    assert bool(told) == is_cold

@@ -98,7 +98,7 @@ def _tell_of_compiling() -> None:
     from phasmid.control.step import tick
 
     if not is_compiled(tick):
-        told = "compiling the controller, once for this machine: about half a minute"
+        told = "compiling the controller, once for this machine: about 40 s"
         print(f"phasmid: {told}", file=sys.stderr, flush=True)
 
 
