@@ -1,9 +1,19 @@
 """Driven runs of phasmid's own controllers are made again from their recordings, bit by bit."""
 
+import json
+
 import pytest
 
 from phasmid import drive, load_recording, load_scenario, plan, replay, report, summarise
-from phasmid.control import Command, CommandScript, Player
+from phasmid.control import (
+    Command,
+    CommandScript,
+    LocomotionEngine,
+    Player,
+    SafeController,
+    SafetySettings,
+    Sequencer,
+)
 from phasmid.errors import InvalidInput
 
 PAPER = load_scenario("paper").replace(duration=1.5, period=1.0)
@@ -38,6 +48,18 @@ def test_a_driven_recording_is_enough_to_run_it_again_to_the_bit(
 def test_a_played_walk_is_run_again_too():
     scenario = PAPER.replace(duration=0.5)
     assert replay(drive(scenario, Player(plan(scenario)))).equal
+
+
+def test_an_engine_within_sequences_and_safety_of_ones_own_is_run_again_too():
+    robot, settings = PAPER.load_robot(), SafetySettings(command_time=0.1)
+    engine = LocomotionEngine(robot, step_height=0.02)
+    controller = SafeController(Sequencer(engine, robot), robot, settings)
+    script = CommandScript(command=[{"ahead": 0.05}])
+    run = drive(PAPER.replace(duration=0.5), controller, script)
+    assert replay(run).equal
+    bare = drive(PAPER.replace(duration=0.5), LocomotionEngine(robot, step_height=0.02), script)
+    assert json.loads(run.attrs["controller_around"])[0]["command_time"] == 0.1
+    assert "controller_around" not in bare.attrs
 
 
 def test_a_controller_of_ones_own_cannot_be_run_again_from_a_recording():

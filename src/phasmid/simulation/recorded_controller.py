@@ -6,7 +6,16 @@ import json
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from phasmid.control import Controller, EngineSettings, LocomotionEngine, Player
+from phasmid.control import (
+    Controller,
+    EngineSettings,
+    LocomotionEngine,
+    Player,
+    SafeController,
+    SafetySettings,
+    Sequencer,
+    SequenceSettings,
+)
 from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.errors import InvalidInput, plain
@@ -18,7 +27,17 @@ from phasmid.scenario import Scenario
 OWN = "scenario's own"
 """Name of the controller that a scenario has where nobody gives one."""
 
-SETTINGS = {kind.__name__: kind for kind in (EngineSettings, EffortSettings, FeelSettings, Gait)}
+SETTINGS = {
+    kind.__name__: kind
+    for kind in (
+        EngineSettings,
+        EffortSettings,
+        FeelSettings,
+        Gait,
+        SafetySettings,
+        SequenceSettings,
+    )
+}
 """What settings may consist of, beside numbers, texts and lists of them."""
 
 
@@ -29,9 +48,11 @@ def controller_attributes(controller: Controller, *, own: bool) -> dict[str, str
         controller: What decides.
         own: Whether it is the scenario's own.
     """
-    kind = type(controller)
     if own:
         return {"controller": OWN}
+    if type(controller) in (SafeController, Sequencer):
+        return _wrapped(controller)
+    kind = type(controller)
     if kind is LocomotionEngine:
         settings = _told(controller.settings)  # type: ignore[attr-defined]
         return {"controller": "locomotion engine", "controller_settings": json.dumps(settings)}
@@ -39,6 +60,20 @@ def controller_attributes(controller: Controller, *, own: bool) -> dict[str, str
         told = {name: getattr(controller, name) for name in ("rate", "lead")}
         return {"controller": "player", "controller_settings": json.dumps(told)}
     return {"controller": f"{kind.__module__}.{kind.__qualname__}"}
+
+
+def _wrapped(controller: Any) -> dict[str, str]:
+    """What a recording tells of a controller within safety, sequences or both."""
+    around = []
+    while type(controller) in (SafeController, Sequencer):
+        if type(controller) is SafeController:
+            around.append(_told(controller.guard.settings))
+            controller = controller.controller
+        else:
+            around.append(_told(controller.settings))
+            controller = controller.walker
+    inner = controller_attributes(controller, own=False)
+    return {**inner, "controller_around": json.dumps(around)}
 
 
 def recorded_controller(recording: Recording, scenario: Scenario) -> Controller | None:
@@ -56,12 +91,23 @@ def recorded_controller(recording: Recording, scenario: Scenario) -> Controller 
         return None
     try:
         settings = _made(json.loads(str(recording.attrs.get("controller_settings", "null"))))
+        around = _made(json.loads(str(recording.attrs.get("controller_around", "[]"))))
     except (ValueError, TypeError, KeyError):
-        settings = None
+        settings, around = None, ()
+    found: Controller | None = None
     if name == "locomotion engine" and isinstance(settings, EngineSettings):
-        return LocomotionEngine(scenario.load_robot(), settings)
-    if name == "player" and isinstance(settings, dict):
-        return Player(_motion(recording, scenario), rate=settings["rate"], lead=settings["lead"])
+        found = LocomotionEngine(scenario.load_robot(), settings)
+    elif name == "player" and isinstance(settings, dict):
+        found = Player(_motion(recording, scenario), rate=settings["rate"], lead=settings["lead"])
+    for outer in reversed(around):
+        if found and isinstance(outer, SequenceSettings):
+            found = Sequencer(found, scenario.load_robot(), outer)
+        elif found and isinstance(outer, SafetySettings):
+            found = SafeController(found, scenario.load_robot(), outer)
+        else:
+            found = None
+    if found:
+        return found
     raise InvalidInput(
         f"the run was driven by {plain(name)}, which a recording does not hold; it cannot be run "
         "again.",
