@@ -348,7 +348,8 @@ class LocomotionEngine:
         held = np.isin(np.arange(1, len(model.neutral) + 1), list(lost))[:, None]
         q = np.where(held, model.folded, joint_angles(self.robot.arrays, self._at_home))
         com = centre_of_mass(self.robot, q)
-        return without_legs(gait, lost, model.neutral, com[:2])
+        # Legs whose body stands farther aside than it must reach less far and lift more slowly.
+        return without_legs(gait, lost, model.neutral, com[:2], nearest=True)
 
     def _take(self, command: Command) -> None:
         """Write the order for a command, with a velocity that can be kept to."""

@@ -29,6 +29,9 @@ SWAYS = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2)
 CRAWL = 5 / 6
 """Duty factor of four legs: with all of them down in between, the body has time to sway."""
 
+HALVINGS = 12
+"""How often the interval of the smallest shift is halved."""
+
 TURNS = 4
 """How often order and shift are fitted to each other; they hardly ever change after the second."""
 
@@ -64,6 +67,7 @@ def without_legs(
     step: Float[np.ndarray, "3"] | tuple[float, float, float] = COMFORTABLE_STEP,
     enough: float | None = None,
     farthest: float | None = None,
+    nearest: bool = False,
 ) -> Limp:
     """The gait with which a robot walks on when legs are lost.
 
@@ -81,6 +85,8 @@ def without_legs(
         enough: Margin above which neither the times change nor the body sways [m]; absent: a tenth
             of the feet's mean distance from their middle.
         farthest: Farthest shift of the body in either axis [m]; absent: 0.16 of the same distance.
+        nearest: Whether the body is shifted no farther than is enough, so that legs reach farther;
+            if not it goes to where it is held best.
 
     Raises:
         InvalidGait: Too few legs remain, or they do not hold the robot whatever it does.
@@ -112,6 +118,7 @@ def without_legs(
         (ahead, left, turn),
         ENOUGH * size if enough is None else enough,
         FARTHEST * size if farthest is None else farthest,
+        nearest,
     )
 
 
@@ -124,6 +131,7 @@ def _limp(
     step: tuple[float, float, float],
     enough: float,
     farthest: float,
+    nearest: bool,
 ) -> Limp:
     feet = np.array(places)[np.array(legs) - 1]
     lost = [str(leg) for leg in range(1, len(places) + 1) if leg not in legs]
@@ -131,7 +139,7 @@ def _limp(
     best = _kept(gait, legs, feet, com, step, farthest, name)
     for share in SWAYS:
         if best is not None and best.margin >= enough:
-            return best
+            break
         found = _searched(legs, feet, com, step, farthest, name, share)
         if best is None or found.margin > best.margin:
             best = found
@@ -142,6 +150,8 @@ def _limp(
             f"the robot: the centre of mass comes {-1e3 * best.margin:.0f} mm beyond their feet.",
             hint="feet that stand closer to where the legs are missing",
         )
+    if nearest and best.margin > enough:
+        return _nearer(best, feet, com, step, enough)
     return best
 
 
@@ -206,3 +216,25 @@ def _placed(
     shift = best_place(at, told.stance, place, farthest)
     x, y = shift.tolist()
     return (x, y), least_margin(gait, feet, np.array(com) + shift, way)
+
+
+def _nearer(
+    limp: Limp,
+    feet: Float[np.ndarray, "remaining 2"],
+    com: tuple[float, float],
+    step: tuple[float, float, float],
+    enough: float,
+) -> Limp:
+    """The same, shifted no farther than is enough."""
+    most, way = np.array(limp.shift), np.array(step)
+
+    def margin(share: float) -> float:
+        return least_margin(limp.gait, feet, np.array(com) + share * most, way)
+
+    # Polygons are convex: from where the margin is not enough to the best place it only grows.
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if margin(middle) >= enough else (middle, high)
+    x, y = (high * most).tolist()
+    return replace(limp, shift=(x, y), margin=margin(high))

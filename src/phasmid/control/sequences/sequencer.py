@@ -461,11 +461,10 @@ class Sequencer:
                 asked = command.gait or gait
                 key = (asked, made.lost_legs)
                 if key not in self._limps:
-                    fastest = getattr(self.walker, "largest_velocity", None)
-                    self._limps[key] = limping(
-                        self.robot, asked, made.lost_legs, self._held, fastest
-                    )
-                made = self._limps[key].follow(made)
+                    self._limps[key] = limping(self.robot, asked, made.lost_legs, self._held)
+                if not hasattr(self.walker, "largest_velocity"):
+                    # One that tells how fast it is without legs finds its gait and shift by itself.
+                    made = self._limps[key].follow(made)
             except InvalidGait as error:
                 if error.what not in self._told:
                     self._told.add(error.what)
