@@ -14,6 +14,9 @@ STANCE, SWING, HELD, SETTLING, PROBING = 0, 1, 2, 3, 4
 """What a leg does: it stands, it swings to its next place, it is held in the air, it comes to rest
 where it has met the ground early, or it goes on down where it has not met it."""
 
+OBSTACLE = 2
+"""What is felt at a foot that has just met something on its way."""
+
 STILL, WALKING, CHANGING = 0, 1, 2
 """What the clock does: it rests, it runs, or it waits for feet to land and for a new gait."""
 
@@ -69,7 +72,8 @@ class Order(NamedTuple):
         gait: Duty factor, period [s], sway, and 1 where a change of gait is wanted, shape (4,).
         step: Height of a step [m], shape (1,).
         used: Whether each leg is walked on, 1 or 0, shape (L,).
-        touch: What is felt under each foot: -1 nothing known, 0 air, 1 ground, shape (L,).
+        touch: What is felt under each foot: -1 nothing known, 0 air, 1 ground, 2 an obstacle that
+            it has just met on its way, shape (L,).
         plane: Of the ground in odom: its normal, and its height at the origin [m], shape (4,).
         landing: Height at which each foot shall find the ground [m], NaN: that of the plane, (L,).
         foot_offset: Added to the feet's targets in odom [m], shape (L, 3).

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
-from phasmid.control.clock import best_phase, run_clock
+from phasmid.control.clock import best_phase, lift_off, run_clock
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
 from phasmid.control.memory import count_numbers, model_at, order_at, state_at, tuning_at
 from phasmid.control.reach import (
@@ -20,7 +20,7 @@ from phasmid.control.reach import (
     wave,
     within,
 )
-from phasmid.control.state import HELD, PROBING, SETTLING, STANCE, STILL, SWING
+from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
 from phasmid.control.swing import hold_leg, plant, raise_foot, steer
 from phasmid.control.trunk import approach, follow, place_trunk, ride
 
@@ -172,6 +172,10 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             state.leg[leg] = HELD
             swing[0], swing[1] = 0.0, FOLD
             continue
+        if order.touch[leg] == OBSTACLE and doing == SWING:
+            # It steps over it: another swing begins with the motion that it has.
+            lift_off(state, model, order, tuning, leg, h, (1.0 - order.gait[0]) * order.gait[1])
+            before, part = 0.0, h / swing[1]
         met = order.touch[leg] == 1 and doing != SETTLING
         if met and (doing == PROBING or part > tuning.lowest_lift):
             # The foot comes to rest a little beyond, so that its speed does not jump.

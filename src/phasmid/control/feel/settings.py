@@ -14,6 +14,7 @@ MAY_BE_ZERO = (
     "level",
     "shift",
     "hit_rise",
+    "step_rise",
     "landing_sink",
     "level_limit",
     "shift_limit",
@@ -41,8 +42,10 @@ class FeelSettings:
         release_by: Share of a swing by which a foot's sensor must have left the ground to be heard
             again in this swing.
         hit_by: Share of a swing before which a touch is an obstacle and no ground.
-        hit_rise: How much higher than the plane a foot looks for the ground after it has met an
-            obstacle in its swing [m].
+        hit_rise: How much higher than the plane a foot looks for the ground for each obstacle, up
+            to three, that it has met in its swing, over which it lifts anew [m].
+        step_rise: Share of the difference in height of the standing feet, along the plane's
+            normal, by which steps are higher; they are twice as high at most.
         landing_sink: How much lower than the plane a foot that feels aims, so that it meets level
             ground in its swing [m].
         implausible_steps: Steps in which a sensor contradicts the leg's motion until it is no
@@ -91,8 +94,9 @@ class FeelSettings:
     touch_time: float = 0.0
     release_time: float = 0.015
     release_by: float = 0.35
-    hit_by: float = 0.5
+    hit_by: float = 0.65
     hit_rise: float = 0.02
+    step_rise: float = 0.5
     landing_sink: float = 0.0
     implausible_steps: float = 2.0
     dead_time: float = 0.1

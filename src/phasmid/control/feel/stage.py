@@ -10,7 +10,17 @@ from phasmid.compiled import compiled
 from phasmid.control.feel.feeling import Feeling, Felt, Intent
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.observation import Observation
-from phasmid.control.state import HELD, PROBING, SETTLING, STANCE, STILL, SWING, Order, State
+from phasmid.control.state import (
+    HELD,
+    OBSTACLE,
+    PROBING,
+    SETTLING,
+    STANCE,
+    STILL,
+    SWING,
+    Order,
+    State,
+)
 from phasmid.robot import Robot
 
 
@@ -30,6 +40,9 @@ class FeelStage:
         self._standing = np.ones(legs, dtype=bool)
         self._progress = np.zeros(legs)
         self._R_path = np.eye(3)
+        self._hits = np.zeros(legs)
+        # Height of a step that is asked, and what was made of it.
+        self._steps = np.zeros(2)
         self.felt: Felt | None = None
 
     def reset(self, observation: Observation) -> None:
@@ -74,6 +87,12 @@ class FeelStage:
             felt.foot_offset,
             self.settings.hit_rise,
             self.settings.landing_sink,
+            self.settings.step_rise,
+            state.leg,
+            state.foot,
+            self._hits,
+            self._steps,
+            order.step,
             order.touch,
             order.correction,
             order.plane,
@@ -121,6 +140,12 @@ def write_order(
     offset: np.ndarray,
     hit_rise: float,
     sink: float,
+    step_rise: float,
+    leg: np.ndarray,
+    foot: np.ndarray,
+    known: np.ndarray,
+    steps: np.ndarray,
+    to_step: np.ndarray,
     to_touch: np.ndarray,
     to_correction: np.ndarray,
     to_plane: np.ndarray,
@@ -134,11 +159,23 @@ def write_order(
     n = 1.0 / math.sqrt(1.0 + plane[1] ** 2 + plane[2] ** 2)
     to_plane[0], to_plane[1], to_plane[2] = -plane[1] * n, -plane[2] * n, n
     to_plane[3] = plane[0] - plane[1] * plane[3] - plane[2] * plane[4]
+    low, high = 0.0, 0.0
+    for i in range(len(touch)):
+        if leg[i] == STANCE:
+            z = foot[i, 2] - to_plane[3] - plane[1] * foot[i, 0] - plane[2] * foot[i, 1]
+            low, high = min(low, z), max(high, z)
+    if to_step[0] != steps[1]:
+        steps[0] = to_step[0]
+    # Ground that is as rough as what the feet stand on is stepped over.
+    to_step[0] = steps[1] = steps[0] + min(step_rise * (high - low), steps[0])
     for i in range(len(touch)):
         to_touch[i] = touch[i]
+        if hits[i] > known[i] and touch[i] == 1:
+            to_touch[i] = OBSTACLE
+        known[i] = hits[i]
         to_offset[i, 2] = offset[i]
         to_landing[i] = math.nan
         if touch[i] >= 0:
             z = to_plane[3] + plane[1] * landing[i, 0] + plane[2] * landing[i, 1]
             # Where a foot has met an obstacle on its way it looks for the ground on top of it.
-            to_landing[i] = z - sink + min(hits[i], 1.0) * hit_rise
+            to_landing[i] = z - sink + min(hits[i], 3.0) * hit_rise

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -11,6 +10,7 @@ from jaxtyping import Float
 from phasmid.compiled import compiled
 from phasmid.control.feel.level import UP
 from phasmid.control.feel.plane import AT_X, AT_Y, HEIGHT, SLOPE_X, SLOPE_Y
+from phasmid.control.state import State
 
 UPRIGHT_TIME, UPRIGHT_RATE = 0.5, 0.35
 """Within what time odom comes upright [s], and how fast it may turn [rad/s]."""
@@ -46,7 +46,7 @@ def slopes_of(R: np.ndarray, slope_x: float, slope_y: float) -> tuple[float, flo
 @compiled
 def set_upright(
     dt: float,
-    state: Any,
+    state: State,
     level: Float[np.ndarray, " 9"],
     stood: Float[np.ndarray, "legs 4"],
     planes: Float[np.ndarray, "3 5"],

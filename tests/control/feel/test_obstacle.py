@@ -1,0 +1,99 @@
+"""Feet that meet something on their way step over it, and higher on rough ground."""
+
+import numpy as np
+import pytest
+
+from phasmid.control import Command, Observation
+from phasmid.control.engine import LocomotionEngine
+from phasmid.control.feel.stage import write_order
+from phasmid.control.state import OBSTACLE, STANCE, SWING
+from phasmid.kinematics import joint_angles
+from phasmid.robot import load_robot
+
+ROBOT = load_robot("phantomx-mk4")
+DT, STEP = 0.005, 0.03
+
+
+def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
+    """Half the way of another swing lies a step over the middle of where it was and lands."""
+    engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none", step_height=STEP)
+    q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
+    state, leg, hit, highest, swung = engine.state, None, None, 0.0, 0
+    before, speed = state.foot.copy(), state.motion[0].copy()
+    for k in range(400):
+        engine.update(
+            Observation(time=k * DT, joint_position=q), Command(velocity=(0.05, 0.0, 0.0))
+        )
+        slow = state.clock[3]
+        # The trapezoid is off by h³ of the third derivative, 1000 m/s³ at most, over 12.
+        mean = slow * DT * (speed + state.motion[0]) / 2
+        assert np.abs(state.foot - before - mean).max() < 1000 * DT**3 / 12 + 1e-6
+        before, speed = state.foot.copy(), state.motion[0].copy()
+        swings = state.leg == SWING
+        if hit is None and swings.any():
+            leg = int(np.argmax(swings))
+            if state.swing[leg, 0] > 0.4 * state.swing[leg, 1]:
+                hit = state.foot[leg, 2]
+                engine.order.touch[leg] = OBSTACLE
+                continue
+        engine.order.touch[:] = -1
+        if hit is not None:
+            highest = max(highest, state.foot[leg, 2])
+            swung += 1
+            if state.leg[leg] == STANCE:
+                break
+    assert highest > STEP + 0.3 * hit
+    assert state.leg[leg] == STANCE
+    assert state.foot[leg, 2] == pytest.approx(0.0, abs=1e-9)
+    assert swung * DT > 0.45
+
+
+def write(foot, steps, step, hits=0.0, known=None):
+    """What the stage writes for feet that stand, over level ground; step and touch."""
+    touch, out = np.ones(6, dtype=np.int64), np.zeros(6, dtype=np.int64)
+    hits, leg = np.full(6, hits), np.zeros(6, dtype=np.int64)
+    known = np.zeros(6) if known is None else known
+    write_order(
+        touch,
+        hits,
+        np.zeros(5),
+        np.zeros(5),
+        np.zeros(6),
+        0.02,
+        0.0,
+        0.5,
+        leg,
+        foot,
+        known,
+        steps,
+        step,
+        out,
+        np.zeros(6),
+        np.zeros(4),
+        np.zeros((6, 3)),
+        np.zeros(6),
+        np.zeros((6, 3)),
+    )
+    return out
+
+
+def test_steps_are_higher_by_half_the_height_between_the_feet():
+    """h + (max z - min z)/2, at most 2 h; and h again on level ground, or what is asked anew."""
+    foot, steps, step = np.zeros((6, 3)), np.zeros(2), np.array([STEP])
+    foot[0, 2], foot[3, 2] = 0.01, -0.01
+    write(foot, steps, step)
+    write(foot, steps, step)
+    assert step[0] == pytest.approx(STEP + 0.01)
+    foot[0, 2] = 0.2
+    write(foot, steps, step)
+    assert step[0] == pytest.approx(2 * STEP)
+    step[0] = 0.05
+    write(np.zeros((6, 3)), steps, step)
+    assert step[0] == pytest.approx(0.05)
+
+
+def test_an_obstacle_is_told_once():
+    """At the update of a new hit, not at those after it."""
+    foot, steps, step, known = np.zeros((6, 3)), np.zeros(2), np.array([STEP]), np.zeros(6)
+    assert (write(foot, steps, step, 1.0, known) == OBSTACLE).all()
+    assert (write(foot, steps, step, 1.0, known) == 1).all()

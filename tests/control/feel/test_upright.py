@@ -1,0 +1,73 @@
+"""The frame odom comes upright without a joint's motion."""
+
+import numpy as np
+
+from phasmid.control import Command, Observation
+from phasmid.control.engine import LocomotionEngine
+from phasmid.control.feel.upright import set_upright
+from phasmid.kinematics import hip_from_body, joint_angles
+from phasmid.robot import load_robot
+
+ROBOT = load_robot("phantomx-mk4")
+DT = 0.005
+
+
+def walking_engine():
+    """An engine amid a swing, whose body is off its neutral pose."""
+    engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
+    command = Command(velocity=(0.06, 0.02, 0.1), pose=(0.0, 0.0, 0.01, 0.05, -0.04, 0.0))
+    q = ROBOT.arrays.neutral_foot
+    q = joint_angles(ROBOT.arrays, q)
+    for k in range(250):
+        engine.update(Observation(time=k * DT, joint_position=q), command)
+    return engine
+
+
+def seen_by_joints(state):
+    """Joint angles that put the feet where they are from the body where it is."""
+    p_body = (state.foot - state.trunk[0]) @ state.body
+    return joint_angles(ROBOT.arrays, hip_from_body(ROBOT, p_body))
+
+
+def test_odom_turns_upright_and_no_joint_moves():
+    """R_body and p_foot - p_body turn as one: R' p' = R p; pose and planes hold the same turn."""
+    engine = walking_engine()
+    state = engine.state
+    lean = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
+    level = np.concatenate([lean, np.zeros(6)])
+    stood = np.column_stack([state.foot, np.ones(6)])
+    planes = np.array([[0.01, 0.1, -0.2, state.path[0], state.path[1]]] * 3)
+    turned = np.repeat(state.body[None], 2, axis=0)
+    up_body = state.body.T @ lean
+    before, body = seen_by_joints(state), state.body.copy()
+    state.ground[:, 1:] = 0.1, -0.2
+    # Height of the body over the plane at its path's place, as `place_trunk` has it.
+    height = state.ground[3, 0] + state.ground[3, 1:] @ state.path[:2]
+    normal = body.T @ [-0.1, 0.2, 1.0]
+    for _ in range(2000):
+        set_upright(DT, state, level, stood, planes, turned)
+    assert np.arccos(level[2]) < 1e-6
+    np.testing.assert_allclose(seen_by_joints(state), before, atol=1e-12)
+    np.testing.assert_allclose(state.body @ up_body, [0.0, 0.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(turned[0], state.body, atol=1e-12)
+    np.testing.assert_allclose(stood[:, :3], state.foot, atol=1e-12)
+    np.testing.assert_allclose(
+        state.ground[3, 0] + state.ground[3, 1:] @ state.path[:2], height, atol=1e-12
+    )
+    # Both planes' normals are fixed to the body.
+    for slope in (planes[2, 1:3], state.ground[3, 1:]):
+        told = state.body.T @ [-slope[0], -slope[1], 1.0]
+        np.testing.assert_allclose(np.cross(told, normal), 0.0, atol=1e-12)
+    roll, pitch = state.pose[3, 3:5]
+    assert np.isclose(-np.sin(pitch), state.body[2, 0], atol=1e-12)
+    assert np.isclose(np.cos(pitch) * np.sin(roll), state.body[2, 1], atol=1e-12)
+
+
+def test_an_upright_odom_stays():
+    """Up is z: nothing turns."""
+    engine = walking_engine()
+    state = engine.state
+    before = state.numbers.copy()
+    level = np.array([0.0, 0.0, 1.0] + [0.0] * 6)
+    set_upright(DT, state, level, np.zeros((6, 4)), np.zeros((3, 5)), np.zeros((1, 3, 3)))
+    assert np.array_equal(state.numbers, before)
