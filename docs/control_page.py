@@ -32,6 +32,7 @@ from control_study import (  # noqa: E402, they lie in the folder named above
 
 STUDIES = ("velocity", "sequences", "terrain", "levelling", "failures", "forces", "pace")
 HEADING = "## Measured"
+WHOLE = {"directions": 24, "sequences": 1000, "simulated": 100, "seeds": 20}
 
 
 def main() -> None:
@@ -58,12 +59,16 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", help=f"studies with commas between: {', '.join(STUDIES)}; page")
     parser.add_argument("--results", type=Path, default=Path("results/control"))
-    parser.add_argument("--directions", type=int, default=24, help="straight ways of `velocity`")
+    parser.add_argument(
+        "--directions", type=int, default=WHOLE["directions"], help="straight ways of `velocity`"
+    )
     parser.add_argument("--gaits", default="", help="of `velocity`, with commas between")
-    parser.add_argument("--sequences", type=int, default=1000, help="without forces")
-    parser.add_argument("--simulated", type=int, default=100, help="sequences with physics")
+    parser.add_argument("--sequences", type=int, default=WHOLE["sequences"], help="without forces")
+    parser.add_argument(
+        "--simulated", type=int, default=WHOLE["simulated"], help="sequences with physics"
+    )
     parser.add_argument("--duration", type=float, default=30.0, help="of a sequence [s]")
-    parser.add_argument("--seeds", type=int, default=20, help="of each ground")
+    parser.add_argument("--seeds", type=int, default=WHOLE["seeds"], help="of each ground")
     parser.add_argument("--kinds", default=",".join(ground.GROUNDS), help="of ground")
     parser.add_argument("--legs", type=int, default=6, help="whose servos die")
     return parser.parse_args()
@@ -159,7 +164,7 @@ def write(told: dict[str, list[study.Case]]) -> None:
 def measurements(told: dict[str, list[study.Case]]) -> str:
     """All sections with numbers."""
     sections = (
-        f"Written by `make control`. {machine()}",
+        f"Written by `make control`. {machine()}{size(told)}",
         "### Velocity\n\n" + of_velocity(told["velocity"]),
         "### Random commands\n\n" + of_sequences(told["sequences"]),
         "### Unknown ground\n\n" + of_terrain(told["terrain"], told["levelling"][0]),
@@ -171,6 +176,24 @@ def measurements(told: dict[str, list[study.Case]]) -> str:
         + pace.table(told["pace"]),
     )
     return "\n\n".join(sections) + "\n"
+
+
+def size(told: dict[str, list[study.Case]]) -> str:
+    """Whether less was run than `make control` runs by itself; nothing where all of it was."""
+    straight = {run["way"] for run in told["velocity"] if run["way"].endswith("°")}
+    run = {
+        "directions": (len(straight), WHOLE["directions"]),
+        "sequences": (len(told["sequences"]), WHOLE["sequences"] + WHOLE["simulated"]),
+        "seeds of each ground": (len({r["seed"] for r in told["terrain"]}), WHOLE["seeds"]),
+        "cases of dead servos": (len(told["failures"]), 36),
+    }
+    small = [f"{n} of {whole} {what}" for what, (n, whole) in run.items() if n < whole]
+    if not small:
+        return ""
+    return (
+        f"\n\n**This is a small run**: {', '.join(small)}. It shows the way that things go, and "
+        "is no proof of them."
+    )
 
 
 def machine() -> str:

@@ -25,7 +25,7 @@ from phasmid.recording import (
     new_recording,
 )
 
-SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4}
+SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4, "way": 3}
 CUT = {"ending": "CUT", "ending_reason": "The run was cut off."}
 DONE = {"ending": "COMPLETED", "ending_reason": "The walk was completed."}
 FRAME = 28

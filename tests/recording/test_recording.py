@@ -18,7 +18,7 @@ from phasmid.recording import (
 )
 from phasmid.simulation.repetition import Replay
 
-SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4}
+SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4, "way": 3}
 
 UNITS_OF_THE_DESIGN = {
     "joint_position_target": "rad",
@@ -51,6 +51,13 @@ UNITS_OF_THE_DESIGN = {
     "imu_orientation": "1",
     "foot_normal_force_measured": "N",
     "contact_measured": "1",
+    "velocity_command": "m/s, rad/s",
+    "velocity_reference": "m/s, rad/s",
+    "slow_down": "1",
+    "support_margin": "m",
+    "gait_phase": "1",
+    "sequence": "1",
+    "safety_mode": "1",
 }
 
 
