@@ -1,0 +1,1 @@
+"""The live page: the robot in physics, driven and looked into from a browser."""
