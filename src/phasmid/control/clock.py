@@ -24,6 +24,12 @@ FORESIGHT = 0.004
 UPRIGHT = 1.0
 """How fast a body comes back that has leant [1/s]."""
 
+ON_ITS_WAY = 2e-3
+"""A pose farther than this from its reference is on its way there [m, rad]."""
+
+LEAST_RISE = 0.4
+"""Share of a step to which a foot shall rise at least."""
+
 ALMOST = 1e-9
 """Phases closer than this are one instant."""
 
@@ -122,6 +128,25 @@ def best_phase(
 
 
 @internal
+def rises(state: Any, model: Any, tuning: Any, leg: int, height: float) -> bool:
+    """Whether a foot reaches a height above where it is, as the body is now [m]."""
+    top = np.empty(3)
+    for i in range(3):
+        top[i] = state.foot[leg, i]
+    top[2] += height
+    return is_reached(state, model, tuning, leg, top)
+
+
+@internal
+def is_hindered(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> bool:
+    """Whether a foot rises hardly, and may do better when the pose is where it goes to."""
+    away = 0.0
+    for i in range(6):
+        away = max(away, abs(state.pose[3, i] - state.pose[0, i]))
+    return away > ON_ITS_WAY and not rises(state, model, tuning, leg, LEAST_RISE * order.step[0])
+
+
+@internal
 def lift_off(
     state: Any, model: Any, order: Any, tuning: Any, leg: int, ago: float, time: float
 ) -> None:
@@ -138,12 +163,8 @@ def lift_off(
     """
     state.leg[leg] = SWING
     state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = ago, time, order.step[0]
-    top = np.empty(3)
-    for _ in range(3):
-        for i in range(3):
-            top[i] = state.foot[leg, i]
-        top[2] += state.swing[leg, 2]
-        if is_reached(state, model, tuning, leg, top):
+    for _ in range(5):
+        if rises(state, model, tuning, leg, state.swing[leg, 2]):
             break
         state.swing[leg, 2] /= 2
     for i in range(3):
@@ -212,7 +233,11 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
             continue
         if state.leg[leg] != STANCE:
             return
-        if order.used[leg] and from_home(state, model, leg) > HOME:
+        if (
+            order.used[leg]
+            and from_home(state, model, leg) > HOME
+            and not is_hindered(state, model, order, tuning, leg)
+        ):
             lifted[leg] = 1
             margin = margin_without(state, model, order, lifted, time, 0.0)
             lifted[leg] = 0
@@ -258,6 +283,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     step = h / gait[1]
     lifted = np.zeros(legs, dtype=np.int64)
     due, wait, short = 0, False, False
+    state.mode[2] = 0
     for leg in range(legs):
         if not order.used[leg]:
             # A leg that is no longer walked on leaves the ground as soon as it can be spared.
@@ -278,6 +304,8 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         elif state.leg[leg] == HELD or moving or from_home(state, model, leg) > HOME:
             lifted[leg] = 1
             due += 1
+            if state.leg[leg] == STANCE and is_hindered(state, model, order, tuning, leg):
+                state.mode[2] = 1
     time = (1.0 - gait[0]) * gait[1]
     if due > 0 and not wait:
         margin = margin_without(state, model, order, lifted, time, 1.0 - gait[0])

@@ -286,7 +286,7 @@ class LocomotionEngine:
     def _start(self) -> None:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._command = None
-        self._resting, self._stretched, self._changing = True, False, False
+        self._resting, self._changing = True, False
         if self.dynamics is not None:
             self.dynamics.reset()
         self.events = []
@@ -393,7 +393,7 @@ class LocomotionEngine:
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""
-        wanted, state = self._wanted, self.state
+        wanted = self._wanted
         share, base = 1.0, np.zeros(6)
         base[:2] = shift
         if pose.any():
@@ -416,11 +416,6 @@ class LocomotionEngine:
             reason = reason_of(self._verdict, self.robot)[0] if share < 1.0 else ""
             self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.order.pose[:] = wanted.pose[:] = base + share * pose
-        if standing:
-            self._stretched = share > 0 and bool(pose.any())
-        elif self._stretched:
-            self._stretched = False
-            state.mode[2] = 1
 
     def _share(self, order: Order, velocity: np.ndarray, most: float) -> float:
         region = self._region(order.pose)

@@ -12,7 +12,7 @@ from phasmid.control.limbs import angles_of, rotation, to_hip
 from phasmid.control.state import DIRECTIONS, STANCE, SWING
 from phasmid.control.trunk import ride
 
-SLACK = 0.003
+SLACK = 0.001
 """Feet may come this much nearer to the region's edge than planned, which is round-off and the
 feet's arcs [m]."""
 
@@ -21,6 +21,36 @@ SHORTEST = 0.02
 
 PLANNED, HARD = 1.0, 0.2
 """Shares of the margins of stretch and of joint limits: of what is planned, and of all targets."""
+
+
+@internal
+def room_of(model: Any, tuning: Any, leg: int, p: np.ndarray, q: np.ndarray) -> float:
+    """Room that a leg has with its foot somewhere, in shares of the margins; write its angles.
+
+    Args:
+        model: The robot.
+        tuning: The margins.
+        leg: The leg's index.
+        p: Foot in the hip frame [m], shape (3,).
+        q: Written [rad], shape (3,).
+
+    Returns:
+        1 where all margins are just kept, negative out of reach, minus infinity where no angles
+        are.
+    """
+    q[0], q[1], q[2], margin = angles_of(model.lengths[leg], p[0], p[1], p[2], 1.0)
+    # Written so that NaN counts as out of reach.
+    if not margin > 0:
+        return -math.inf
+    femur, tibia = model.lengths[leg, 1], model.lengths[leg, 2]
+    # Of the full length; the cosine law has it by the angle of the knee.
+    square = femur * femur + tibia * tibia + 2 * femur * tibia * math.cos(q[2])
+    room = (1 - math.sqrt(square) / (femur + tibia)) / max(1 - tuning.stretch, 1e-9)
+    for k in range(3):
+        low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
+        edge = max(min(tuning.joint_margin, (high - low) / 8), 1e-9)
+        room = min(room, (q[k] - low) / edge, (high - q[k]) / edge)
+    return room
 
 
 @internal
@@ -35,18 +65,7 @@ def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: n
         share: Share of the margins that must be kept.
         q: Written where it is within the leg's length [rad], shape (3,).
     """
-    stretch = 1 - share * (1 - tuning.stretch)
-    q1, q2, q3, margin = angles_of(model.lengths[leg], p[0], p[1], p[2], stretch)
-    # Written so that NaN counts as out of reach.
-    if not margin > 0:
-        return False
-    q[0], q[1], q[2] = q1, q2, q3
-    for k in range(3):
-        low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
-        edge = min(tuning.joint_margin, (high - low) / 8) * share
-        if not (low + edge <= q[k] <= high - edge):
-            return False
-    return True
+    return room_of(model, tuning, leg, p, q) >= share
 
 
 @internal

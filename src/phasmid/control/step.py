@@ -9,19 +9,20 @@ import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.clock import best_phase, lift_off, run_clock
+from phasmid.control.governor import is_landing, is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
 from phasmid.control.memory import count_numbers, model_at, order_at, state_at, tuning_at
 from phasmid.control.reach import (
     HARD,
     bound_region,
-    reaches,
+    room_of,
     speed_share,
     support_share,
     wave,
     within,
 )
 from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
-from phasmid.control.swing import hold_leg, plant, raise_foot, steer
+from phasmid.control.swing import hold_leg, plant, raise_foot, steer, yield_to_limits
 from phasmid.control.trunk import approach, follow, place_trunk, ride
 
 FROZEN = 0.7
@@ -59,28 +60,33 @@ def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
         # A body that does not sway yet would leave its feet behind before one may lift.
         share *= clock[2]
     clock[6] = share
-    target = np.empty(3)
+    target, old = np.empty(3), np.empty(3)
     for i in range(3):
         target[i] = share * order.velocity[i]
-    old = np.empty(3)
+    wanted = np.empty(6)
+    for i in range(6):
+        wanted[i] = order.pose[i] + order.correction[i]
+    draft, goal = speed[0].copy(), pose[0].copy()
+    approach(draft, target, 0, model.radius, tuning.acceleration * h)
+    approach(goal, wanted, 0, 1.0, tuning.pose_speed * h)
+    approach(goal, wanted, 3, 1.0, tuning.pose_turn_speed * h)
+    changes = not (is_settled(pose, wanted, 1e-4) and is_settled(speed, target, 1e-3))
+    if changes and not may_go_on(state, model, order, tuning, draft, goal):
+        # The pose waits; if that is not enough, the walk does.
+        goal[:] = pose[0]
+        if not may_go_on(state, model, order, tuning, draft, goal):
+            clock[6] = 0.0
+            draft[:] = speed[0]
+            approach(draft, np.zeros(3), 0, model.radius, tuning.acceleration * h)
     for i in range(3):
         old[i] = speed[2, i]
-    approach(speed[0], target, 0, model.radius, tuning.acceleration * h)
+        speed[0, i] = draft[i]
     follow(speed, tuning.velocity_bandwidth, h)
     for i in range(3):
         old[i] = (old[i] + speed[2, i]) / 2
     ride(state.path, old, h, state.path)
-    wanted = np.empty(6)
     for i in range(6):
-        wanted[i] = order.pose[i] + order.correction[i]
-    if state.mode[2] == 1:
-        away = 0.0
-        for i in range(6):
-            away = max(away, abs(pose[3, i] - wanted[i]))
-        if away < 2e-3:
-            state.mode[2] = 0
-    approach(pose[0], wanted, 0, 1.0, tuning.pose_speed * h)
-    approach(pose[0], wanted, 3, 1.0, tuning.pose_turn_speed * h)
+        pose[0, i] = goal[i]
     follow(pose, tuning.pose_bandwidth, h)
     n, ground = order.plane, state.ground
     ground[0, 0], ground[0, 1], ground[0, 2] = n[3], -n[0] / n[2], -n[1] / n[2]
@@ -119,13 +125,18 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     x, y = then[0] + c * nx - s * ny - there[0], then[1] + s * nx + c * ny - there[1]
     c, s = math.cos(there[2]), math.sin(there[2])
     dx, dy = c * x + s * y - nx, c * y - s * x - ny
-    share = within(state.region[leg], dx, dy, 0.0)
-    dx, dy = nx + share * dx, ny + share * dy
-    x, y = there[0] + c * dx - s * dy, there[1] + s * dx + c * dy
-    g = state.ground[3]
-    z = order.landing[leg]
-    if not math.isfinite(z):
-        z = g[0] + g[1] * x + g[2] * y
+    share, g, z = within(state.region[leg], dx, dy, 0.0), state.ground[3], order.landing[leg]
+    c, s = math.cos(there[2]), math.sin(there[2])
+    flat = not math.isfinite(z)
+    for attempt in range(4):
+        # The region is round about what is reached; near its corners it is asked for itself.
+        px, py = nx + share * dx, ny + share * dy
+        x, y = there[0] + c * px - s * py, there[1] + s * px + c * py
+        if flat:
+            z = g[0] + g[1] * x + g[2] * y
+        if is_landing(state, model, tuning, leg, there, x, y, z):
+            break
+        share *= 0.5 if attempt < 2 else 0.0
     state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z
 
 
@@ -236,13 +247,17 @@ def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
         for i in range(3):
             rp[i] -= model.p_body_hip[leg, i]
         to_hip(R_hip, rp, hip)
-        if not reaches(model, tuning, leg, hip, HARD, state.q[0, leg]):
+        swings = state.leg[leg] == SWING
+        room = room_of(model, tuning, leg, hip, state.q[0, leg])
+        if room < HARD and (room == -math.inf or not swings):
             return False
         to_hip(R, rv, rp)
         to_hip(R_hip, rp, v)
         to_hip(R, ra, rp)
         to_hip(R_hip, rp, a)
         speeds_of(model.lengths[leg], state.q[0, leg], v, a, state.q[1, leg], state.q[2, leg])
+        if swings and not yield_to_limits(state, model, tuning, leg):
+            return False
         moment_of(model, leg, state.q[0, leg], state.com)
     for i in range(3):
         state.com[i] /= model.mass

@@ -9,6 +9,12 @@ import numpy as np
 from phasmid.compiled import internal
 from phasmid.control.limbs import foot_of
 
+FREE = 0.15
+"""Part of a swing at each of its ends in which a foot comes to its curve wholly."""
+
+SOFT = 0.06
+"""Width of the zone before a joint's limit in which a swing is slowed [rad]."""
+
 
 @internal
 def steer(line: np.ndarray, leg: int, goal: np.ndarray, left: float, h: float) -> None:
@@ -63,6 +69,54 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
         30 * s * s * (1 - s) ** 2 / time,
         60 * s * (1 - s) * (1 - 2 * s) / time**2,
     )
+
+
+@internal
+def yield_to_limits(state: Any, model: Any, tuning: Any, leg: int) -> bool:
+    """Let the joints of a swinging leg come near their limits softly, and no nearer.
+
+    Amid a swing a foot may leave its curve where a joint does not let it go on along that. Angles,
+    speeds and accelerations have no jumps; at both ends of the swing nothing is changed.
+
+    Args:
+        state: Where the engine is; the leg's joints are changed.
+        model: The robot.
+        tuning: The margins.
+        leg: The leg's index.
+
+    Returns:
+        Whether the joints are within their limits.
+    """
+    part, time, q = state.swing[leg, 0] / state.swing[leg, 1], state.swing[leg, 1], state.q
+    # What goes down straight began in the air.
+    begun = part if state.swing[leg, 2] > 0.0 else 1.0
+    end = min(min(begun, 1.0 - part) / FREE, 1.0)
+    w, wd, wdd = blend(end, FREE * time)
+    if part > 0.5:
+        wd = -wd
+    for k in range(3):
+        low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
+        edge = min(tuning.joint_margin, (high - low) / 8)
+        soft = min(SOFT, (high - low) / 8)
+        for sign in (-1.0, 1.0):
+            # y: how deep the joint is in the soft zone; e: how much it comes back from there.
+            y = sign * q[0, leg, k] - (sign * (high if sign > 0 else low) - edge / 4 - soft)
+            if y <= 0.0:
+                continue
+            yd, ydd = sign * q[1, leg, k], sign * q[2, leg, k]
+            u = 1.0 + (y / soft) ** 3
+            e, ed, edd = (
+                y - y * u ** (-1 / 3),
+                1.0 - u ** (-4 / 3),
+                4 * y * y / soft**3 * u ** (-7 / 3),
+            )
+            edd, ed = edd * yd * yd + ed * ydd, ed * yd
+            q[0, leg, k] -= sign * w * e
+            q[1, leg, k] -= sign * (w * ed + wd * e)
+            q[2, leg, k] -= sign * (w * edd + 2 * wd * ed + wdd * e)
+        if not (low + edge / 5 <= q[0, leg, k] <= high - edge / 5):
+            return False
+    return True
 
 
 @internal

@@ -1,0 +1,190 @@
+"""Whether the body may go on so: what its feet would have to reach if it came to rest from there.
+
+A step of the references of pose and velocity is taken only if the robot could then stop, the pose
+where its reference is, with every foot within reach and the centre of mass over the feet that
+stand. That way out stays open from update to update: nothing ever has to be stopped at once.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid.compiled import internal
+from phasmid.control.limbs import margin_of, rotation, to_hip
+from phasmid.control.reach import room_of, wave
+from phasmid.control.state import HELD, STANCE, STILL, SWING
+from phasmid.control.trunk import approach, follow, ride
+
+LOOKS, SPAN = 5, 0.07
+"""How many times, and how far apart, the way to rest is looked at [s]."""
+
+ENOUGH = 0.5
+"""Share of the planned margins of reach that is kept on the way to rest."""
+
+HOLDS = 0.75
+"""Share of the support margin that is kept on it."""
+
+SETTLED = 1e-3
+"""Of the mean speed of the feet, by which it differs, and of the pose [m/s, m, rad]."""
+
+FOLLOWS = 0.05
+"""A foot that lifts is as good as standing for as long [s]."""
+
+
+@internal
+def is_settled(stages: np.ndarray, goal: np.ndarray, close: float) -> bool:
+    """Whether all stages of a filter are where they go to."""
+    away = 0.0
+    for k in range(len(stages)):
+        for i in range(len(goal)):
+            away = max(away, abs(stages[k, i] - goal[i]))
+    return away < close
+
+
+@internal
+def room_for(
+    model: Any, tuning: Any, leg: int, R: np.ndarray, trunk: np.ndarray, foot: np.ndarray
+) -> float:
+    """Room that a leg has with its foot in odom and the body at a place; see `room_of`."""
+    p, p_body, q = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        p[i] = foot[i] - trunk[i]
+    to_hip(R, p, p_body)
+    for i in range(3):
+        p_body[i] -= model.p_body_hip[leg, i]
+    to_hip(model.R_body_hip[leg], p_body, p)
+    return room_of(model, tuning, leg, p, q)
+
+
+@internal
+def is_landing(
+    state: Any, model: Any, tuning: Any, leg: int, path: np.ndarray, x: float, y: float, z: float
+) -> bool:
+    """Whether a foot can land at a place, with the path there, in the pose of now and to come.
+
+    Args:
+        state: Where the engine is.
+        model: The robot.
+        tuning: The margins.
+        leg: The leg's index.
+        path: Where the path is then, shape (3,).
+        x: The place in odom [m].
+        y: The same.
+        z: The same.
+    """
+    R, trunk, foot, g = np.empty((3, 3)), np.empty(3), np.empty(3), state.ground[3]
+    foot[0], foot[1], foot[2] = x, y, z
+    c, s = math.cos(path[2]), math.sin(path[2])
+    for k in (0, 3):
+        b = state.pose[k]
+        ahead, aside = b[0] + state.sway[3, 0], b[1] + state.sway[3, 1]
+        rotation(b[3], b[4], b[5] + path[2], R)
+        trunk[0], trunk[1] = path[0] + c * ahead - s * aside, path[1] + s * ahead + c * aside
+        trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
+        if not room_for(model, tuning, leg, R, trunk, foot) >= ENOUGH:
+            return False
+    return True
+
+
+@internal
+def stays_for(state: Any, order: Any, leg: int) -> float:
+    """How long a foot that stands still stays there, as far as the clock knows [s]."""
+    clock = state.clock
+    if state.mode[0] == STILL or clock[4] > 0.0:
+        return math.inf
+    return float((1.0 - (clock[0] - order.offsets[leg]) % 1.0) * order.gait[1])
+
+
+@internal
+def may_go_on(
+    state: Any, model: Any, order: Any, tuning: Any, velocity: np.ndarray, goal: np.ndarray
+) -> bool:
+    """Whether the robot can come to rest from where it is, with other references.
+
+    A foot that has less room already, or a support that is weaker, may not lose any.
+
+    Args:
+        state: Where the engine is.
+        model: The robot.
+        order: What is to be done.
+        tuning: The margins.
+        velocity: Reference of the path's velocity, from which it brakes, shape (3,).
+        goal: Reference of the pose, which stays, shape (6,).
+    """
+    legs, clock, g = len(state.leg), state.clock, state.ground[3]
+    speed, pose, path = state.speed.copy(), state.pose.copy(), state.path.copy()
+    rest, mean, R, trunk = np.zeros(3), np.empty(3), np.empty((3, 3)), np.empty(3)
+    aside = np.zeros((3, 2))
+    least, stays = np.empty(legs), np.empty(legs)
+    standing, left = np.zeros(legs, dtype=np.int64), 0.0
+    for leg in range(legs):
+        doing = state.leg[leg]
+        if doing == STANCE and order.used[leg]:
+            standing[leg] = 1
+            least[leg] = room_for(model, tuning, leg, state.body, state.trunk[0], state.foot[leg])
+            least[leg] = min(least[leg], ENOUGH)
+            stays[leg] = stays_for(state, order, leg)
+        elif doing == SWING:
+            # From then on it stands where it lands.
+            stays[leg] = state.swing[leg, 1] - state.swing[leg, 0]
+            left = max(left, stays[leg])
+            least[leg] = ENOUGH
+    for i in range(3):
+        speed[0, i] = velocity[i]
+    for i in range(6):
+        pose[0, i] = goal[i]
+    time, holds = 0.0, 0.0
+    for look in range(LOOKS + 1):
+        if look > 0:
+            time += SPAN
+            # Braked half before and half after: to second order what it does in between.
+            approach(speed[0], rest, 0, model.radius, tuning.acceleration * SPAN / 2)
+            for i in range(3):
+                mean[i] = speed[2, i] / 2
+            follow(speed, tuning.velocity_bandwidth, SPAN)
+            for i in range(3):
+                mean[i] += speed[2, i] / 2
+            approach(speed[0], rest, 0, model.radius, tuning.acceleration * SPAN / 2)
+            ride(path, mean, SPAN, path)
+            follow(pose, tuning.pose_bandwidth, SPAN)
+        b = pose[0] if look == LOOKS else pose[3]
+        if order.gait[2] != 0.0:
+            phase = clock[0] + time / order.gait[1]
+            wave(model, order.used, order.offsets, order.gait, phase, aside)
+        x, y = clock[2] * aside[0, 0] + clock[7], clock[2] * aside[0, 1] + clock[8]
+        if look == 0:
+            x, y = state.sway[3, 0], state.sway[3, 1]
+        x, y = x + b[0], y + b[1]
+        c, s = math.cos(path[2]), math.sin(path[2])
+        rotation(b[3], b[4], b[5] + path[2], R)
+        trunk[0], trunk[1] = path[0] + c * x - s * y, path[1] + s * x + c * y
+        trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
+        for leg in range(legs):
+            doing = state.leg[leg]
+            if doing == HELD or (doing == STANCE and not standing[leg]):
+                continue
+            if doing == STANCE:
+                if time > stays[leg] + FOLLOWS:
+                    continue
+                room = room_for(model, tuning, leg, R, trunk, state.foot[leg])
+            elif doing == SWING and time < stays[leg]:
+                continue
+            else:
+                room = room_for(model, tuning, leg, R, trunk, state.landing[leg])
+            if doing != STANCE and doing != SWING and look == 0:
+                least[leg] = min(room, ENOUGH)
+            if not room >= least[leg] - 1e-9:
+                return False
+        if left > 0.0 and time <= left + SPAN:
+            com = state.com
+            x = trunk[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
+            y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
+            margin = margin_of(state.foot, standing, x, y)
+            if look == 0:
+                holds = min(HOLDS * tuning.support_margin, margin)
+            if margin < holds - 1e-9:
+                return False
+    return True
