@@ -16,6 +16,9 @@ SLACK = 0.001
 """Feet may come this much nearer to the region's edge than planned, which is round-off and the
 feet's arcs [m]."""
 
+CORNERS = math.cos(math.pi / DIRECTIONS)
+"""Of a regular polygon: distance of its sides over that of its corners."""
+
 SHORTEST = 0.02
 """A foot whose lift waits is taken to stand at least this long [s]."""
 
@@ -140,7 +143,8 @@ def bound_region(
             if outward > 0 and mx * nx + my * ny > 0.5:
                 nx, ny = mx, my
         region[k, 0], region[k, 1] = nx, ny
-        region[k, 2] = max(nx * edge[k, 0] + ny * edge[k, 1], 0.0)
+        # The corners of a polygon about the edge come onto the edge, where that is round.
+        region[k, 2] = CORNERS * max(nx * edge[k, 0] + ny * edge[k, 1], 0.0)
 
 
 @internal

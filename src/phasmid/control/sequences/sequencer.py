@@ -17,8 +17,7 @@ from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
 from phasmid.control.sequences.folding import folding
 from phasmid.control.sequences.hand import Follower, HandMove, hand_move
-from phasmid.control.sequences.limping import Limping, limping
-from phasmid.control.sequences.lost import LostServos, lifted_leg
+from phasmid.control.sequences.lameness import Lameness
 from phasmid.control.sequences.packed import Packing, packing
 from phasmid.control.sequences.path import JointMotion, path_through
 from phasmid.control.sequences.reaching import knees_and_feet
@@ -28,8 +27,7 @@ from phasmid.control.sequences.route import Route
 from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.control.sequences.stance import Stance, neutral_stance, to_neutral
 from phasmid.control.targets import JointTargets
-from phasmid.errors import InfeasibleWalk, InvalidGait
-from phasmid.gait import Gait
+from phasmid.errors import InfeasibleWalk
 from phasmid.kinematics import quaternion_rotation, rotation_rpy
 from phasmid.robot import Robot
 
@@ -99,7 +97,7 @@ class Sequencer:
         self.settings = settings or SequenceSettings()
         self.events: list[tuple[float, str]] = []
         self.stage = Stage.LYING
-        self._servos = LostServos(robot)
+        self._lameness = Lameness(walker, robot, self.settings)
         self._home = neutral_stance(robot).q
         self._packing: Packing | None = None
         self._why_not = ""
@@ -112,8 +110,6 @@ class Sequencer:
         self._walked = JointTargets(self._home, 0 * self._home)
         self._route: Route | None = None
         self._goal = Stage.STANDING
-        self._limps: dict[tuple[str | Gait, frozenset[int]], Limping] = {}
-        self._held: dict[int, Float[np.ndarray, "3"]] = {}
         self._hand: HandMove | None = None
         self._follower: Follower | None = None
         self._told: set[str] = set()
@@ -121,17 +117,14 @@ class Sequencer:
         self._time = self._at_rest = 0.0
         self._ignored: tuple[int, ...] = ()
         self._refused: tuple[int, ...] | None = None
-        self._seen: tuple[Command, frozenset[int], Command] | None = None
         self._quiet = Command(posture=Posture.STANDING)
 
     def reset(self, observation: Observation) -> None:
         """Forget all, and begin with the robot as it is observed."""
         self.events.clear()
-        self._servos.reset(observation.time)
+        self._lameness.reset(observation.time)
         self._time, self._at_rest = observation.time, 0.0
-        self._ignored, self._refused, self._seen = (), None, None
-        self._held.clear()
-        self._limps.clear()
+        self._ignored, self._refused = (), None
         self._hand = self._follower = None
         q = np.array(observation.joint_position, dtype=float)
         bad = ~np.isfinite(q)
@@ -160,12 +153,11 @@ class Sequencer:
         """What the joints shall do until the next update."""
         dt = min(max(observation.time - self._time, 0.0), LONGEST_STEP)
         self._time = observation.time
-        if self._servos.notice(observation):
-            self.events += self._servos.events
-            self._servos.events.clear()
-            self._fold_lost(observation)
-        if self._servos.lost.any() or command.lost_legs:
-            command = self._with_lost(command, self._servos.legs)
+        self._lameness.notice(observation)
+        command = self._lameness.adapt(self._time, command)
+        if self._lameness.events:
+            self.events += self._lameness.events
+            self._lameness.events.clear()
         stage = self.stage
         if stage is Stage.STANDING:
             by_hand = tuple(sorted(command.legs)) if command.legs else ()
@@ -427,51 +419,6 @@ class Sequencer:
     def _lost(self, command: Command) -> list[int]:
         legs = len(self.robot.legs)
         return sorted(leg - 1 for leg in command.lost_legs if 1 <= leg <= legs)
-
-    def _fold_lost(self, observation: Observation) -> None:
-        """Find out how lost legs are held with the joints that still work."""
-        fold = getattr(self.walker, "fold", None)
-        height = float(neutral_stance(self.robot).pose[2])
-        for number in self._servos.legs:
-            leg = number - 1
-            dead = [int(joint) for joint in np.flatnonzero(self._servos.lost[leg])]
-            now = observation.joint_position[leg]
-            q, clear = lifted_leg(
-                self.robot,
-                leg,
-                height,
-                self.settings,
-                dead=dead,
-                now=now if np.isfinite(now).all() else None,
-            )
-            self._held[leg] = q
-            if clear <= 0:
-                self._say(self._time, f"leg {self.robot.leg_names[leg]} may drag on the ground.")
-            if callable(fold):
-                fold(leg, q)
-
-    def _with_lost(self, command: Command, lost: frozenset[int]) -> Command:
-        """The command for the legs that are left; the same object as long as it is the same."""
-        if self._seen and self._seen[0] is command and self._seen[1] == lost:
-            return self._seen[2]
-        made = replace(command, lost_legs=command.lost_legs | lost)
-        gait = getattr(self.walker, "gait", None)
-        if isinstance(gait, Gait):
-            try:
-                asked = command.gait or gait
-                key = (asked, made.lost_legs)
-                if key not in self._limps:
-                    self._limps[key] = limping(self.robot, asked, made.lost_legs, self._held)
-                if not hasattr(self.walker, "largest_velocity"):
-                    # One that tells how fast it is without legs finds its gait and shift by itself.
-                    made = self._limps[key].follow(made)
-            except InvalidGait as error:
-                if error.what not in self._told:
-                    self._told.add(error.what)
-                    self._say(self._time, error.what)
-                made = replace(made, velocity=(0.0, 0.0, 0.0))
-        self._seen = command, lost, made
-        return made
 
 
 def _up(observation: Observation) -> Float[np.ndarray, "3"] | None:
