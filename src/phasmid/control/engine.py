@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_type
+from phasmid.control.catching import come_down
 from phasmid.control.command import Command
 from phasmid.control.memory import Memory, clear, new_order
 from phasmid.control.observation import Observation
@@ -270,6 +271,10 @@ class LocomotionEngine:
         state.q[0, leg], state.q[1:, leg] = q, 0.0
         self.order.used[leg] = self._wanted.used[leg] = False
         self._place()
+
+    def catch(self) -> None:
+        """Let all feet that swing come down from where they are, at once and without a jump."""
+        come_down(self.state, self.order, self.settings.landing_depth)
 
     @property
     def is_standing(self) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 
 from phasmid.compiled import compiled
 from phasmid.control.limbs import margin_of, moment_of, rotation, speeds_of, to_hip
-from phasmid.control.reach import PLANNED, reaches, wave, within
+from phasmid.control.reach import PLANNED, lag_of, reaches, wave, within
 from phasmid.control.state import REACH, SPEED, SUPPORT
 from phasmid.control.swing import blend, lift
 from phasmid.control.trunk import ride
@@ -49,7 +49,7 @@ def walks_steadily(
         verdict: Written: what (`REACH` and so on, 0: nothing), the leg's index, the joint's, and
             the smallest support margin [m] or the largest share of a joint's speed, shape (4,).
     """
-    legs, duty, period = len(used), gait[0], gait[1]
+    legs, duty, period, lag = len(used), gait[0], gait[1], lag_of(gait)
     verdict[0] = 0.0
     origin, home, there = np.zeros(3), np.empty(3), np.empty(3)
     lean = np.empty((3, 3))
@@ -66,7 +66,7 @@ def walks_steadily(
             continue
         nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
         for sign in (-1.0, 1.0):
-            ride(origin, velocity, sign * duty * period / 2, there)
+            ride(origin, velocity, sign * duty * period / 2 + (lag if sign > 0 else 0.0), there)
             c, s = math.cos(there[2]), math.sin(there[2])
             x, y = nx - there[0], ny - there[1]
             dx, dy = c * x + s * y - nx, c * y - s * x - ny

@@ -212,6 +212,20 @@ def wave(
 
 
 @internal
+def lag_of(gait: np.ndarray) -> float:
+    """Time for which the body goes on before a foot that has lifted overtakes it [s].
+
+    The foot's quintic begins as 10 D (t/T)³, D being the body's way in a cycle: it is behind its
+    place on the ground the most, by two thirds of t at the body's speed, at t² = T³ / (30 P).
+
+    Args:
+        gait: Duty factor, and period P [s], shape (2 or more,).
+    """
+    swing = (1.0 - gait[0]) * gait[1]
+    return 2.0 / 3.0 * math.sqrt(swing**3 / (30.0 * gait[1]))
+
+
+@internal
 def speed_share(
     state: Any,
     model: Any,
@@ -242,12 +256,12 @@ def speed_share(
     c, s = math.cos(path[2]), math.sin(path[2])
     there, aside = np.empty(3), np.empty((3, 2))
     origin = np.zeros(3)
-    swaying = gait[2] * state.clock[2]
+    swaying, lag = gait[2] * state.clock[2], lag_of(gait)
     for leg in range(len(used)):
         if state.leg[leg] != STANCE or not used[leg]:
             continue
         time = (1.0 - (phase - offsets[leg]) % 1.0) * gait[1]
-        time = max(time, SHORTEST)
+        time = max(time, SHORTEST) + lag
         x, y = state.foot[leg, 0] - path[0], state.foot[leg, 1] - path[1]
         x, y = c * x + s * y, c * y - s * x
         ride(origin, velocity, time, there)

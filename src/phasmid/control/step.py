@@ -22,7 +22,14 @@ from phasmid.control.reach import (
     within,
 )
 from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
-from phasmid.control.swing import hold_leg, plant, raise_foot, steer, yield_to_limits
+from phasmid.control.swing import (
+    foot_at_joints,
+    hold_leg,
+    plant,
+    raise_foot,
+    steer,
+    yield_to_limits,
+)
 from phasmid.control.trunk import approach, follow, place_trunk, ride
 
 FROZEN = 0.7
@@ -111,7 +118,7 @@ def move_aside(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
 @internal
 def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
     """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
-    mean, there, then = np.empty(3), np.empty(3), np.empty(3)
+    mean, there, then, kept = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     v, goal = state.speed[2].copy(), np.empty(3)
     for i in range(3):
         goal[i] = state.clock[6] * order.velocity[i]
@@ -119,6 +126,8 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     for i in range(3):
         mean[i] = (v[i] + state.speed[2, i]) / 2
     ride(state.path, mean, left, there)
+    # That the walk may become faster until then is not certain.
+    ride(state.path, state.speed[2], left, kept)
     ride(there, v, order.gait[0] * order.gait[1] / 2, then)
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
     c, s = math.cos(then[2]), math.sin(then[2])
@@ -134,7 +143,8 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
         x, y = there[0] + c * px - s * py, there[1] + s * px + c * py
         if flat:
             z = g[0] + g[1] * x + g[2] * y
-        if is_landing(state, model, tuning, leg, there, x, y, z):
+        certain = is_landing(state, model, tuning, leg, kept, x, y, z)
+        if certain and is_landing(state, model, tuning, leg, there, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
     state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z
@@ -419,7 +429,11 @@ def update(
         said = max(said, 1)
     # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
     brake(state, 0.0)
+    arm = np.empty(3)
     for leg in range(len(state.leg)):
+        if state.leg[leg] != STANCE and state.leg[leg] != HELD:
+            # Where the joints are, and not where the curve is, is surely within reach.
+            foot_at_joints(state, model, leg, arm)
         if state.leg[leg] in (PROBING, SETTLING):
             # Farther down it may not reach; it stands there.
             plant(state, leg)

@@ -145,6 +145,19 @@ def plant(state: Any, leg: int) -> None:
 
 
 @internal
+def foot_at_joints(state: Any, model: Any, leg: int, arm: np.ndarray) -> None:
+    """Write where a foot is in odom by its joint angles, and its way from the body [m], (3,)."""
+    q = state.q[0, leg]
+    x, y, z = foot_of(model.lengths[leg], q[0], q[1], q[2])
+    R, p = model.R_body_hip[leg], np.empty(3)
+    for i in range(3):
+        p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
+    for i in range(3):
+        arm[i] = state.body[i, 0] * p[0] + state.body[i, 1] * p[1] + state.body[i, 2] * p[2]
+        state.foot[leg, i] = state.trunk[0, i] + arm[i]
+
+
+@internal
 def hold_leg(state: Any, model: Any, leg: int, h: float) -> None:
     """Let a leg that is held in the air fold, and tell where its foot is in odom."""
     swing, q = state.swing[leg], state.q
@@ -156,14 +169,8 @@ def hold_leg(state: Any, model: Any, leg: int, h: float) -> None:
         for k in range(3):
             q[0, leg, k] = model.folded[leg, k]
             q[1, leg, k] = q[2, leg, k] = 0.0
-    x, y, z = foot_of(model.lengths[leg], q[0, leg, 0], q[0, leg, 1], q[0, leg, 2])
-    R, p = model.R_body_hip[leg], np.empty(3)
-    for i in range(3):
-        p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
     arm = np.empty(3)
-    for i in range(3):
-        arm[i] = state.body[i, 0] * p[0] + state.body[i, 1] * p[1] + state.body[i, 2] * p[2]
-        state.foot[leg, i] = state.trunk[0, i] + arm[i]
+    foot_at_joints(state, model, leg, arm)
     # As if it were fixed to the body; its own motion has ended when it is used again.
     w, v = state.trunk[2], state.motion[0, leg]
     wd, a = state.trunk[4], state.motion[1, leg]

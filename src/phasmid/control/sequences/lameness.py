@@ -45,7 +45,12 @@ class Lameness:
 
     def notice(self, observation: Observation) -> bool:
         """Look at an observation; whether a servo has been lost by it."""
-        if not self._servos.notice(observation):
+        lost = self._servos.notice(observation)
+        if self._servos.doubtful and callable(catch := getattr(self._walker, "catch", None)):
+            # Its leg may not hold any more; the others are soon enough on the ground only if they
+            # do not wait for its answer.
+            catch()
+        if not lost:
             return False
         self.events += self._servos.events
         self._servos.events.clear()

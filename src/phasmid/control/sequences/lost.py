@@ -16,6 +16,9 @@ from phasmid.robot import JOINTS, Robot
 ANSWER_TIME = 0.2
 """A servo that does not answer for longer is lost [s]."""
 
+DOUBT_TIME = 0.02
+"""One that does not answer for longer is not counted on meanwhile [s]."""
+
 ROUND_OFF = 1e-9
 """Of times [s]."""
 
@@ -28,19 +31,21 @@ class LostServos:
 
     Attributes:
         lost: Which servos are lost, shape (L, 3).
+        doubtful: Whether there is one that does not answer, and is not lost yet.
         events: Sentences on those that were lost since `reset`, with their times [s].
     """
 
     def __init__(self, robot: Robot) -> None:
         self._names = robot.leg_names
         self.lost: Bool[np.ndarray, "legs 3"] = np.zeros((len(robot.legs), 3), dtype=bool)
+        self.doubtful = False
         self.events: list[tuple[float, str]] = []
         self._answered = np.full(self.lost.shape, -math.inf)
         self._all_answered = -math.inf
 
     def reset(self, time: float) -> None:
         """Forget all; every servo is taken for sound at a time [s]."""
-        self.lost[:] = False
+        self.lost[:] = self.doubtful = False
         self._answered[:] = self._all_answered = time
         self.events.clear()
 
@@ -50,7 +55,7 @@ class LostServos:
         Returns:
             Whether a servo has been lost by it.
         """
-        running = observation.servo_running
+        running, self.doubtful = observation.servo_running, False
         if running is None:
             return False
         time = observation.time
@@ -59,7 +64,9 @@ class LostServos:
             return False
         self._answered[running] = time
         last = np.fmax(self._answered, self._all_answered)
-        new = (time - last > ANSWER_TIME + ROUND_OFF) & ~self.lost
+        silence = np.where(self.lost, 0.0, time - last)
+        new = silence > ANSWER_TIME + ROUND_OFF
+        self.doubtful = bool((silence > DOUBT_TIME + ROUND_OFF).any() and not new.any())
         if not new.any():
             return False
         self.lost |= new
