@@ -57,7 +57,9 @@ def test_a_robot_gets_up_from_its_belly_walks_and_lies_down_again(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", ["right_front.tibia", "right_middle.femur", "left_front.coxa"])
+@pytest.mark.parametrize(
+    "place", ["right_front.tibia", "right_middle.femur", "left_front.coxa", "left_rear.femur"]
+)
 def test_with_one_servo_dead_a_robot_walks_on_on_five_legs(place):
     engine = LocomotionEngine(ROBOT)
     half = engine.largest_velocity((1.0, 0.0, 0.0)).velocity[0] / 2
