@@ -18,6 +18,9 @@ HOME = 5e-4
 LEAN_AFTER, LEAN_SPEED, FARTHEST_LEAN = 0.1, 0.04, 0.08
 """How long a lift waits before the body leans [s], how fast [m/s] and how far it does [m]."""
 
+OVERRUN = 3 * LEAN_SPEED / 15.0
+"""Way that the body goes on after its lean is told to end: three lags of 15/s [m]."""
+
 FORESIGHT = 0.004
 """What the legs' own motion makes of the centre of mass until a foot lands is not foreseen [m]."""
 
@@ -174,11 +177,28 @@ def lift_off(
 
 
 @internal
-def lean(state: Any, lifted: np.ndarray, h: float) -> None:
+def lets_lean(state: Any, model: Any, tuning: Any, x: float, y: float) -> bool:
+    """Whether all feet would be reached from farther in a direction in odom."""
+    p = np.empty(3)
+    for leg in range(len(state.leg)):
+        if state.leg[leg] == HELD:
+            continue
+        # As much as the body still goes on after it has been told not to.
+        p[0], p[1] = state.landing[leg, 0] - OVERRUN * x, state.landing[leg, 1] - OVERRUN * y
+        p[2] = state.landing[leg, 2]
+        if not is_reached(state, model, tuning, leg, p):
+            return False
+    return True
+
+
+@internal
+def lean(state: Any, model: Any, tuning: Any, lifted: np.ndarray, h: float) -> None:
     """Let the body lean towards the middle of the feet that stay, for a lift that waits.
 
     Args:
         state: Where the engine is, changed.
+        model: The robot.
+        tuning: The margins.
         lifted: Legs that are due to lift, 1 or 0, shape (L,).
         h: Step of time [s].
     """
@@ -202,7 +222,7 @@ def lean(state: Any, lifted: np.ndarray, h: float) -> None:
     way = LEAN_SPEED * h / length
     dx, dy = way * (c * x + s * y), way * (c * y - s * x)
     leant = math.sqrt((state.clock[7] + dx) ** 2 + (state.clock[8] + dy) ** 2)
-    if leant < FARTHEST_LEAN:
+    if leant < FARTHEST_LEAN and lets_lean(state, model, tuning, x / length, y / length):
         state.clock[7] += dx
         state.clock[8] += dy
 
@@ -314,7 +334,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     if wait:
         clock[4] += h
         if state.mode[2] == 0 and short:
-            lean(state, lifted, h)
+            lean(state, model, tuning, lifted, h)
         if clock[4] > tuning.patience:
             put_in_order(state, model, order, tuning, time)
         return
