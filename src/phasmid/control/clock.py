@@ -165,11 +165,12 @@ def lift_off(
         time: Of the swing [s].
     """
     state.leg[leg] = SWING
+    state.retreat[leg] = 0.0
     state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = ago, time, order.step[0]
-    for _ in range(5):
+    for _ in range(9):
         if rises(state, model, tuning, leg, state.swing[leg, 2]):
             break
-        state.swing[leg, 2] /= 2
+        state.swing[leg, 2] *= 0.8
     for i in range(3):
         state.landing[leg, i] = state.line[0, leg, i] = state.foot[leg, i]
         for k in range(2):

@@ -14,7 +14,7 @@ import numpy as np
 from phasmid.compiled import internal
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 
-STATE, ORDER, MODEL = (93, 96), (24, 5), (3, 39)
+STATE, ORDER, MODEL = (93, 94), (24, 6), (3, 39)
 """Numbers in each, whatever the number of legs, and for each leg."""
 
 
@@ -54,8 +54,8 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     a += 2 * legs * 3
     q = numbers[a : a + 3 * legs * 3].reshape((3, legs, 3))
     a += 3 * legs * 3
-    held = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
+    retreat = numbers[a : a + legs]
+    a += legs
     body = numbers[a : a + 3 * 3].reshape((3, 3))
     a += 3 * 3
     trunk = numbers[a : a + 5 * 3].reshape((5, 3))
@@ -81,7 +81,7 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
         landing,
         motion,
         q,
-        held,
+        retreat,
         body,
         trunk,
         com,
@@ -117,6 +117,8 @@ def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
     landing = numbers[a : a + legs]
     a += legs
     foot_offset = numbers[a : a + legs * 3].reshape((legs, 3))
+    a += legs * 3
+    sag = numbers[a : a + legs]
     return Order(
         velocity,
         pose,
@@ -129,6 +131,7 @@ def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
         plane,
         landing,
         foot_offset,
+        sag,
     )
 
 
@@ -245,6 +248,7 @@ def clear(order: Order) -> None:
     order.plane[:] = 0.0, 0.0, 1.0, 0.0
     order.landing[:] = np.nan
     order.foot_offset[:] = 0.0
+    order.sag[:] = 0.0
 
 
 def new_order(legs: int) -> Order:

@@ -9,7 +9,7 @@ import numpy as np
 
 from phasmid.compiled import compiled, internal
 from phasmid.control.limbs import angles_of, rotation, to_hip
-from phasmid.control.state import DIRECTIONS, STANCE, SWING
+from phasmid.control.state import DIRECTIONS, PROBING, STANCE, SWING
 from phasmid.control.trunk import ride
 
 SLACK = 0.001
@@ -297,7 +297,7 @@ def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarra
     """
     left, legs = 0.0, len(used)
     for leg in range(legs):
-        if state.leg[leg] == SWING:
+        if state.leg[leg] in (SWING, PROBING):
             left = max(left, state.swing[leg, 1] - state.swing[leg, 0])
     if left <= 0.0:
         return 1.0

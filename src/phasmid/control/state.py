@@ -77,6 +77,8 @@ class Order(NamedTuple):
         plane: Of the ground in odom: its normal, and its height at the origin [m], shape (4,).
         landing: Height at which each foot shall find the ground [m], NaN: that of the plane, (L,).
         foot_offset: Added to the feet's targets in odom [m], shape (L, 3).
+        sag: How much lower each foot in the air is than it is told to be, or was as it landed [m],
+            shape (L,).
     """
 
     velocity: np.ndarray
@@ -90,6 +92,7 @@ class Order(NamedTuple):
     plane: np.ndarray
     landing: np.ndarray
     foot_offset: np.ndarray
+    sag: np.ndarray
 
 
 class State(NamedTuple):
@@ -109,7 +112,7 @@ class State(NamedTuple):
         landing: Where each foot lands, or has, in odom [m], shape (L, 3).
         motion: Velocity and acceleration of the feet in odom, shape (2, L, 3).
         q: Joint angles, speeds and accelerations [rad, s], shape (3, L, 3).
-        held: Of a leg in the air: joint angles where the way to folding began, shape (L, 3).
+        retreat: 1 while a swinging foot draws back from an obstacle, shape (L,).
         body: Rotation of the body in odom, shape (3, 3).
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).
@@ -137,7 +140,7 @@ class State(NamedTuple):
     landing: np.ndarray
     motion: np.ndarray
     q: np.ndarray
-    held: np.ndarray
+    retreat: np.ndarray
     body: np.ndarray
     trunk: np.ndarray
     com: np.ndarray

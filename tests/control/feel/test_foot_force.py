@@ -1,11 +1,12 @@
 """What a foot carries, by its joints' torques; how far legs give way."""
 
 import numpy as np
+import pytest
 
 from phasmid.control.feel.foot_force import foot_forces
-from phasmid.control.feel.sag import mean_sag
+from phasmid.control.feel.sag import fit_sag
 from phasmid.dynamics import leg_torque
-from phasmid.kinematics import foot_position
+from phasmid.kinematics import body_from_hip, foot_position, joint_angles
 from phasmid.robot import load_robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -37,12 +38,38 @@ def test_a_stretched_leg_tells_no_force():
     assert np.isfinite(np.delete(told, 2)).all()
 
 
+def mean_sag(given, standing):
+    """Of the body."""
+    places, lengths = np.array(ROBOT.arrays.neutral_foot), np.array(ROBOT.arrays.lengths)
+    return fit_sag(Q, given, lengths, standing, standing, places, np.zeros(6))
+
+
 def test_the_sag_is_the_mean_height_that_standing_feet_lack():
     """By the feet's places in their hip frames."""
     standing = np.array([True, True, False, True, True, True])
     given = Q + np.random.default_rng(7).uniform(-0.05, 0.05, Q.shape)
     given[4] = np.nan
     z = foot_position(ROBOT.arrays, given)[:, 2] - foot_position(ROBOT.arrays, Q)[:, 2]
-    told = mean_sag(Q, given, np.array(ROBOT.arrays.lengths), standing)
-    np.testing.assert_allclose(told, z[[0, 1, 3, 5]].mean(), rtol=1e-12)
-    assert mean_sag(Q, given, np.array(ROBOT.arrays.lengths), np.zeros(6, dtype=bool)) == 0.0
+    np.testing.assert_allclose(mean_sag(given, standing), z[[0, 1, 3, 5]].mean(), rtol=1e-12)
+    assert mean_sag(given, np.zeros(6, dtype=bool)) == 0.0
+
+
+def test_feet_in_the_air_hang_lower_by_the_body_s_sag_there_and_by_their_own():
+    """Of a stiff body on three feet, h = a + b x + c y: the other feet's own joints are off by d.
+
+    The plane is drawn to level by 3 (30 mm)² over the feet's sum of squares, 0.1 m²: by 3 % of at
+    most 7 mm.
+    """
+    standing = np.array([True, False, True, False, True, False])
+    wanted = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
+    places = body_from_hip(ROBOT, np.array(ROBOT.arrays.neutral_foot))
+    height = 0.008 + 0.02 * places[:, 0] - 0.01 * places[:, 1]
+    own = np.where(standing, height, -0.004)
+    higher = np.array(ROBOT.arrays.neutral_foot)
+    higher[:, 2] += own
+    given, told = joint_angles(ROBOT.arrays, higher), np.zeros(6)
+    lengths = np.array(ROBOT.arrays.lengths)
+    mean = fit_sag(wanted, given, lengths, standing, standing, places, told)
+    assert mean == pytest.approx(height[standing].mean())
+    np.testing.assert_array_equal(told[standing], 0.0)
+    np.testing.assert_allclose(told[~standing], height[~standing] + 0.004, atol=2.5e-4)

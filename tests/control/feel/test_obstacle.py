@@ -48,8 +48,9 @@ def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
     assert swung * DT > 0.45
 
 
-def write(foot, steps, step, hits=0.0, known=None):
+def write(foot, steps, step, hits=0.0, known=None, correction=None):
     """What the stage writes for feet that stand, over level ground; step and touch."""
+    correction = np.zeros(6) if correction is None else correction
     touch, out = np.ones(6, dtype=np.int64), np.zeros(6, dtype=np.int64)
     hits, leg = np.full(6, hits), np.zeros(6, dtype=np.int64)
     known = np.zeros(6) if known is None else known
@@ -62,13 +63,14 @@ def write(foot, steps, step, hits=0.0, known=None):
         0.02,
         0.0,
         0.5,
+        0.5,
         leg,
         foot,
         known,
         steps,
         step,
         out,
-        np.zeros(6),
+        correction,
         np.zeros(4),
         np.zeros((6, 3)),
         np.zeros(6),
@@ -90,6 +92,39 @@ def test_steps_are_higher_by_half_the_height_between_the_feet():
     step[0] = 0.05
     write(np.zeros((6, 3)), steps, step)
     assert step[0] == pytest.approx(0.05)
+
+
+def test_the_body_is_higher_by_half_the_height_between_the_feet():
+    """Of 50 mm at most."""
+    foot, correction = np.zeros((6, 3)), np.zeros(6)
+    foot[0, 2], foot[3, 2] = 0.01, -0.01
+    write(foot, np.zeros(2), np.array([STEP]), correction=correction)
+    assert correction[2] == pytest.approx(0.01)
+    foot[0, 2] = 0.2
+    write(foot, np.zeros(2), np.array([STEP]), correction=correction)
+    assert correction[2] == pytest.approx(0.025)
+
+
+def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
+    """By 10 mm, less the way on which it still stops; and up."""
+    engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none", step_height=STEP)
+    q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
+    state, leg, met = engine.state, None, None
+    for k in range(400):
+        engine.update(
+            Observation(time=k * DT, joint_position=q), Command(velocity=(0.05, 0.0, 0.0))
+        )
+        engine.order.touch[:] = -1
+        if met is None and (state.leg == SWING).any():
+            leg = int(np.argmax(state.leg == SWING))
+            if state.swing[leg, 0] > 0.4 * state.swing[leg, 1]:
+                met = state.foot[leg].copy()
+                engine.order.touch[leg] = OBSTACLE
+        elif met is not None and state.retreat[leg] == 0.0:
+            break
+    assert state.leg[leg] == SWING
+    assert state.foot[leg, 0] == pytest.approx(met[0] - 0.01, abs=1e-3)
+    assert state.foot[leg, 2] == pytest.approx(met[2] + 0.01, abs=1e-3)
 
 
 def test_an_obstacle_is_told_once():

@@ -174,3 +174,13 @@ def test_a_stumble_early_in_the_swing_is_a_hit():
     feet.update([[1, 1], *np.zeros((3, 2))], [True, True], [0, 0])
     feet.update([[1, 1], *np.zeros((3, 2))], [False, True], [0, 0])
     assert feet.legs[0, touch.HITS] == 0.0
+
+
+def test_a_foot_that_bounces_as_it_leaves_has_met_nothing():
+    """Soft legs leave the ground late: before a quarter of the swing a touch is no hit."""
+    feet = Feet(present=(True, False, False, False))
+    feet.step(honest)
+    for k in range(30):
+        share = k / SWING
+        feet.update([[0.14 < share < 0.2, 1], *np.zeros((3, 2))], [False, True], [share, 0])
+    assert feet.legs[0, touch.HITS] == 0.0

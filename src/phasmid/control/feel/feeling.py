@@ -14,7 +14,7 @@ from phasmid.control.feel.attitude import feel_attitude
 from phasmid.control.feel.foot_force import foot_forces
 from phasmid.control.feel.level import level_body
 from phasmid.control.feel.plane import fit_plane
-from phasmid.control.feel.sag import mean_sag
+from phasmid.control.feel.sag import fit_sag
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.feel.touch import feel_touch, judge_sensors
 from phasmid.control.feel.upright import set_upright
@@ -65,6 +65,7 @@ class Felt(NamedTuple):
         up: Upwards in body axes, shape (3,).
         attitude: What that is by: 0 nothing to be believed, 1 orientation, 2 gyro, accelerometer.
         foot_offset: By how much each foot gives way, upwards [m], shape (L,).
+        sag: How much lower each foot in the air is than it shall be, or was as it landed [m], (L,).
     """
 
     touch: Int[np.ndarray, " legs"]
@@ -74,6 +75,7 @@ class Felt(NamedTuple):
     up: Float[np.ndarray, "3"]
     attitude: int
     foot_offset: Float[np.ndarray, " legs"]
+    sag: Float[np.ndarray, " legs"]
 
 
 class Feeling:
@@ -150,6 +152,7 @@ class Feeling:
         self._wanted = np.zeros(legs)
         self._correction = np.zeros(5)
         self._sag = 0.0
+        self._sags = np.zeros(legs)
         self._source = -1
         self._stood = b""
         self._past = np.zeros((self._late, legs, 3))
@@ -187,6 +190,7 @@ class Feeling:
             self._up,
             self._source,
             self._feet[:, 0],
+            self._sags,
         )
 
     def set_upright(self, state: State) -> None:
@@ -304,7 +308,15 @@ class Feeling:
             self._level_settings,
             self._level,
         )
-        sag = mean_sag(intent.joint_position, o.joint_position, self._lengths, intent.standing)
+        sag = fit_sag(
+            intent.joint_position,
+            o.joint_position,
+            self._lengths,
+            intent.standing,
+            standing,
+            intent.p_odom_foot,
+            self._sags,
+        )
         self._sag += min(self.dt / s.height_time, 1.0) * (sag - self._sag)
         self._correction[:] = self._level[level.CORRECTION]
         self._correction[level.RISE] += min(max(self._sag, 0.0), s.height_limit)

@@ -15,6 +15,7 @@ MAY_BE_ZERO = (
     "shift",
     "hit_rise",
     "step_rise",
+    "body_rise",
     "landing_sink",
     "level_limit",
     "shift_limit",
@@ -46,6 +47,7 @@ class FeelSettings:
             to three, that it has met in its swing, over which it lifts anew [m].
         step_rise: Share of the difference in height of the standing feet, along the plane's
             normal, by which steps are higher; they are twice as high at most.
+        body_rise: Share of that difference, of 50 mm at most, by which the body is higher.
         landing_sink: How much lower than the plane a foot that feels aims, so that it meets level
             ground in its swing [m].
         implausible_steps: Steps in which a sensor contradicts the leg's motion until it is no
@@ -97,6 +99,7 @@ class FeelSettings:
     hit_by: float = 0.65
     hit_rise: float = 0.02
     step_rise: float = 0.5
+    body_rise: float = 0.5
     landing_sink: float = 0.0
     implausible_steps: float = 2.0
     dead_time: float = 0.1

@@ -62,7 +62,13 @@ class FeelStage:
             What is new of the sensors, a sentence each.
         """
         tell_intent(
-            state.leg, state.swing, state.path, self._standing, self._progress, self._R_path
+            state.leg,
+            state.swing,
+            state.retreat,
+            state.path,
+            self._standing,
+            self._progress,
+            self._R_path,
         )
         self.feeling.set_upright(state)
         felt = self.felt = self.feeling.update(
@@ -88,6 +94,7 @@ class FeelStage:
             self.settings.hit_rise,
             self.settings.landing_sink,
             self.settings.step_rise,
+            self.settings.body_rise,
             state.leg,
             state.foot,
             self._hits,
@@ -100,6 +107,7 @@ class FeelStage:
             order.landing,
             state.landing,
         )
+        order.sag[:] = felt.sag
         events = self.feeling.events
         if not events:
             return []
@@ -112,6 +120,7 @@ class FeelStage:
 def tell_intent(
     leg: np.ndarray,
     swing: np.ndarray,
+    retreat: np.ndarray,
     path: np.ndarray,
     standing: np.ndarray,
     progress: np.ndarray,
@@ -122,7 +131,7 @@ def tell_intent(
         doing = leg[i]
         standing[i] = doing in (STANCE, SETTLING)
         progress[i] = 0.0
-        if doing == SWING:
+        if doing == SWING and retreat[i] == 0.0:
             progress[i] = min(max(swing[i, 0] / swing[i, 1], 0.0), 1.0)
         elif doing in (PROBING, HELD):
             progress[i] = 1.0
@@ -141,6 +150,7 @@ def write_order(
     hit_rise: float,
     sink: float,
     step_rise: float,
+    body_rise: float,
     leg: np.ndarray,
     foot: np.ndarray,
     known: np.ndarray,
@@ -164,6 +174,8 @@ def write_order(
         if leg[i] == STANCE:
             z = foot[i, 2] - to_plane[3] - plane[1] * foot[i, 0] - plane[2] * foot[i, 1]
             low, high = min(low, z), max(high, z)
+    # Legs that step higher need more room.
+    to_correction[2] += body_rise * min(high - low, 0.05)
     if to_step[0] != steps[1]:
         steps[0] = to_step[0]
     # Ground that is as rough as what the feet stand on is stepped over.

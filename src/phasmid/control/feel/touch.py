@@ -37,6 +37,9 @@ SWING_WINDOW = (0.35, 0.85)
 SCUFF = 0.1
 """Share of a swing up to which a foot that touches again has not left yet."""
 
+CLEAR = 0.25
+"""Share of a swing up to which a foot that has left may still bounce."""
+
 MOST_FLIPS = 4
 """Changes of a reading in that part which no obstacle makes."""
 
@@ -143,10 +146,12 @@ def feel_touch(
             if legs[i, CHANGE] >= wait - 5e-10:
                 now = evidence
                 legs[i, CHANGE] = 0.0
-                if now == 1 and not stands and legs[i, LEFT] > 0.5:
-                    legs[i, HITS] += progress[i] < settings[HIT_BY]
         if now == 0 and not stands and progress[i] > SCUFF:
             legs[i, LEFT] = 1.0
+        elif now == 1 and legs[i, LEFT] > 0.5 and CLEAR <= progress[i] < settings[HIT_BY]:
+            # Before it counts as another one the foot must have left this one.
+            legs[i, HITS] += 1.0
+            legs[i, LEFT] = 0.0
         legs[i, CODE] = float(now)
         code[i] = now
     return count
