@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 _LOCK = threading.Lock()
@@ -12,8 +11,7 @@ _COLLECTING: dict[int, list[str]] = {}
 _BEFORE: list[Callable[[str], Any] | None] = []
 
 
-@contextmanager
-def collected_complaints(complaints: list[str]) -> Iterator[None]:
+class CollectedComplaints:
     """Collect the engine's warnings in this thread, which it would else print and write to a file.
 
     The engine has one place for all threads to be told of them, and calls it in the thread that it
@@ -22,24 +20,32 @@ def collected_complaints(complaints: list[str]) -> Iterator[None]:
     Args:
         complaints: Takes them.
     """
-    import mujoco
 
-    own = threading.get_ident()
-    with _LOCK:
-        if not _COLLECTING:
-            _BEFORE.append(mujoco.get_mju_user_warning())
-            mujoco.set_mju_user_warning(_collect)
-        outer = _COLLECTING.get(own)
-        _COLLECTING[own] = complaints
-    try:
-        yield
-    finally:
+    # A class, as a driven run enters it at each update, and a generator would take longer.
+    __slots__ = ("_complaints", "_outer", "_own")
+
+    def __init__(self, complaints: list[str]) -> None:
+        self._complaints, self._own = complaints, threading.get_ident()
+
+    def __enter__(self) -> None:
         with _LOCK:
-            if outer is None:
-                del _COLLECTING[own]
-            else:
-                _COLLECTING[own] = outer
             if not _COLLECTING:
+                import mujoco
+
+                _BEFORE.append(mujoco.get_mju_user_warning())
+                mujoco.set_mju_user_warning(_collect)
+            self._outer = _COLLECTING.get(self._own)
+            _COLLECTING[self._own] = self._complaints
+
+    def __exit__(self, *_: object) -> None:
+        with _LOCK:
+            if self._outer is None:
+                del _COLLECTING[self._own]
+            else:
+                _COLLECTING[self._own] = self._outer
+            if not _COLLECTING:
+                import mujoco
+
                 mujoco.set_mju_user_warning(_BEFORE.pop())
 
 

@@ -97,6 +97,9 @@ class DrivenRun(Run):
         self.controller, self._commands = controller, commands
         self._shape, self._now = (len(self.robot.legs), 3), self.step
         self._running = np.ones(self._shape, dtype=bool)
+        # Views of the engine's memory, which stays: it takes long to make a new one.
+        self._moves = self.data.qpos, self.data.qvel
+        self._place = self._moves[0][:7]
         self._velocity_before = self.data.qvel[:3].copy()
         self._senses = ToldSenses(self, faults)
         self._deaths = sorted(faults.servos())
@@ -112,7 +115,6 @@ class DrivenRun(Run):
         self._decision = self._decide(observation)
         if self._decision is None:
             raise InvalidInput("the commands ended before their first one.")
-        self._targets_before = self._decision.targets
         self._told = self._room_for(self._decision)
 
     def _observe(self) -> Observation:
@@ -124,7 +126,7 @@ class DrivenRun(Run):
         )
 
     def _pose(self) -> Pose:
-        x, y, _, w, i, j, k = self.data.qpos[:7].tolist()
+        x, y, _, w, i, j, k = self._place.tolist()
         return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
 
     def _decide(self, observation: Observation) -> Decision | None:
@@ -171,17 +173,13 @@ class DrivenRun(Run):
     def _rows_of(self, decision: Decision, at: int, count: int) -> np.ndarray:
         """What the drive is told in the period that begins now, for some steps at most."""
         targets = decision.targets
-        if not math.isfinite(float(targets.position.sum() + targets.velocity.sum())):
+        if not _adds_up(targets.position, targets.velocity):
             # One more step with what was asked last, so that there is a sample to tell it of.
             self._failure = Trouble(Ending.FAILED, at, _not_finite(targets, self.robot.leg_names))
-            targets, count = self._targets_before, 1
-        # Copies, since the controller may go on writing into its own arrays.
-        self._targets_before = JointTargets(targets.position.copy(), targets.velocity.copy())
+            targets, count = self._hold.last, 1
         wanted = self._hold.setpoints(targets)
         rows = self.drive.targets(wanted, self.dt)[:count]
-        part = slice(at, at + len(rows))
-        for room, values in zip(self._wanted, wanted[:3], strict=True):
-            room[part] = values[: len(rows)]
+        self._wanted[:, at : at + len(rows)] = self._hold.rows[:, : len(rows)]
         self._tell(at // self.period_steps, decision)
         return rows
 
@@ -197,7 +195,7 @@ class DrivenRun(Run):
 
     def _is_finite(self) -> bool:
         """Whether the engine's state is one that a controller can be told of."""
-        return math.isfinite(float(self.data.qpos.sum() + self.data.qvel.sum()))
+        return _adds_up(*self._moves)
 
     def _look(self, count: int) -> Trouble | None:
         """What the watch finds, or why the controller cannot be followed."""
@@ -303,19 +301,27 @@ def period_steps(scenario: Scenario, rate: float) -> int:
 
 def _check_targets(targets: object, shape: tuple[int, int]) -> None:
     """Refuse an answer that is no targets for this robot."""
-    must, hint = "JointTargets", "phasmid.control.JointTargets(position, velocity)"
-    check_type("what the controller's update returns", targets, (JointTargets,), must, hint)
+    if not isinstance(targets, JointTargets):
+        must, hint = "JointTargets", "phasmid.control.JointTargets(position, velocity)"
+        check_type("what the controller's update returns", targets, (JointTargets,), must, hint)
     assert isinstance(targets, JointTargets)
     for name in ("position", "velocity", "torque"):
         value = getattr(targets, name)
         if value is None and name == "torque":
             continue
-        found = np.shape(value)
-        if found != shape or not isinstance(value, np.ndarray):
+        if not isinstance(value, np.ndarray) or value.shape != shape:
             raise InvalidInput(
                 f"the controller's target {name} is {described(value)}; it must be an array of "
                 f"shape {shape}."
             )
+
+
+def _adds_up(*arrays: np.ndarray) -> bool:
+    """Whether arrays hold nothing but finite numbers, not too large."""
+    total = 0.0
+    for array in arrays:
+        total += np.add.reduce(array, axis=None)
+    return math.isfinite(total)
 
 
 def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:

@@ -61,6 +61,9 @@ class Hold:
         dt: Time step [s].
         q: Angles from which the joints begin [rad], shape (L, 3).
         qd: Speeds with which they begin [rad/s], shape (L, 3).
+
+    Attributes:
+        rows: Angles, speeds and accelerations of the last period, shape (3, steps, L, 3).
     """
 
     def __init__(
@@ -74,6 +77,7 @@ class Hold:
         self._shape = (3, steps, *q.shape)
         period = steps * dt
         self._weights = _weights(between, np.arange(steps) / steps, period)
+        self.rows = np.zeros(self._shape)
         self._ends = np.concatenate([q.ravel(), qd.ravel()] * 2).reshape(4, -1)
 
     def setpoints(self, targets: JointTargets) -> Setpoints:
@@ -85,11 +89,19 @@ class Hold:
         ends = self._ends
         ends[:2] = ends[2:]
         ends[2], ends[3] = targets.position.ravel(), targets.velocity.ravel()
-        q, qd, qdd = (self._weights @ ends).reshape(self._shape)
+        rows = self.rows = (self._weights @ ends).reshape(self._shape)
         torque = None
         if targets.torque is not None:
-            torque = np.repeat(targets.torque[None], self._shape[1], axis=0)
-        return Setpoints(q, qd, qdd, torque)
+            torque = np.broadcast_to(targets.torque, self._shape[1:])
+        return Setpoints(rows[0], rows[1], rows[2], torque)
+
+    @property
+    def last(self) -> JointTargets:
+        """What was asked last, or where the joints began."""
+        shape = self._shape[2:]
+        return JointTargets(
+            self._ends[2].reshape(shape).copy(), self._ends[3].reshape(shape).copy()
+        )
 
 
 def _weights(

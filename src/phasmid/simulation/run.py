@@ -6,7 +6,7 @@ import base64
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +17,7 @@ from phasmid.batch.compiled import numba
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import SETTLING_TIME, Scenario
-from phasmid.simulation.complaint import collected_complaints
+from phasmid.simulation.complaint import CollectedComplaints
 from phasmid.simulation.ending import Ending, Trouble, watch
 from phasmid.simulation.ground import Footing
 from phasmid.simulation.joint_drive import (
@@ -28,6 +28,7 @@ from phasmid.simulation.joint_drive import (
     Setpoints,
 )
 from phasmid.simulation.model import build_model
+from phasmid.simulation.plain import PlainLoop
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import raised
@@ -94,7 +95,6 @@ class Run:
         self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._complaints: list[str] = []
         self._lost: LostConstraints | None = None
-        self._rows = self.buffer.rows()
         self._place(walk.sample(np.zeros(1)))
         self._unlocked = self._unlocked_loop() if beside else None
         if start is None:
@@ -113,8 +113,11 @@ class Run:
         self.data = mujoco.MjData(self.model)
         self.drive: Drive = _drive(self.scenario, self.model, self.data, self.walk)
         self.footing = Footing(self.model, self.data, self.robot, self.ground)
-        arrays = (self.data.qpos, self.data.qvel, self.data.sensordata, self.drive.state)
-        self._views = tuple(array.data for array in arrays)
+
+    @cached_property
+    def _plain(self) -> PlainLoop:
+        """The loop that serves where that one cannot be had."""
+        return PlainLoop(self.model, self.data, self.drive, self.footing, self.buffer)
 
     def _unlocked_loop(self) -> UnlockedLoop | None:
         """The loop that leaves Python's lock to others, where it can be had."""
@@ -358,8 +361,6 @@ class Run:
             return Trouble(Ending.DIVERGED, max(0, count - 1), self._lost.what.rstrip("."))
         return None
 
-    # A state that is not finite is for the watch to find.
-    @np.errstate(invalid="ignore", over="ignore")
     def _advance(
         self,
         targets: Float[np.ndarray, "samples joints"],
@@ -379,51 +380,19 @@ class Run:
         Returns:
             Number of steps that were made.
         """
-        import mujoco
-
-        if self._unlocked:
-            if interrupted:
+        end = len(targets) - last
+        with CollectedComplaints(self._complaints):
+            if self._unlocked is None:
+                block = self._plain.advance(targets, end, at, interrupted)
+            elif interrupted:
                 return 0
-            with collected_complaints(self._complaints):
-                block = self._unlocked.advance(targets, len(targets) - last, at)
-            if block.error:
-                self._complaints.append(" ".join(block.error.split()))
-            if block.lost:
-                self._lost = LostConstraints()
-            return block.steps
-        # All names are local, and views of memory are copied, which is quicker than arrays: the
-        # loop below is the simulation's whole cost beside the engine.
-        model, data, step, end = self.model, self.data, mujoco.mj_step, len(targets) - last
-        command, torque = self.drive.command, self.drive.torque
-        follow = self.footing.follow if self.footing.needed else None
-        qpos, qvel, sensors, state = self._views
-        rows = [row[at : at + len(targets)] for row in self._rows] if at else self._rows
-        made = 0
-        with collected_complaints(self._complaints):
-            try:
-                for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
-                    targets, *rows, strict=False
-                ):
-                    if interrupted:
-                        break
-                    to_qpos[:] = qpos
-                    to_qvel[:] = qvel
-                    command(target)
-                    if follow:
-                        follow()
-                    if made == end:
-                        step = mujoco.mj_forward
-                    step(model, data)
-                    to_sensors[:] = sensors
-                    to_torque[:] = torque()
-                    if state:
-                        to_state[:] = state
-                    made += 1
-            except mujoco.FatalError as error:
-                self._complaints.append(" ".join(str(error).split()))
-            except LostConstraints as error:
-                self._lost = error
-        return made
+            else:
+                block = self._unlocked.advance(targets, end, at)
+        if block.error:
+            self._complaints.append(" ".join(block.error.split()))
+        if block.lost:
+            self._lost = LostConstraints()
+        return block.steps
 
     def _keep(self, count: int, keep: Keep) -> None:
         """Hand on those of the buffer's first samples that are recorded."""

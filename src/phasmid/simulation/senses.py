@@ -35,11 +35,22 @@ class TrueSenses:
         import mujoco
 
         self._run, self._engine = run, mujoco
-        self._legs = len(run.robot.legs)
+        legs, data = len(run.robot.legs), run.data
         self._gravity = run.scenario.model.gravity
-        self._stall = run.robot.servo.stall_torque
-        self._own = run.scenario.simulation.drive == "servo"
+        self._stall, self._shape = run.robot.servo.stall_torque, (legs, 3)
         self._away = np.zeros(4)
+        # Views of the engine's memory, which stays: it takes long to make a new one.
+        self._q, self._qd = (part.reshape(legs, 3) for part in (data.qpos[7:], data.qvel[6:]))
+        self._orientation, self._rate = data.qpos[3:7], data.qvel[3:6]
+        self._velocity = data.qvel[:3]
+        rows = data.sensordata[: 4 * legs].reshape(legs, 4)
+        self._touch, self._force = rows[:, 0], rows[:, 1:]
+        self._foot = data.sensordata[4 * legs : 7 * legs].reshape(legs, 3)
+        self._level = run.ground.is_level
+        self._duty: np.ndarray | None = None
+        if run.scenario.simulation.drive == "servo":
+            rows = run.drive.state.reshape(len(FIELDS), legs, 3)
+            self._duty, self._shutdown = (rows[FIELDS.index(k)] for k in ("duty", "shutdown"))
 
     def observe(
         self,
@@ -54,39 +65,34 @@ class TrueSenses:
             running: Which servos have not died, shape (L, 3).
             velocity_before: Of the body a step earlier, world axes [m/s], shape (3,).
         """
-        run, legs, data = self._run, self._legs, self._run.data
-        rows = data.sensordata[: 4 * legs].reshape(legs, 4)
-        force = rows[:, 1:]
-        if run.ground.is_level:
-            normal_force = force[:, 2].copy()
+        if self._level:
+            normal_force = self._force[:, 2].copy()
         else:
-            foot = data.sensordata[4 * legs : 7 * legs].reshape(legs, 3)
-            normal = run.ground.normal(foot[:, 0], foot[:, 1])
-            normal_force = np.sum(force * normal, axis=1)
-        if self._own:
-            rows_of = run.drive.state.reshape(len(FIELDS), legs, 3)
-            running = running & (rows_of[FIELDS.index("shutdown")] == RUNNING)
-            load = run.drive.state.reshape(len(FIELDS), legs, 3)[FIELDS.index("duty")].copy()
+            normal = self._run.ground.normal(self._foot[:, 0], self._foot[:, 1])
+            normal_force = np.sum(self._force * normal, axis=1)
+        if self._duty is not None:
+            running = running & (self._shutdown == RUNNING)
+            load = self._duty.copy()
         else:
-            load = run.drive.torque().reshape(legs, 3) / self._stall
-        orientation = data.qpos[3:7].copy()
+            load = self._run.drive.torque().reshape(self._shape) / self._stall
+        orientation = self._orientation.copy()
         return Observation(
             time=time,
-            joint_position=data.qpos[7:].reshape(legs, 3).copy(),
-            joint_velocity=data.qvel[6:].reshape(legs, 3).copy(),
+            joint_position=self._q.copy(),
+            joint_velocity=self._qd.copy(),
             joint_load=load,
             servo_running=running,
             orientation=orientation,
             # The engine keeps a free body's angular velocity in its own axes.
-            angular_velocity=data.qvel[3:6].copy(),
+            angular_velocity=self._rate.copy(),
             acceleration=self._specific_force(orientation, velocity_before),
-            contact=rows[:, 0] > 0,
+            contact=self._touch > 0,
             foot_normal_force=normal_force,
         )
 
     def _specific_force(self, orientation: np.ndarray, velocity_before: np.ndarray) -> np.ndarray:
         """By the accelerometer, body axes [m/s²]."""
-        force = (self._run.data.qvel[:3] - velocity_before) / self._run.dt
+        force = (self._velocity - velocity_before) / self._run.dt
         force[2] += self._gravity
         told = np.empty(3)
         self._engine.mju_negQuat(self._away, orientation)

@@ -17,7 +17,7 @@ from functools import cache
 from importlib import import_module
 from inspect import unwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -26,6 +26,7 @@ from jaxtyping import Float
 from phasmid.compiled import compiled, heed_sources
 from phasmid.simulation.joint_drive import Drive
 from phasmid.simulation.known_engine import check_engine
+from phasmid.simulation.plain import Made
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
 
@@ -48,20 +49,6 @@ TORQUE, TORQUE_MOVES, TO_TORQUE, EQUALITIES, CONSTRAINTS, LOST = range(11, 17)
 FROM, TO, WIDTH = 17, 17 + ROWS, 17 + 2 * ROWS
 SIZE = WIDTH + ROWS
 """Places in the table of numbers and addresses that the loop is given, and their number."""
-
-
-class Made(NamedTuple):
-    """What became of a block of steps.
-
-    Attributes:
-        steps: Number of steps made.
-        error: The engine's error, or nothing.
-        lost: Whether it made no constraint for some of the joints that constraints hold.
-    """
-
-    steps: int
-    error: str
-    lost: bool
 
 
 class UnlockedLoop:
@@ -106,6 +93,7 @@ class UnlockedLoop:
         table[WIDTH : WIDTH + ROWS] = [array.size for array in sources]
         self._room = len(buffer.torque)
         self._keeps = model, data, drive, buffer, memory
+        self._steps, self._place = steps.address, table.ctypes.data
         self._batch = _new_batch()
         weakref.finalize(self, _library().mjb_deleteBatch, self._batch)
 
@@ -120,14 +108,16 @@ class UnlockedLoop:
         Returns:
             What became of it.
         """
-        targets, table, library = np.ascontiguousarray(targets), self._table, _library()
+        table, library = self._table, _library()
+        if not targets.flags.c_contiguous:
+            targets = np.ascontiguousarray(targets)
         table[COUNT], table[END], table[MADE], table[LOST] = len(targets), end, 0, 0
-        table[TARGETS] = targets.ctypes.data
+        table[TARGETS] = targets.__array_interface__["data"][0]
         if at + len(targets) > self._room:
             raise OSError(f"{len(targets)} steps from {at} on for a buffer of {self._room}")
         goals = self._goals + at * self._strides
         table[TO : TO + ROWS], table[TO_TORQUE] = goals[:ROWS], goals[ROWS]
-        failed = library.mjb_apply(self._batch, None, 1, steps.address, table.ctypes.data, 0)
+        failed = library.mjb_apply(self._batch, None, 1, self._steps, self._place, 0)
         error = library.mjb_error(self._batch, 0).decode() if failed else ""
         return Made(int(table[MADE]), error, bool(table[LOST]))
 
@@ -268,7 +258,12 @@ _servo_step = compiled(servo_step)
 SERVO_ROWS = len(FIELDS)
 
 
-@compiled
+def inner(function: Callable[..., Any]) -> Any:
+    """A function that is called by machine code alone, and may look at memory as at an array."""
+    return numba.njit(error_model="numpy")(unwrap(function))
+
+
+@inner
 def copy(source: int, goal: int, count: int) -> None:
     """Copy numbers from one address to another."""
     given = numba.carray(pointer(source), (count,), np.float64)
