@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Sequence
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -109,6 +110,19 @@ def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:
     """
     keys = [str(part) for part in loc if isinstance(part, str)]
     best, depth = 0, 0
+    for number, path in _written(content):
+        if not depth < len(path) <= len(keys):
+            continue
+        pairs = zip(keys, path, strict=False)
+        if all(key in part for key, part in pairs):
+            best, depth = number, len(path)
+    return best, depth
+
+
+@lru_cache(maxsize=8)
+def _written(content: str) -> list[tuple[int, list[tuple[str, str]]]]:
+    """Lines of a TOML text with the path of keys on each, as written and without units."""
+    found: list[tuple[int, list[tuple[str, str]]]] = []
     table: list[str] = []
     for number, line in enumerate(content.splitlines(), 1):
         bare = line.strip()
@@ -119,11 +133,8 @@ def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:
             if not equals or len(name) > 200:
                 continue
             path = table + _parts(name)
-        written = zip(keys, path, strict=False)
-        here = all(key in (part, split_unit(part)[0]) for key, part in written)
-        if here and depth < len(path) <= len(keys):
-            best, depth = number, len(path)
-    return best, depth
+        found.append((number, [(part, split_unit(part)[0]) for part in path]))
+    return found
 
 
 def _parts(dotted: str) -> list[str]:

@@ -14,6 +14,7 @@ from phasmid.control.catching import come_down
 from phasmid.control.command import Command
 from phasmid.control.memory import Memory, clear, new_order
 from phasmid.control.observation import Observation
+from phasmid.control.pattern import Pattern
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
     DIRECTIONS,
@@ -28,8 +29,8 @@ from phasmid.control.state import (
 from phasmid.control.targets import JointTargets
 from phasmid.control.verdict import Limit, reason_of
 from phasmid.errors import InvalidGait, InvalidInput
-from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
-from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position, joint_angles
+from phasmid.gait import Gait
+from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.robot import Robot
 
 if TYPE_CHECKING:
@@ -38,8 +39,9 @@ if TYPE_CHECKING:
 SWAY_BANDWIDTH = 15.0
 """Of the filter of the body's way aside [1/s]."""
 
-SWAYING_SWING, SWING_TIME = 2 / 3, 0.5
-"""Time of a swing where nobody tells a period: of gaits that sway, and of others [s]."""
+
+NOTHING = 0, False, False, ""
+"""What is remarked of an update at which all is well."""
 
 
 class LocomotionEngine:
@@ -90,7 +92,9 @@ class LocomotionEngine:
         self._verdict = np.zeros(4)
         self.events: list[tuple[float, str]] = []
         self._said: set[str] = set()
-        self.gait = self._gait(settings.gait)
+        self._news: tuple[int, bool, bool, str] = NOTHING
+        self._pattern = Pattern(robot, settings, self._model)
+        self.gait = self._pattern.gait
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
         self._regions: dict[tuple[float, ...], np.ndarray] = {}
@@ -145,23 +149,23 @@ class LocomotionEngine:
         code = self._step.tick(
             memory.numbers, memory.codes, memory.legs, self.settings.update_period
         )
-        self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
-        self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
-        self._tell("held", code == 3, "held all: a leg could not follow")
         changed = self._changing and self.order.gait[3] == 0.0
         if changed or self._resting != bool(self.state.mode[0] == STILL):
             # What was admitted regarded the old gait too.
             self._take(command)
-        waits, back = bool(self.state.clock[4] > 0.25), bool(self.state.mode[2] == 1)
-        self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
-        weak = waits and not back
-        self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
-        state, torque = self.state, None
+        state, torque, remark = self.state, None, ""
         if self.dynamics is not None:
-            torque = self.dynamics.update(state, self.order)
+            torque = self.dynamics.update(memory)
             remark = self.dynamics.effort.remark
-            self._tell("effort", bool(remark), f"slows down: {remark.rstrip('.')}")
-        return JointTargets(state.q[0].copy(), state.clock[3] * state.q[1], torque)
+        waits = state.clock[4] > 0.25
+        news = code, waits, waits and state.mode[2] == 1, remark
+        if news != self._news:
+            self._news = news
+            self._remark(*news)
+        motion = state.q[:2].copy()
+        if state.clock[3] != 1.0:
+            motion[1] *= state.clock[3]
+        return JointTargets(motion[0], motion[1], torque)
 
     def largest_velocity(
         self,
@@ -197,7 +201,7 @@ class LocomotionEngine:
                 hint="(1, 0, 0)",
             )
         order = new_order(len(self.robot.legs))
-        shift = self._write_gait(order, gait, period, lost_legs)
+        shift = self._pattern.write(order, gait, period, lost_legs)
         order.step[0] = self.settings.step_height if step_height is None else step_height
         order.pose[:] = pose
         order.pose[:2] += shift
@@ -295,73 +299,22 @@ class LocomotionEngine:
         if self.dynamics is not None:
             self.dynamics.reset()
         self.events = []
-        self._said = set()
+        self._said, self._news = set(), NOTHING
         # What the robot can feel is known by its first observation.
         self._feels = False
         for order in (self.order, self._wanted):
             clear(order)
-            self._write_gait(order, None, None, frozenset())
+            self._pattern.write(order, None, None, frozenset())
             order.step[0] = self.settings.step_height
         neutral = body_from_hip(self.robot, self._at_home)
         self.stand(neutral)
-
-    def _gait(self, gait: str | Gait | None) -> Gait:
-        legs = len(self.robot.legs)
-        if gait is None:
-            known = GAITS.get(legs, {})
-            if not known:
-                raise InvalidInput(
-                    f"the library has no gait for {legs} legs.",
-                    hint="LocomotionEngine(robot, gait=Gait(...))",
-                )
-            return next(iter(known.values()))
-        if isinstance(gait, str):
-            return load_gait(gait, legs)
-        if len(gait.offsets) != legs:
-            raise InvalidInput(
-                f"gait {gait.name} has {len(gait.offsets)} offsets; the robot has {legs} legs."
-            )
-        return gait
-
-    def _write_gait(
-        self, order: Order, gait: str | Gait | None, period: float | None, lost: frozenset[int]
-    ) -> np.ndarray:
-        """Write which legs lift when; how far the body stands aside for that [m], shape (2,)."""
-        chosen = self.gait if gait is None else self._gait(gait)
-        if period is None:
-            period = self.settings.period
-        if period is None:
-            swing = SWAYING_SWING if chosen.sway else SWING_TIME
-            period = swing / chosen.swing_fraction
-        shift = np.zeros(2)
-        offsets = np.array(chosen.offsets)
-        used = np.ones(len(offsets), dtype=np.int64)
-        if lost:
-            limp = self._without(chosen, lost)
-            # Swings take as long as they did with all legs.
-            period *= chosen.swing_fraction / limp.gait.swing_fraction
-            chosen, shift = limp.gait, np.array(limp.shift)
-            used[:] = 0
-            used[limp.indices] = 1
-            offsets[limp.indices] = chosen.offsets
-        order.offsets[:], order.used[:] = offsets, used
-        order.gait[:3] = chosen.duty_factor, period, chosen.sway
-        return shift
-
-    def _without(self, gait: Gait, lost: frozenset[int]) -> Limp:
-        model = self._model
-        held = np.isin(np.arange(1, len(model.neutral) + 1), list(lost))[:, None]
-        q = np.where(held, model.folded, joint_angles(self.robot.arrays, self._at_home))
-        com = centre_of_mass(self.robot, q)
-        # Legs whose body stands farther aside than it must reach less far and lift more slowly.
-        return without_legs(gait, lost, model.neutral, com[:2], nearest=True)
 
     def _take(self, command: Command) -> None:
         """Write the order for a command, with a velocity that can be kept to."""
         order, wanted = self.order, self._wanted
         self._command = command
         try:
-            shift = self._write_gait(wanted, command.gait, command.period, command.lost_legs)
+            shift = self._pattern.write(wanted, command.gait, command.period, command.lost_legs)
         except InvalidGait as error:
             if not command.lost_legs:
                 raise
@@ -453,6 +406,16 @@ class LocomotionEngine:
                 )
             self._regions[key] = region
         return self._regions[key]
+
+    def _remark(self, code: int, waits: bool, back: bool, effort: str) -> None:
+        """Note what is new of an update."""
+        self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
+        self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
+        self._tell("held", code == 3, "held all: a leg could not follow")
+        self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
+        weak = waits and not back
+        self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
+        self._tell("effort", bool(effort), f"slows down: {effort.rstrip('.')}")
 
     def _tell(self, kind: str, is_so: bool | np.bool_, sentence: str) -> None:
         """Note an event once for as long as it goes on."""

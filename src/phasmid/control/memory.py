@@ -197,6 +197,17 @@ def tuning_at(row: np.ndarray) -> Tuning:
     )
 
 
+@internal
+def now_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> tuple[State, Order]:
+    """Where an engine is, and what it is to do, in the rows of a `Memory`."""
+    states, orders, _ = count_numbers(legs)
+    a, b = 2 * states, 2 * (legs + 4)
+    return (
+        state_at(numbers[:states], codes[: legs + 4], legs),
+        order_at(numbers[a : a + orders], codes[b : b + 2 * legs], legs),
+    )
+
+
 class Memory:
     """All that the engine's loops work in.
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.dynamics.cones import limited_forces
 from phasmid.control.dynamics.instant import (
     _needs_in,
@@ -96,6 +96,8 @@ def _demand_of(torque: np.ndarray, limits: np.ndarray) -> float:
 
 demand_of = compiled(_demand_of)
 find_effort = compiled(_find_effort)
+effort_within = internal(_find_effort)
+"""The same, for what is compiled itself."""
 
 
 class FeedForward:
@@ -110,6 +112,9 @@ class FeedForward:
     Attributes:
         settings: The settings.
         friction: Coefficient that the forces may use; it may be changed at any time.
+        masses: What `find_effort` has to know of the robot.
+        numbers: What it has to know of servos, gravity and cost.
+        work: What it works in.
     """
 
     def __init__(
@@ -122,16 +127,16 @@ class FeedForward:
     ) -> None:
         self.settings = settings or EffortSettings()
         legs, servo = len(robot.legs), robot.servo
-        self._masses = packed(robot, rotor=servo.armature if rotor is None else rotor)
+        self.masses = packed(robot, rotor=servo.armature if rotor is None else rotor)
         self.friction = self.settings.friction * self.settings.friction_used
         stall = self.settings.torque_used * servo.stall_torque
         drop = stall / servo.no_load_speed
-        self._numbers = np.array([gravity, stall, drop, *self.settings.cost()])
-        self._work, at = np.zeros(needs_size(legs) + 24 * legs), needs_size(legs)
-        self._needs = _needs_in(self._work, legs)
+        self.numbers = np.array([gravity, stall, drop, *self.settings.cost()])
+        self.work, at = np.zeros(needs_size(legs) + 24 * legs), needs_size(legs)
+        self._needs = _needs_in(self.work, legs)
         self._rest = _needs_in(np.zeros(needs_size(legs)), legs)
         inverse, _, limits, force, torque = np.split(
-            self._work[at:], np.cumsum([9 * legs, 3 * legs, 6 * legs, 3 * legs])
+            self.work[at:], np.cumsum([9 * legs, 3 * legs, 6 * legs, 3 * legs])
         )
         self._D, self._limits = inverse.reshape(legs, 3, 3), limits.reshape(2, legs, 3)
         self._force, self._torque = force.reshape(legs, 3), torque.reshape(legs, 3)
@@ -167,7 +172,7 @@ class FeedForward:
         """
         normals = self._up if normals is None else normals
         missing, friction, demand = find_effort(
-            self._masses,
+            self.masses,
             rotation,
             angular_velocity,
             angular_acceleration,
@@ -177,9 +182,32 @@ class FeedForward:
             qdd,
             share,
             normals,
-            self._numbers,
-            self._work,
+            self.numbers,
+            self.work,
         )
+        return self.answer(missing, friction, demand, rotation, q, share, normals)
+
+    def answer(
+        self,
+        missing: float,
+        friction: float,
+        demand: float,
+        rotation: Float[np.ndarray, "3 3"],
+        q: Float[np.ndarray, "legs 3"],
+        share: Float[np.ndarray, " legs"],
+        normals: Float[np.ndarray, "legs 3"],
+    ) -> Effort:
+        """What a motion takes of which `find_effort` has found this; the others as in `update`.
+
+        Args:
+            missing: Part of the load that is missing.
+            friction: Coefficient of friction that the forces need.
+            demand: Largest torque as a part of what its servo gives.
+            rotation: As there.
+            q: As there.
+            share: As there.
+            normals: As there.
+        """
         force, torque = self._force.copy(), self._torque.copy()
         if friction <= self.friction and demand <= 1.0 and missing <= MISSING:
             return Effort(torque, force, 1.0, friction, demand, "")
@@ -197,7 +225,7 @@ class FeedForward:
     ) -> Effort:
         """Other forces that keep the limits, or as much of the motion as they can give."""
         still, rates = self._still, self._no_rates
-        masses = _unpack(self._masses, len(q))
+        masses = _unpack(self.masses, len(q))
         find_needs(masses, rotation, still, still, self._lift, q, rates, rates, self._rest)
         found = None
         if missing <= MISSING:

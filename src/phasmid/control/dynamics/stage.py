@@ -5,26 +5,34 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
-from phasmid.control.dynamics.effort import Effort, FeedForward
+from phasmid.compiled import compiled, internal
+from phasmid.control.dynamics.effort import Effort, FeedForward, effort_within
 from phasmid.control.dynamics.settings import EffortSettings
-from phasmid.control.state import STANCE, WALKING, Order, State
+from phasmid.control.memory import Memory, now_at, unwrapped
+from phasmid.control.state import STANCE, WALKING
 from phasmid.robot import Robot
 
 LEAST = 1e-3
 """Share of a foot that has just landed: where it is with others like it, they carry all."""
 
+OWN = (9, 11)
+"""Numbers that the stage keeps, whatever the number of legs, and for each leg."""
+
+Own = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Shares (L,), times since the feet landed (L,), normals (L, 3), joint speeds and accelerations
+(2, L, 3), and the trunk's angular velocity, its rate, and acceleration (3, 3)."""
+
 SLOWER, FASTER = 2.0, 0.25
 """How fast the velocity is taken back while it cannot be had, and given again [1/s]."""
 
 
-@compiled
+@internal
 def _smooth(x: float) -> float:
     """From 0 to 1 with no slope nor bend at either end."""
     return x * x * x * (10.0 + x * (6.0 * x - 15.0))
 
 
-@compiled
+@internal
 def fill_shares(
     codes: np.ndarray,
     clock: np.ndarray,
@@ -73,6 +81,81 @@ def fill_shares(
         share[leg] = max(wanted, LEAST)
 
 
+@internal
+def _own_at(row: np.ndarray, legs: int) -> Own:
+    """Views of what the stage keeps in one row."""
+    n = 5 * legs
+    return (
+        row[:legs],
+        row[legs : 2 * legs],
+        row[2 * legs : n].reshape((legs, 3)),
+        row[n : n + 6 * legs].reshape((2, legs, 3)),
+        row[n + 6 * legs : n + 6 * legs + 9].reshape((3, 3)),
+    )
+
+
+@compiled
+def weigh(
+    numbers: np.ndarray,
+    codes: np.ndarray,
+    legs: int,
+    times: np.ndarray,
+    row: np.ndarray,
+    masses: np.ndarray,
+    servo: np.ndarray,
+    work: np.ndarray,
+) -> tuple[float, float, float]:
+    """What the motion takes that an engine has come to; see `find_effort`.
+
+    Args:
+        numbers: Of the engine's `Memory`.
+        codes: The same.
+        legs: Number of legs.
+        times: From one update to the next, and in which the load moves [s], shape (2,).
+        row: The stage's own, changed.
+        masses: Of the `FeedForward`.
+        servo: Its numbers.
+        work: Of the same.
+    """
+    state, order = now_at(numbers, codes, legs)
+    share, landed, normals, rates, trunk = _own_at(row, legs)
+    fill_shares(
+        state.codes,
+        state.clock,
+        order.offsets,
+        order.gait,
+        order.plane,
+        times[0],
+        times[1],
+        landed,
+        share,
+        normals,
+    )
+    # The engine's own time may go slower than the clock on the wall.
+    slow = state.clock[3]
+    for i in range(3):
+        trunk[0, i] = slow * state.trunk[2, i]
+        trunk[1, i] = slow * slow * state.trunk[4, i]
+        trunk[2, i] = slow * slow * state.trunk[3, i]
+        for leg in range(legs):
+            rates[0, leg, i] = slow * state.q[1, leg, i]
+            rates[1, leg, i] = slow * slow * state.q[2, leg, i]
+    return effort_within(
+        masses,
+        state.body,
+        trunk[0],
+        trunk[1],
+        trunk[2],
+        state.q[0],
+        rates[0],
+        rates[1],
+        share,
+        normals,
+        servo,
+        work,
+    )
+
+
 class DynamicsStage:
     """Torques for a locomotion engine's motion, update by update.
 
@@ -89,45 +172,39 @@ class DynamicsStage:
 
     def __init__(self, robot: Robot, settings: EffortSettings, update_period: float) -> None:
         legs = len(robot.legs)
-        self.share, self._landed = np.ones(legs), np.full(legs, settings.load_transfer)
-        self.velocity_share = 1.0
+        self._own = np.zeros(OWN[0] + OWN[1] * legs)
+        own = unwrapped(_own_at)(self._own, legs)
+        self.share, self._landed, self._normals = own[:3]
+        self._transfer = settings.load_transfer
+        self._times = np.array([update_period, settings.load_transfer])
         self.effort = Effort(np.zeros((legs, 3)), np.zeros((legs, 3)), 1.0, 0.0, 0.0, "")
         self._feed, self._dt = FeedForward(robot, settings), update_period
-        self._transfer = settings.load_transfer
-        self._normals = np.zeros((legs, 3))
+        self.reset()
 
     def reset(self) -> None:
         """Begin with all feet on the ground."""
         self.share[:], self._landed[:] = 1.0, self._transfer
         self.velocity_share = 1.0
 
-    def update(self, state: State, order: Order) -> Float[np.ndarray, "legs 3"]:
+    def update(self, memory: Memory) -> Float[np.ndarray, "legs 3"]:
         """Torques of the joints for the motion that the engine has come to [N·m].
 
         Args:
-            state: Where the engine is.
-            order: What it is to do; its ground counts.
+            memory: The engine's.
         """
-        fill_shares(
-            state.codes,
-            state.clock,
-            order.offsets,
-            order.gait,
-            order.plane,
-            self._dt,
-            self._transfer,
-            self._landed,
-            self.share,
-            self._normals,
+        feed, state = self._feed, memory.state
+        found = weigh(
+            memory.numbers,
+            memory.codes,
+            memory.legs,
+            self._times,
+            self._own,
+            feed.masses,
+            feed.numbers,
+            feed.work,
         )
-        q, trunk, slow = state.q, state.trunk, float(state.clock[3])
-        qd, qdd, w, dw, a = q[1], q[2], trunk[2], trunk[4], trunk[3]
-        if slow != 1.0:
-            # The engine's own time goes slower than the clock on the wall.
-            qd, w = slow * qd, slow * w
-            qdd, dw, a = slow**2 * qdd, slow**2 * dw, slow**2 * a
-        self.effort = effort = self._feed.update(
-            state.body, w, dw, a, q[0], qd, qdd, self.share, self._normals
+        self.effort = effort = feed.answer(
+            *found, state.body, state.q[0], self.share, self._normals
         )
         if effort.part < 1.0:
             self.velocity_share *= 1.0 - SLOWER * self._dt

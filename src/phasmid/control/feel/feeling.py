@@ -17,7 +17,7 @@ from phasmid.control.feel.plane import fit_plane
 from phasmid.control.feel.sag import fit_sag
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.feel.touch import feel_touch, judge_sensors
-from phasmid.control.feel.upright import set_upright
+from phasmid.control.feel.upright import set_engine_upright
 from phasmid.control.observation import Observation
 from phasmid.control.state import State
 from phasmid.robot import Robot
@@ -143,6 +143,7 @@ class Feeling:
         self._news = np.zeros((4, legs), dtype=np.int64)
         self._code = np.full(legs, -1, dtype=np.int64)
         self._attitude = np.zeros(attitude.MEMORY)
+        self._bears = np.ones(legs, dtype=bool)
         self._up = np.array([0.0, 0.0, 1.0])
         self._level = np.zeros(level.MEMORY)
         self._planes = np.array([[np.nan, 0.0, 0.0, 0.0, 0.0]] * 3)
@@ -200,7 +201,15 @@ class Feeling:
             state: Where the engine is, at its last update; is changed.
         """
         if math.isfinite(self._planes[0, 0]):
-            set_upright(self.dt, state, self._level, self._stood_at, self._planes, self._turned)
+            set_engine_upright(
+                self.dt,
+                state.numbers,
+                state.codes,
+                self._level,
+                self._stood_at,
+                self._planes,
+                self._turned,
+            )
 
     def _feel_touch(self, o: Observation, intent: Intent) -> None:
         reading, present = self._reading, self._heard
@@ -275,7 +284,8 @@ class Feeling:
         standing = intent.standing
         if self._step > 1:
             # A foot that stands on nothing tells nothing of the ground.
-            standing = standing & (self._code != 0)
+            np.logical_and(standing, self._code, out=self._bears)
+            standing = self._bears
         fit_plane(
             self.dt,
             intent.p_odom_foot,
@@ -288,7 +298,7 @@ class Feeling:
             self._stood_at,
             self._planes,
         )
-        if np.isnan(self._plane[0]):
+        if math.isnan(self._plane[0]):
             # No foot has stood yet.
             self._planes[:] = 0.0
         # What the body does now was asked a while ago.

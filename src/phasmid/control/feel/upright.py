@@ -7,9 +7,10 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.feel.level import UP
 from phasmid.control.feel.plane import AT_X, AT_Y, HEIGHT, SLOPE_X, SLOPE_Y
+from phasmid.control.memory import state_at
 from phasmid.control.state import State
 
 UPRIGHT_TIME, UPRIGHT_RATE = 0.5, 0.35
@@ -43,7 +44,7 @@ def slopes_of(R: np.ndarray, slope_x: float, slope_y: float) -> tuple[float, flo
     return -x / z, -y / z
 
 
-@compiled
+@internal
 def set_upright(
     dt: float,
     state: State,
@@ -115,3 +116,27 @@ def set_upright(
         a, b = slopes_of(R, ground[k, 1], ground[k, 2])
         ground[k, 0] += (ground[k, 1] - a) * path[0] + (ground[k, 2] - b) * path[1]
         ground[k, 1], ground[k, 2] = a, b
+
+
+@compiled
+def set_engine_upright(
+    dt: float,
+    numbers: np.ndarray,
+    codes: np.ndarray,
+    level: Float[np.ndarray, " 9"],
+    stood: Float[np.ndarray, "legs 4"],
+    planes: Float[np.ndarray, "3 5"],
+    turned: Float[np.ndarray, "N 3 3"],
+) -> None:
+    """Do as `set_upright` with the state of an engine, given as its two rows.
+
+    Args:
+        dt: As there.
+        numbers: Of the state.
+        codes: The same.
+        level: As there.
+        stood: As there.
+        planes: As there.
+        turned: As there.
+    """
+    set_upright(dt, state_at(numbers, codes, len(stood)), level, stood, planes, turned)
