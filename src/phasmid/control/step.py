@@ -8,51 +8,27 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
-from phasmid.control.clock import best_phase, lift_off, run_clock
-from phasmid.control.governor import is_landing, is_settled, may_go_on
+from phasmid.control.clock import best_phase, run_clock
+from phasmid.control.feet import land_here, move_feet
+from phasmid.control.governor import is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
 from phasmid.control.memory import count_numbers, model_at, order_at, state_at, tuning_at
 from phasmid.control.reach import (
     HARD,
     bound_region,
-    is_reached,
     room_of,
     speed_share,
     support_share,
     wave,
-    within,
 )
-from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
+from phasmid.control.state import HELD, PROBING, SETTLING, STANCE, STILL, SWING
 from phasmid.control.swing import (
     foot_at_joints,
     hold_leg,
     plant,
-    raise_foot,
-    steer,
     yield_to_limits,
 )
 from phasmid.control.trunk import approach, follow, place_trunk, ride
-
-FROZEN = 0.7
-"""Part of the swing from which on its landing place stays."""
-
-SETTLE = 0.012
-"""Time in which a foot that has met the ground comes to rest [s]."""
-
-PRESS = 0.08
-"""Time in which it then takes on its load, where the legs give way [s]."""
-
-PRESSED = 5e-4
-"""Sag for which that is worth it [m]."""
-
-FOLD = 0.8
-"""Time in which a leg folds [s]."""
-
-BACK, BACK_RISE, BACK_TIME = 0.01, 0.01, 0.16
-"""How far a foot draws back from an obstacle, how far up [m], and in what time [s]."""
-
-SEARCH, SEARCH_AFTER = 0.005, 0.08
-"""How far a standing foot goes down at a time [m] that has felt the air for a while [s]."""
 
 OFFSET_SPEED = 0.1
 """Largest speed at which offsets of feet are followed [m/s]."""
@@ -130,177 +106,6 @@ def move_aside(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
     for i in range(2):
         sway[0, i] = clock[2] * gain * aside[0, i] + clock[7 + i]
     follow(sway, tuning.sway_bandwidth, h)
-
-
-@internal
-def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
-    """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
-    mean, there, then, kept = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    v, goal = state.speed[2].copy(), np.empty(3)
-    for i in range(3):
-        goal[i] = state.clock[6] * order.velocity[i]
-    approach(v, goal, 0, model.radius, tuning.acceleration * left)
-    for i in range(3):
-        mean[i] = (v[i] + state.speed[2, i]) / 2
-    ride(state.path, mean, left, there)
-    # That the walk may become faster until then is not certain.
-    ride(state.path, state.speed[2], left, kept)
-    ride(there, v, order.gait[0] * order.gait[1] / 2, then)
-    nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
-    c, s = math.cos(then[2]), math.sin(then[2])
-    x, y = then[0] + c * nx - s * ny - there[0], then[1] + s * nx + c * ny - there[1]
-    c, s = math.cos(there[2]), math.sin(there[2])
-    dx, dy = c * x + s * y - nx, c * y - s * x - ny
-    share, g, z = within(state.region[leg], dx, dy, 0.0), state.ground[3], order.landing[leg]
-    c, s = math.cos(there[2]), math.sin(there[2])
-    flat = not math.isfinite(z)
-    for attempt in range(4):
-        # The region is round about what is reached; near its corners it is asked for itself.
-        px, py = nx + share * dx, ny + share * dy
-        x, y = there[0] + c * px - s * py, there[1] + s * px + c * py
-        if flat:
-            z = g[0] + g[1] * x + g[2] * y
-        certain = is_landing(state, model, tuning, leg, kept, x, y, z)
-        if certain and is_landing(state, model, tuning, leg, there, x, y, z):
-            break
-        share *= 0.5 if attempt < 2 else 0.0
-    state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z
-
-
-@internal
-def look_down(state: Any, model: Any, tuning: Any, leg: int, depth: float) -> None:
-    """Let a foot at rest go straight down, by a depth or as far as its leg reaches [m]."""
-    place = np.empty(3)
-    for _ in range(4):
-        for i in range(3):
-            place[i] = state.foot[leg, i]
-        place[2] -= depth
-        if is_reached(state, model, tuning, leg, place):
-            break
-        depth *= 0.7
-    state.landing[leg, 2] = state.foot[leg, 2] - depth
-    state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
-    state.swing[leg, 1] = max(1.875 * depth / tuning.landing_speed, 0.05)
-
-
-@internal
-def land_here(state: Any, model: Any, tuning: Any, leg: int) -> None:
-    """Let a foot go straight down from rest, to as far below the ground as it may look for it."""
-    plant(state, leg)
-    state.leg[leg] = PROBING
-    g, foot = state.ground[3], state.foot[leg]
-    depth = foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1]) + tuning.landing_depth
-    look_down(state, model, tuning, leg, max(depth, 0.0))
-
-
-@internal
-def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None:
-    """Let a foot stand at the end of its curve, or go on down where it feels no ground."""
-    for i in range(3):
-        state.foot[leg, i] = state.landing[leg, i]
-    if state.leg[leg] == SWING and order.touch[leg] == 0 and tuning.landing_depth > 0:
-        plant(state, leg)
-        state.leg[leg] = PROBING
-        look_down(state, model, tuning, leg, tuning.landing_depth)
-        return
-    settled = state.leg[leg] == SETTLING
-    plant(state, leg)
-    state.leg[leg] = STANCE
-    state.swing[leg] = 0.0
-    if settled and order.sag[leg] > PRESSED:
-        # Body and leg give way, so that it has met the ground above where it is told to be; it goes
-        # on there, and so takes its part of the load.
-        press(state, leg, order.sag[leg])
-
-
-@internal
-def press(state: Any, leg: int, depth: float) -> None:
-    """Let a standing foot go down."""
-    state.landing[leg, 2] = state.foot[leg, 2] - depth
-    state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = 0.0, PRESS, 0.0
-
-
-@internal
-def draw_back(state: Any, leg: int) -> None:
-    """Let a swinging foot go back and up from what it has met, with the motion that it has."""
-    foot, landing = state.foot[leg], state.landing[leg]
-    dx, dy = foot[0] - landing[0], foot[1] - landing[1]
-    size = max(math.sqrt(dx * dx + dy * dy), 1e-6)
-    landing[0], landing[1] = foot[0] + BACK * dx / size, foot[1] + BACK * dy / size
-    landing[2] = foot[2] + BACK_RISE
-    state.retreat[leg] = 1.0
-    state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = 0.0, BACK_TIME, 0.0
-    for i in range(3):
-        state.line[0, leg, i] = foot[i]
-        for k in range(2):
-            state.line[1 + k, leg, i] = state.motion[k, leg, i]
-
-
-@internal
-def searches(state: Any, model: Any, order: Any, tuning: Any, leg: int, h: float) -> bool:
-    """Whether a foot that stands by the plan feels the air, and may go on down for the ground."""
-    if order.touch[leg] != 0 or state.mode[0] == STILL:
-        state.swing[leg, 2] = 0.0
-        return False
-    # Of a foot that stands this counts how long it has felt the air.
-    state.swing[leg, 2] += h
-    if state.swing[leg, 2] < SEARCH_AFTER:
-        return False
-    g, foot = state.ground[3], state.foot[leg]
-    if foot[2] < g[0] + g[1] * foot[0] + g[2] * foot[1] - tuning.landing_depth:
-        return False
-    place = foot.copy()
-    place[2] -= 2 * SEARCH
-    return bool(is_reached(state, model, tuning, leg, place))
-
-
-@internal
-def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
-    """Let the feet that are in the air go on."""
-    for leg in range(len(state.leg)):
-        doing = state.leg[leg]
-        swing = state.swing[leg]
-        if doing == STANCE and swing[0] >= swing[1]:
-            if not searches(state, model, order, tuning, leg, h):
-                continue
-            press(state, leg, SEARCH)
-        if doing == HELD:
-            continue
-        before = swing[0]
-        swing[0] += h
-        part = swing[0] / swing[1]
-        if not order.used[leg] and doing == SWING and 0.5 <= part < 0.9:
-            state.leg[leg] = HELD
-            swing[0], swing[1] = 0.0, FOLD
-            continue
-        if order.touch[leg] == OBSTACLE and doing == SWING:
-            draw_back(state, leg)
-            before, swing[0] = 0.0, h
-        retreats = doing == SWING and state.retreat[leg] != 0.0
-        if retreats and swing[0] >= swing[1] - 1e-9:
-            # Then it steps over it.
-            ago = swing[0] - swing[1]
-            time = (1.0 - order.gait[0]) * order.gait[1]
-            lift_off(state, model, order, tuning, leg, ago, time)
-            before, retreats = ago - h, False
-            part = ago / time
-        met = order.touch[leg] == 1 and doing in (SWING, PROBING) and not retreats
-        if met and (doing == PROBING or part > tuning.lowest_lift):
-            # The foot comes to rest a little beyond, so that its speed does not jump.
-            state.leg[leg] = SETTLING
-            for i in range(3):
-                state.line[0, leg, i] = state.foot[leg, i]
-                state.line[1, leg, i] = state.motion[0, leg, i]
-                state.line[2, leg, i] = state.motion[1, leg, i]
-                state.landing[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.motion[0, leg, i]
-            swing[0], swing[1], swing[2], before = h, SETTLE, 0.0, 0.0
-        elif doing == SWING and part < FROZEN and not retreats:
-            choose_landing(state, model, order, tuning, leg, swing[1] - swing[0])
-        if swing[0] > swing[1] - 1e-9:
-            end_swing(state, model, order, tuning, leg)
-            continue
-        steer(state.line, leg, state.landing[leg], swing[1] - before, swing[0] - before)
-        raise_foot(state, leg)
 
 
 @internal
