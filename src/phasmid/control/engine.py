@@ -157,8 +157,8 @@ class LocomotionEngine:
         if self.dynamics is not None:
             torque = self.dynamics.update(memory)
             remark = self.dynamics.effort.remark
-        waits = state.clock[4] > 0.25
-        news = code, waits, waits and state.mode[2] == 1, remark
+        waits = bool(state.clock[4] > 0.25)
+        news = code, waits, waits and bool(state.mode[2] == 1), remark
         if news != self._news:
             self._news = news
             self._remark(*news)
