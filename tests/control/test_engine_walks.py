@@ -136,7 +136,7 @@ def test_well_beyond_the_largest_velocity_something_binds(gait):
     for direction in DIRECTIONS[:4]:
         limit = engine.largest_velocity(direction, gait=gait)
         asked = tuple(1.15 * v for v in limit.velocity)
-        engine._write_gait(engine._wanted, gait, None, frozenset())
+        engine._pattern.write(engine._wanted, gait, None, frozenset())
         engine._wanted.step[0] = engine.settings.step_height
         assert engine._share(engine._wanted, np.array(asked), 1.0) < 0.9
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.dynamics.cones import limited_forces
 from phasmid.control.dynamics.instant import (
     _needs_in,
@@ -96,8 +96,6 @@ def _demand_of(torque: np.ndarray, limits: np.ndarray) -> float:
 
 demand_of = compiled(_demand_of)
 find_effort = compiled(_find_effort)
-effort_within = internal(_find_effort)
-"""The same, for what is compiled itself."""
 
 
 class FeedForward:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.dynamics.effort import Effort, FeedForward, effort_within
+from phasmid.control.dynamics.effort import Effort, FeedForward, find_effort
 from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.memory import Memory, now_at, unwrapped
 from phasmid.control.state import STANCE, WALKING
@@ -140,7 +140,7 @@ def weigh(
         for leg in range(legs):
             rates[0, leg, i] = slow * state.q[1, leg, i]
             rates[1, leg, i] = slow * slow * state.q[2, leg, i]
-    return effort_within(
+    return find_effort(
         masses,
         state.body,
         trunk[0],
