@@ -198,10 +198,24 @@ def encoded_figure(figure: Figure, kind: str, *, dpi: float | None = None) -> by
             default.
     """
     file = io.BytesIO()
+    dpi = float(figure.dpi) if dpi is None else dpi
     with styled():
-        figure.savefig(
-            file, format=kind, metadata=NO_DATES[kind], dpi="figure" if dpi is None else dpi
-        )
+        if kind != "png":
+            figure.savefig(file, format=kind, metadata=NO_DATES[kind], dpi=dpi)
+            return file.getvalue()
+        figure.savefig(file, format="rgba", dpi=dpi)
+    return _png(file.getvalue(), int(figure.get_figwidth() * dpi), dpi)
+
+
+def _png(pixels: bytes, width: int, dpi: float) -> bytes:
+    """Pixels as a file without transparency: it is smaller, and written in half the time."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    size = (width, len(pixels) // (4 * width))
+    Image.frombuffer("RGBA", size, pixels).convert("RGB").save(
+        file, "png", dpi=(dpi, dpi), compress_level=4
+    )
     return file.getvalue()
 
 
