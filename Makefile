@@ -62,7 +62,7 @@ film: $(READY) ## film two cycles of the paper's walk anew: docs/images/walk.gif
 
 test: lint ## run every check, the tests last
 	@echo "== tests"
-	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 $(ARGS)
+	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal $(ARGS)
 
 lint: $(READY) ## check style, types and layers
 	@echo "== lint"

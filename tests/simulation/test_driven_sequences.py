@@ -17,6 +17,8 @@ from phasmid.control import (
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
+pytestmark = pytest.mark.usefixtures("compiled_engine")
+
 ROBOT = load_robot("phantomx-ax")
 UP, LIE = Command(posture=Posture.STANDING), Command(posture=Posture.PACKED)
 
