@@ -162,6 +162,11 @@ class LocomotionEngine:
             self._tell("effort", bool(remark), f"slows down: {remark.rstrip('.')}")
         return JointTargets(state.q[0].copy(), state.clock[3] * state.q[1], torque)
 
+    def take_events(self) -> list[tuple[float, str]]:
+        """What was said since it was asked last; it is forgotten, so that no memory grows."""
+        told, self.events = self.events, []
+        return told
+
     def largest_velocity(
         self,
         direction: tuple[float, float, float],
