@@ -16,7 +16,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk paper physics terrain gaits control gallery film verify meshes cad test lint bench fuzz stress lock clean
+.PHONY: help setup walk studio paper physics terrain gaits control gallery film portrait verify meshes cad test lint bench fuzz stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -27,6 +27,9 @@ setup: $(READY) ## make the virtual environment, from the locked versions
 
 walk: $(READY) ## run the paper's walk into results/paper
 	@"$(BIN)/phasmid" walk --out results/paper --force $(ARGS)
+
+studio: $(READY) ## open the live page: the robot walking, to be driven in the browser
+	@"$(BIN)/phasmid" studio $(ARGS)
 
 paper: $(READY) ## grade the paper anew: docs/paper.md, docs/errata.md and their figures
 	@"$(BIN)/phasmid" paper --out docs --force $(ARGS)
@@ -56,13 +59,16 @@ meshes: $(READY) ## draw the presets' meshes anew (needs the extra cad)
 gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 	@"$(BIN)/python" docs/gallery_page.py
 
+portrait: $(READY) ## take the pictures of the live page anew (needs Chromium)
+	@"$(BIN)/python" docs/studio_page.py
+
 film: $(READY) ## film two cycles of the paper's walk anew: docs/images/walk.gif
 	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \
 		--video docs/images/walk.gif
 
 test: lint ## run every check, the tests last
 	@echo "== tests"
-	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 $(ARGS)
+	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal $(ARGS)
 
 lint: $(READY) ## check style, types and layers
 	@echo "== lint"

@@ -1,5 +1,6 @@
 """Shapes and types are checked at run time in all tests; hypothesis draws the same each time."""
 
+import pytest
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
@@ -7,3 +8,11 @@ install_import_hook("phasmid", "type_checker.check")
 
 settings.register_profile("phasmid", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("phasmid")
+
+
+@pytest.fixture(scope="session")
+def compiled_engine(tmp_path_factory):
+    """The locomotion engine's loops are compiled, by one process for all."""
+    from compiling import compile_once
+
+    compile_once(tmp_path_factory.getbasetemp().parent)

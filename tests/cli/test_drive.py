@@ -9,6 +9,8 @@ import pytest
 from phasmid.cli import drive, main
 from phasmid.control import Command, Observation
 
+pytestmark = pytest.mark.usefixtures("compiled_engine")
+
 
 def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, capsys):
     out = tmp_path / "run"
@@ -81,7 +83,7 @@ def test_keys_change_the_command_and_end_the_drive(monkeypatch):
 @pytest.mark.parametrize("is_cold", [True, False])
 def test_who_would_wait_for_the_compiler_is_told_so(is_cold, monkeypatch, capsys):
     monkeypatch.setattr("phasmid.compiled.is_compiled", lambda function: not is_cold)
-    drive._tell_of_compiling()
+    drive.tell_of_compiling()
     told = capsys.readouterr().err
     assert told.startswith("phasmid: compiling the controller") == is_cold
     assert bool(told) == is_cold

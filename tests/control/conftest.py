@@ -1,67 +1,8 @@
-"""The engine's loops are compiled once, by one of the processes that test."""
+"""Nearly all tests of the room use the engine's loops."""
 
-import os
-import time
-from contextlib import contextmanager
-
-import numpy as np
 import pytest
-
-import phasmid
-from phasmid.compiled import is_compiled
-from phasmid.control import Command, Observation
-
-LONGEST = 300.0
-"""Time after which a lock is taken for one that was left behind [s]."""
-
-
-@contextmanager
-def one_at_a_time(path):
-    """Wait until no other process is inside: a file that exists is the lock."""
-    while True:
-        try:
-            os.close(os.open(path, os.O_CREAT | os.O_EXCL))
-            break
-        except FileExistsError:
-            try:
-                old = time.time() - path.stat().st_mtime > LONGEST
-            except FileNotFoundError:
-                continue
-            if old:
-                path.unlink(missing_ok=True)
-            time.sleep(0.1)
-    try:
-        yield
-    finally:
-        path.unlink(missing_ok=True)
-
-
-def walk_once():
-    """Let every stage of an engine compute once."""
-    robot = phasmid.load_robot("phantomx-ax")
-    engine = phasmid.LocomotionEngine(robot, feeling=True, dynamics="feed-forward")
-    legs = len(robot.legs)
-    observation = Observation(
-        0.0,
-        engine.state.q[0].copy(),
-        contact=np.ones(legs, dtype=bool),
-        joint_load=np.zeros((legs, 3)),
-        orientation=np.array([1.0, 0.0, 0.0, 0.0]),
-        angular_velocity=np.zeros(3),
-        acceleration=np.array([0.0, 0.0, 9.81]),
-    )
-    engine.reset(observation)
-    engine.update(observation, Command(velocity=(0.02, 0.0, 0.0)))
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _compiled_once(tmp_path_factory):
-    """With several processes and nothing compiled yet, one compiles and the others wait for it."""
-    from phasmid.control.step import tick
-
-    if "PYTEST_XDIST_WORKER" not in os.environ or is_compiled(tick):
-        return
-    # The folder that the processes of one run share.
-    with one_at_a_time(tmp_path_factory.getbasetemp().parent / "compiling.lock"):
-        if not is_compiled(tick):
-            walk_once()
+def _compiled(compiled_engine):
+    pass

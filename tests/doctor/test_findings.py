@@ -185,10 +185,12 @@ def test_a_browser_shows_the_page_where_there_is_one(monkeypatch):
     monkeypatch.setattr(showing.sys, "platform", "linux")
     monkeypatch.setattr(showing.shutil, "which", {"chromium": "/x/chromium"}.get)
     monkeypatch.setenv("DISPLAY", ":0")
-    assert showing.page().what == "chromium shows report.html"
+    assert showing.page().what == "chromium shows report.html and the studio"
     monkeypatch.delenv("DISPLAY")
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    assert showing.page().what == "chromium shows report.html, once there is a display"
+    assert (
+        showing.page().what == "chromium shows report.html and the studio, once there is a display"
+    )
     monkeypatch.setattr(showing.shutil, "which", lambda name: None)
     found = showing.page()
     assert (found.state, found.needed) == (State.ABSENT, False)
@@ -196,7 +198,7 @@ def test_a_browser_shows_the_page_where_there_is_one(monkeypatch):
     assert found.remedy == "install firefox or chromium"
     for system in ("darwin", "win32"):
         monkeypatch.setattr(showing.sys, "platform", system)
-        assert showing.page().what == "the system's browser shows report.html"
+        assert showing.page().what == "the system's browser shows report.html and the studio"
 
 
 @pytest.mark.parametrize(

@@ -78,6 +78,8 @@ def test_a_step_hides_what_stands_behind_it():
         solid, view, _ = looking(terrain)
         lowered = Mesh(solid.corners + np.array([0.0, 0.45, rise]), solid.colours)
         image = picture(lowered, Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3))), view, terrain)
+        assert image.min() >= 0
+        assert image.max() <= 1
         hidden.append((image.mean(axis=-1) < 0.4).sum())
     assert hidden[0] > 200
     assert hidden[1] < hidden[0] / 4

@@ -50,6 +50,26 @@ def test_nearness_makes_the_front_triangle_win():
     assert 6 <= (index == 1).sum() <= 10
 
 
+def test_each_pixel_sees_the_nearest_of_all_triangles_about_its_middle():
+    rng = np.random.default_rng(5)
+    # Large ones, small ones, slivers, and some that leave the picture on every side.
+    corners = rng.uniform(-10, 50, (300, 1, 3)) + rng.uniform(-1, 1, (300, 3, 3)) * np.repeat(
+        [20.0, 2.0, 0.4], 100
+    ).reshape(300, 1, 1)
+    index, near = rasterise(corners, 40, 30)
+    x, y = np.meshgrid(np.arange(40) + 0.5, np.arange(30) + 0.5)
+    a, b, c = (corner[..., None, None] for corner in np.moveaxis(corners, 1, 0))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    to_b = ((x - a[:, 0]) * (c[:, 1] - a[:, 1]) - (y - a[:, 1]) * (c[:, 0] - a[:, 0])) / area
+    to_c = ((b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])) / area
+    inside = (to_b >= 0) & (to_c >= 0) & (to_b + to_c <= 1)
+    depth = a[:, 2] + to_b * (b[:, 2] - a[:, 2]) + to_c * (c[:, 2] - a[:, 2])
+    depth = np.where(inside, depth, -np.inf)
+    np.testing.assert_array_equal(index, np.where(inside.any(axis=0), depth.argmax(axis=0), -1))
+    # Round-off of numbers of some tens, larger by what divides by the area of a sliver.
+    np.testing.assert_allclose(near, depth.max(axis=0), rtol=0, atol=1e-9)
+
+
 def test_a_camera_sees_what_its_rays_hit():
     view = View(np.array([0.0, 0, 5]), np.eye(3), 800.0, (100, 80), (50.0, 40.0))
     point = np.array([0.2, -0.1, 1.0])
@@ -65,6 +85,23 @@ def test_the_ground_behind_a_box_lies_in_its_shadow():
     points = np.stack([shadow, -shadow * [1, 1, 0], [10.0, 10.0, 0.0]])
     lit = lamp.light(points, blur=0.001, bias=0.001, taps=8)
     np.testing.assert_array_equal(lit, [0.0, 1.0, 1.0])
+
+
+def test_the_rim_of_a_shadow_is_soft_over_twice_its_blur():
+    # A box of 0.1 m on the ground: the rim of its upper face throws a shadow beside it.
+    lamp = ShadowMap(box((0, 0, 0.05), (0.1, 0.1, 0.1), "#808080"))
+    across = np.linspace(-0.05, 0.05, 2001)
+    edge = np.array([0.05, 0.0, 0.1]) - LIGHT * 0.1 / LIGHT[2]
+    lit = lamp.light(edge + np.outer(across, [1.0, 0, 0]), blur=0.010, bias=0.0005, taps=64)
+    assert lit[0] == 0.0
+    assert lit[-1] == 1.0
+    # The edge runs along y. Seen along the light, a step along x leads away from it by the area of
+    # the square of both over the length of its side along y.
+    away = LIGHT[2] / np.sqrt(1 - LIGHT[1] ** 2)
+    soft = across[(lit > 0) & (lit < 1)]
+    # Of 64 samples in a circle the outermost reach at least 0.87 of its radius in every direction;
+    # the map has six pixels in a millimetre.
+    assert 2 * 0.87 * 0.010 - 0.0003 < np.ptp(soft) * away < 2 * 0.010 + 0.0003
 
 
 def test_the_robot_stands_on_its_feet_and_is_as_wide_as_it_is():

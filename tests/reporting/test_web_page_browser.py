@@ -1,25 +1,15 @@
 """The page in a real browser, opened from disk with the network cut off."""
 
-import io
-import os
-import shutil
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
+from browsers import NEEDED, is_ours, pixels, started, until
 from hostile import LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid.reporting import report
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(bool(os.environ.get("CI")), reason="no browser is started in CI"),
-    pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine"),
-]
+pytestmark = NEEDED
 
 
 @pytest.fixture(scope="module")
@@ -33,15 +23,8 @@ def page(walk, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser():
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="playwright, which drives the browser, is not installed"
-    )
-    # WebGL is drawn by the processor, as there may be nothing else.
-    flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=flags)
-        yield started
-        started.close()
+    with started("--use-angle=swiftshader") as browser:
+        yield browser
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +49,10 @@ def opened(browser, page, *, width=1400, scheme="light", scripts=True):
     )
     window = context.new_page()
     wrong = []
-    window.on("console", lambda message: wrong.append(f"{message.type}: {message.text}"))
+    window.on(
+        "console",
+        lambda message: is_ours(message) and wrong.append(f"{message.type}: {message.text}"),
+    )
     window.on("pageerror", lambda error: wrong.append(f"error: {error}"))
     window.on("requestfailed", lambda request: wrong.append(f"failed: {request.url[:80]}"))
     window.on("dialog", lambda dialog: (wrong.append(f"says: {dialog.message}"), dialog.dismiss()))
@@ -80,23 +66,6 @@ def asked(url, page, wrong):
     """Note what is asked of anywhere but the page itself."""
     if not url.startswith(("data:", "blob:")) and url.partition("#")[0] != page.as_uri():
         wrong.append(f"asks: {url[:80]}")
-
-
-def pixels(window):
-    """The picture of the replay as numbers, shape (H, W, 3)."""
-    from PIL import Image
-
-    raw = window.locator("#view").screenshot()
-    return np.asarray(Image.open(io.BytesIO(raw)).convert("RGB"), dtype=float)
-
-
-def until(window, truth):
-    """Wait for a truth; the page's policy forbids the driver's own way, which evaluates text."""
-    for _ in range(300):
-        if window.evaluate(truth):
-            return
-        window.wait_for_timeout(50)
-    raise AssertionError(f"15 s passed and not: {truth}")
 
 
 def clock(window):

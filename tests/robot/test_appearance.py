@@ -14,7 +14,7 @@ import pytest
 import trimesh
 
 from phasmid.errors import InvalidInput, InvalidRobot
-from phasmid.robot import Appearance, Part, appearance, load_robot, robot_to_toml
+from phasmid.robot import Appearance, Part, appearance, load_robot, plain_glb, robot_to_toml
 from phasmid.robot.appearance import glb, read_glb
 
 TRIANGLE = Part(
@@ -150,6 +150,39 @@ def test_a_mesh_counts_as_often_as_it_is_shown(
     with pytest.raises(InvalidInput) as refused:
         read_glb(path)
     assert refused.value.what == ("look.glb holds more than 20 corners; such files are refused.")
+
+
+@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-ax", "octopod"])
+def test_plain_files_are_read_as_the_library_of_meshes_reads_them(
+    preset: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = Path(appearance.__file__).with_name("presets") / f"{preset}.glb"
+    assert plain_glb.plain_meshes(path.read_bytes())
+    plain = read_glb(path)
+    monkeypatch.setattr(appearance, "plain_meshes", lambda raw: None)
+    other = read_glb(path)
+    assert list(plain) == list(other)
+    for link in plain:
+        assert [(p.name, p.color) for p in plain[link]] == [(p.name, p.color) for p in other[link]]
+        for mine, library in zip(plain[link], other[link], strict=True):
+            np.testing.assert_array_equal(mine.vertices, library.vertices)
+            np.testing.assert_array_equal(mine.faces, library.faces)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda told: told["nodes"][-1].update(translation=[0.1, 0.2, 0.3]),
+        lambda told: told["nodes"].append({"name": "body/again", "mesh": 0}),
+        lambda told: told["meshes"][0]["primitives"][0].update(mode=5),
+        lambda told: told["accessors"][0].update(normalized=True),
+        lambda told: told["materials"][0].clear(),
+        lambda told: told.update(extensionsUsed=["KHR_draco_mesh_compression"]),
+    ],
+)
+def test_what_is_not_plain_is_left_to_the_library(change: Callable[[dict[str, Any]], None]) -> None:
+    assert plain_glb.plain_meshes(told_otherwise(lambda told: None))
+    assert plain_glb.plain_meshes(told_otherwise(change)) is None
 
 
 def test_points_without_triangles_are_no_look(tmp_path: Path) -> None:

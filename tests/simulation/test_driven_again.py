@@ -16,6 +16,8 @@ from phasmid.control import (
 )
 from phasmid.errors import InvalidInput
 
+pytestmark = pytest.mark.usefixtures("compiled_engine")
+
 PAPER = load_scenario("paper").replace(duration=1.5, period=1.0)
 SCRIPT = CommandScript(
     between="linear", command=[{"time": 0.2, "ahead": 0.05}, {"time": 1.0, "turn": 0.3}]

@@ -19,6 +19,8 @@ from phasmid.kinematics import body_from_hip, foot_position, neutral_feet
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
+pytestmark = pytest.mark.usefixtures("compiled_engine")
+
 ROBOT = load_robot("phantomx-ax")
 UP, LIE = Command(posture=Posture.STANDING), Command(posture=Posture.PACKED)
 

@@ -32,12 +32,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit status.
     """
-    status = _status(list(sys.argv[1:] if argv is None else argv))
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    status = _status(arguments)
     if argv is None:
         # What is done cannot be interrupted.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if argv is None and status == 130:
-        # Who stops the command shall not wait until Python has tidied its memory.
+    if argv is None and (status == 130 or arguments[:1] == ["studio"]):
+        # Who stops a command, as the studio always is, shall not wait until Python has tidied up.
         with suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()
@@ -168,7 +169,7 @@ def _run(arguments: list[str]) -> int:
         hint = f"phasmid {guess}" if guess else f"phasmid {' or phasmid '.join(COMMANDS)}"
         raise InvalidInput(f'no command "{command}".', hint=hint)
     parser = build_parser(command)
-    if command in ("walk", "drive"):
+    if command in ("walk", "drive", "studio"):
         check_lists(arguments)
     options, unknown = parser.parse_known_args(join_negative_numbers(arguments))
     if unknown:

@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
         check_mcap()
     walk.check_film(options)
     if not options.quiet:
-        _tell_of_compiling()
+        tell_of_compiling()
     commands: Any = script
     keyboard: Any = nullcontext()
     if options.keys:
@@ -92,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
     return 3 if trouble else 0
 
 
-def _tell_of_compiling() -> None:
+def tell_of_compiling() -> None:
     """Say why nothing is seen to happen for a while, where the controller is to be compiled."""
     from phasmid.compiled import is_compiled
     from phasmid.control.step import tick

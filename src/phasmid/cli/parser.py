@@ -19,6 +19,7 @@ from phasmid.cli import (
     plot,
     replay,
     report,
+    studio,
     verify,
     walk,
 )
@@ -27,6 +28,7 @@ from phasmid.errors import InvalidInput
 COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
     "drive": "walk by commands, keys or places to go to, in closed loop",
+    "studio": "the live page: drive a robot in the browser and look into it",
     "report": "make the folder of a recording, or of the log of a run that was cut off",
     "plot": "draw figures of a run, or of several that are compared",
     "export": "write a recording as CSV, Parquet, NetCDF or MCAP, for other programs",
@@ -84,6 +86,16 @@ def build_parser(command: str | None) -> Parser:
     driving.set_defaults(run=drive.run)
     if command == "drive":
         drive.add_options(driving)
+    showing = commands.add_parser(
+        "studio",
+        help=COMMANDS["studio"],
+        description=f"{COMMANDS['studio']}.",
+        usage="phasmid studio [SCENARIO] [--port N] [--no-open] [--FIELD VALUE ...]",
+        allow_abbrev=False,
+    )
+    showing.set_defaults(run=studio.run)
+    if command == "studio":
+        studio.add_options(showing)
     for name, module in (
         ("report", report),
         ("plot", plot),

@@ -167,6 +167,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def add_scenario_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the scenario and the output."""
+    add_scenario_option(parser)
+    parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+
+
+def add_scenario_option(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the scenario."""
     from phasmid.scenario import scenario_names
 
     parser.add_argument(
@@ -176,7 +182,6 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
         metavar="SCENARIO",
         help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
     )
-    parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
 
 
 def add_field_options(parser: argparse.ArgumentParser) -> None:

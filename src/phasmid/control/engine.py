@@ -167,6 +167,11 @@ class LocomotionEngine:
             motion[1] *= state.clock[3]
         return JointTargets(motion[0], motion[1], torque)
 
+    def take_events(self) -> list[tuple[float, str]]:
+        """What was said since it was asked last; it is forgotten, so that no memory grows."""
+        told, self.events = self.events, []
+        return told
+
     def largest_velocity(
         self,
         direction: tuple[float, float, float],

@@ -71,6 +71,15 @@ class SafeController:
         inner = list(getattr(self.controller, "events", ()))
         return sorted([*self.guard.events, *inner], key=lambda event: event[0])
 
+    def take_events(self) -> list[tuple[float, str]]:
+        """What was said since it was asked last; it is forgotten, so that no memory grows."""
+        told = self.events
+        self.guard.events.clear()
+        take = getattr(self.controller, "take_events", None)
+        if callable(take):
+            take()
+        return told
+
     def reset(self, observation: Observation) -> None:
         """Forget all, and begin with the robot as it is observed."""
         self.guard.reset(observation)

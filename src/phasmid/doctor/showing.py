@@ -12,7 +12,7 @@ from phasmid.doctor.computing import reason
 from phasmid.doctor.finding import Finding, State
 
 BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "brave")
-"""Names of browsers that can show the page of a run, as Linux calls them."""
+"""Names of browsers that can show the page of a run and the studio, as Linux calls them."""
 
 WAYS = {"egl": "EGL, without a window", "osmesa": "OSMesa, on the processor", "cgl": "CGL"}
 """What the engine draws with, by the values of ``MUJOCO_GL``."""
@@ -37,17 +37,17 @@ def figures() -> Finding:
 
 
 def page() -> Finding:
-    """Whether a browser is here that can show the page of a run."""
+    """Whether a browser is here that can show the page of a run and the studio."""
     topic = "page"
     if sys.platform in ("darwin", "win32"):
-        return Finding(topic, State.READY, "the system's browser shows report.html")
+        return Finding(topic, State.READY, "the system's browser shows report.html and the studio")
     name = next(filter(shutil.which, BROWSERS), "")
     if not name:
         what = "no browser was found; report.html opens in that of any machine"
         return Finding(topic, State.ABSENT, what, "install firefox or chromium")
     display = any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
     here = "" if display else ", once there is a display"
-    return Finding(topic, State.READY, f"{name} shows report.html{here}")
+    return Finding(topic, State.READY, f"{name} shows report.html and the studio{here}")
 
 
 def drawing() -> Finding:

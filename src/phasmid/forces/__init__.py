@@ -15,6 +15,7 @@ from phasmid.forces.family import (
 from phasmid.forces.friction import FrictionStatistics, friction_statistics
 from phasmid.forces.minimum_norm import minimum_norm
 from phasmid.forces.sharing import share_load
+from phasmid.forces.standing import Held, holding_forces
 from phasmid.forces.transfer import load_share
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "ForceModel",
     "FrictionCone",
     "FrictionStatistics",
+    "Held",
     "JointLoad",
     "MinimumNorm",
     "MinimumTorque",
@@ -31,6 +33,7 @@ __all__ = [
     "analyse",
     "force_model",
     "friction_statistics",
+    "holding_forces",
     "load_share",
     "minimum_norm",
     "planned_torque",

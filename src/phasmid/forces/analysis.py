@@ -136,11 +136,11 @@ def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.nd
         friction=ground.friction(feet[..., 0], feet[..., 1]),
         leg_names=walk.robot.leg_names,
     )
-    force = share_load(contacts, wrench, _chosen(scenario), joints=joints, time=walk.time)
+    force = share_load(contacts, wrench, chosen_model(scenario), joints=joints, time=walk.time)
     return joints.with_ground(force), force, np.sum(force * contacts.normals, axis=-1)
 
 
-def _chosen(scenario: Scenario) -> ForceModel:
+def chosen_model(scenario: Scenario) -> ForceModel:
     """The scenario's member of the family, with its options.
 
     Raises:

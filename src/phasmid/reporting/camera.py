@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-PIXELS = 1 << 17
-"""Pixels of rectangles about triangles that are looked at together, about."""
+ROWS = 1 << 14
+"""Rows of pixels of triangles that are looked at together, about."""
+
+LEVEL = 1e-9
+"""Pixels by which an edge rises that runs along a row of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +39,17 @@ class View:
         near = 1.0 / np.maximum(-p[..., 2], 1e-3)
         across = self.shift[0] + self.focal * p[..., 0] * near
         down = self.shift[1] - self.focal * p[..., 1] * near
-        return np.stack([across, down, near], axis=-1)
+        return _vectors([across, down, near])
 
     def rays(self, across: np.ndarray, down: np.ndarray) -> np.ndarray:
-        """Directions through pixels, 1 m deep, shape (..., 3)."""
+        """Directions through pixels, 1 m deep, of the shape that both have together and 3."""
         x = (across - self.shift[0]) / self.focal
         y = (self.shift[1] - down) / self.focal
-        return along(np.stack([x, y, -np.ones_like(x)], axis=-1), self.axes.T)
+        return _vectors([x * a + (y * b - c) for a, b, c in self.axes.T])
+
+    def at(self, rays: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Points of such directions at depths [m], shape (..., 3)."""
+        return _vectors([eye + rays[..., k] * depth for k, eye in enumerate(self.eye)])
 
 
 def along(
@@ -54,7 +62,12 @@ def along(
         axes: The new axes as rows.
     """
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
-    return np.stack([x * a + y * b + z * c for a, b, c in axes], axis=-1)
+    return _vectors([x * a + y * b + z * c for a, b, c in axes])
+
+
+def _vectors(parts: list[Any]) -> np.ndarray:
+    """Vectors of their parts. Each stays together in memory, since they are worked on in turn."""
+    return np.moveaxis(np.stack(parts), 0, -1)
 
 
 def rasterise(
@@ -72,20 +85,19 @@ def rasterise(
     """
     index = np.full(height * width, -1, dtype=np.int32)
     nearest = np.full(height * width, -np.inf)
-    # Pixels whose middles lie between the corners.
-    low = np.ceil(corners[..., :2].min(axis=1) - 0.5).astype(int)
-    high = np.floor(corners[..., :2].max(axis=1) + 0.5).astype(int)
-    low, high = np.maximum(low, 0), np.minimum(high, [width, height])
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    seen = np.flatnonzero((low < high).all(axis=1) & (np.abs(area) > 1e-9))
-    counts = (high - low)[seen].prod(axis=1)
-    # Many triangles are small: the pixels of as many as fit a processor's cache are looked at once.
-    parts = np.searchsorted(np.cumsum(counts), np.arange(PIXELS, counts.sum(), PIXELS))
+    # Rows whose middles lie between the corners.
+    across, down = corners[..., 0], corners[..., 1]
+    top = np.maximum(np.ceil(down.min(axis=1) - 0.5).astype(int), 0)
+    bottom = np.minimum(np.floor(down.max(axis=1) + 0.5).astype(int), height)
+    beside = (across.max(axis=1) < 0) | (across.min(axis=1) > width)
+    seen = np.flatnonzero((top < bottom) & ~beside)
+    rows = (bottom - top)[seen]
+    # Many triangles are small: as many as fit a processor's cache are looked at together.
+    parts = np.searchsorted(np.cumsum(rows), np.arange(ROWS, rows.sum(), ROWS))
     for part in np.split(seen, np.unique(parts)):
         if len(part):
-            which, pixel, near = _covered(corners[part], area[part], low[part], high[part], width)
-            better = near > nearest[pixel]
+            which, pixel, near = _covered(corners[part], top[part], bottom[part], width)
+            better = np.flatnonzero(near > nearest[pixel])
             which, pixel, near = which[better], pixel[better], near[better]
             np.maximum.at(nearest, pixel, near)
             # Of several that are equally near the first is seen, which is written last.
@@ -96,30 +108,39 @@ def rasterise(
 
 def _covered(
     corners: Float[np.ndarray, "triangles 3 3"],
-    area: Float[np.ndarray, " triangles"],
-    low: Int[np.ndarray, "triangles 2"],
-    high: Int[np.ndarray, "triangles 2"],
+    top: Int[np.ndarray, " triangles"],
+    bottom: Int[np.ndarray, " triangles"],
     width: int,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pixels that triangles cover: the triangle, the pixel's number, and the nearness there."""
-    rows = high[:, 1] - low[:, 1]
-    # First the rows of each triangle, then the pixels of each row.
+    rows = bottom - top
     of = np.repeat(np.arange(len(rows)), rows)
-    down = _counted(rows) + low[of, 1]
-    (ax, ay, an), (bx, by, bn), (cx, cy, cn) = np.moveaxis(corners, 0, -1)
-    y = down + 0.5 - ay[of]
-    row_b, row_c = y * (cx - ax)[of], y * (bx - ax)[of]
-    columns = (high[:, 0] - low[:, 0])[of]
-    row = np.repeat(np.arange(len(columns)), columns)
-    which = of[row]
-    across = _counted(columns) + low[:, 0][which]
-    x = across + 0.5 - ax[which]
-    to_b = (x * (cy - ay)[which] - row_b[row]) / area[which]
-    to_c = (row_c[row] - (by - ay)[which] * x) / area[which]
-    inside = np.flatnonzero((to_b >= 0) & (to_c >= 0) & (to_b + to_c <= 1))
-    which, to_b, to_c = which[inside], to_b[inside], to_c[inside]
-    near = an[which] + to_b * (bn - an)[which] + to_c * (cn - an)[which]
-    return which, down[row[inside]] * width + across[inside], near
+    row = _counted(rows) + top[of]
+    # A row of pixels runs through a triangle from one of its edges to another.
+    y = row + 0.5
+    left, right = np.full(len(of), np.inf), np.full(len(of), -np.inf)
+    left_near, right_near = np.zeros(len(of)), np.zeros(len(of))
+    for start, end in ((0, 1), (1, 2), (2, 0)):
+        (ax, ay, an), (bx, by, bn) = corners[:, start].T, corners[:, end].T
+        fall = by - ay
+        part = (y - ay[of]) / np.where(np.abs(fall) < LEVEL, np.nan, fall)[of]
+        crossed = (part >= 0) & (part <= 1)
+        x, near = ax[of] + part * (bx - ax)[of], an[of] + part * (bn - an)[of]
+        farther = crossed & (x < left)
+        left, left_near = np.where(farther, x, left), np.where(farther, near, left_near)
+        farther = crossed & (x > right)
+        right, right_near = np.where(farther, x, right), np.where(farther, near, right_near)
+    first = np.clip(np.ceil(left - 0.5), 0, width).astype(int)
+    after = np.clip(np.floor(right + 0.5), 0, width).astype(int)
+    hit = np.flatnonzero(after > first)
+    first, left, left_near = first[hit], left[hit], left_near[hit]
+    counts, span = after[hit] - first, np.maximum(right[hit] - left, 1e-12)
+    slope = (right_near[hit] - left_near) / span
+    of, row = of[hit], row[hit] * width
+    begin = left_near + slope * (first + 0.5 - left)
+    step = _counted(counts)
+    spread = np.repeat(np.arange(len(counts)), counts)
+    return of[spread], (row + first)[spread] + step, begin[spread] + step * slope[spread]
 
 
 def _counted(counts: Int[np.ndarray, " parts"]) -> Int[np.ndarray, " all"]:

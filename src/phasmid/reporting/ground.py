@@ -49,7 +49,7 @@ def ground(
         Colours, white where there is no ground, and its nearness [1/m], 0 where it hides nothing.
     """
     width, height = view.size
-    image = np.ones((height, width, 3))
+    image = np.ones((3, height * width))
     middle = solid.corners.mean(axis=(0, 1))
     size = float(np.ptp(solid.corners[..., :2], axis=(0, 1)).max())
     near = np.zeros((height, width))
@@ -57,7 +57,7 @@ def ground(
         mesh = landscape(terrain, middle[:2], FARTHEST * size)
         index, near = rasterise(view.project(mesh.corners), width, height)
         near = np.maximum(near, 0.0)
-        edges = _edges(near)
+        index, edges = index.ravel(), _edges(near).ravel()
     # A few rows at a time, which stay in the processor's cache.
     seen = [
         _seen(view, slice(top, min(top + ROWS, height)), terrain, near, middle, size)
@@ -84,13 +84,13 @@ def ground(
                 grid = np.maximum(grid, 0.6 * _lines(points, GRID / 4, pixel))
             # Lines of x and y would run together on the side of a step.
             grid = grid * (normals[:, 2] > 0.5)
-        floor = floor_colour(points, terrain)
-        colour = floor + grid[:, None] * (LINE - floor)
+        floor = np.atleast_2d(floor_colour(points, terrain)).T
+        colour = floor + grid * (LINE[:, None] - floor)
         lit = shadows.light(points, blur=0.010, bias=0.0005, taps=16)
         dim = np.minimum(0.34 * (1 - lit) + 0.34 * cover.over(points), 0.62)
-        colour = np.clip((colour + dim[:, None] * (SHADE - colour)) * bright[:, None], 0, 1)
-        image[place] = 1.0 + fade[:, None] * (colour - 1.0)
-    return image, near
+        colour = np.clip((colour + dim * (SHADE[:, None] - colour)) * bright, 0, 1)
+        image[:, place] = 1.0 + fade * (colour - 1.0)
+    return np.moveaxis(image.reshape(3, height, width), 0, -1), near
 
 
 def _seen(
@@ -100,10 +100,11 @@ def _seen(
     near: Float[np.ndarray, "height width"],
     middle: Float[np.ndarray, "3"],
     size: float,
-) -> tuple[tuple[np.ndarray, np.ndarray], np.ndarray, np.ndarray, np.ndarray]:
-    """Where ground is seen in some rows of a picture: place, depth, how much of it, and point."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Where ground is seen in some rows of a picture: pixel, depth, how much of it, and point."""
     width, height = view.size
-    across, down = np.meshgrid(np.arange(width) + 0.5, np.arange(rows.start, rows.stop) + 0.5)
+    across = np.arange(width) + 0.5
+    down = np.arange(rows.start, rows.stop)[:, None] + 0.5
     rays = view.rays(across, down)
     if terrain.is_level:
         below = rays[..., 2] < -1e-3
@@ -112,19 +113,20 @@ def _seen(
         below = near[rows] > 0
         reach = np.where(below, 1 / np.where(below, near[rows], 1.0), 0.0)
     # The floor fades away from the robot and towards the picture's edges.
-    away = np.hypot(*(view.eye[k] + rays[..., k] * reach - middle[k] for k in range(2))) / size
+    x, y = (view.eye[k] - middle[k] + rays[..., k] * reach for k in range(2))
+    left = np.clip((FARTHEST - np.sqrt(x * x + y * y) / size) / 0.9, 0, 1)
     edge = np.minimum(np.minimum(across, width - across) / width, (height - down) / height)
-    fade = np.clip((FARTHEST - away) / 0.9, 0, 1) ** 1.5 * np.clip(edge / 0.07, 0, 1) * below
-    found = np.nonzero(fade > 0.004)
-    reach, fade = reach[found], fade[found]
-    points = view.eye + rays[found] * reach[:, None]
-    return (found[0] + rows.start, found[1]), reach, fade, points
+    fade = left * np.sqrt(left) * np.clip(edge / 0.07, 0, 1) * below
+    found = np.flatnonzero(fade > 0.004)
+    reach, fade = reach.ravel()[found], fade.ravel()[found]
+    points = view.at(rays.reshape(-1, 3)[found], reach)
+    return found + rows.start * width, reach, fade, points
 
 
 def _lines(points: np.ndarray, distance: float, pixel: np.ndarray) -> np.ndarray:
     """How much of a line across x or y runs through each point, 0 to 1."""
-    off = np.abs((points[:, :2] / distance + 0.5) % 1.0 - 0.5).min(axis=1) * distance
-    return np.clip(1.4 - off / np.maximum(pixel, 1e-6), 0, 1)
+    x, y = (np.abs(across - np.rint(across)) for across in points[:, :2].T / distance)
+    return np.clip(1.4 - np.minimum(x, y) * distance / np.maximum(pixel, 1e-6), 0, 1)
 
 
 def _normals(
@@ -166,7 +168,7 @@ class _Cover:
     """How much of the sky is hidden over the ground, roughly: what is above, blurred."""
 
     def __init__(self, solid: Mesh, terrain: Ground) -> None:
-        from PIL import Image, ImageDraw, ImageFilter
+        from PIL import Image, ImageFilter
 
         self._low = solid.corners[..., :2].min(axis=(0, 1)) - 0.1
         span = float((solid.corners[..., :2].max(axis=(0, 1)) + 0.1 - self._low).max())
@@ -175,17 +177,20 @@ class _Cover:
         heights = (
             solid.corners[..., 2] - terrain.height(*np.moveaxis(solid.corners[..., :2], -1, 0))
         ).min(axis=1)
+        seen = np.empty_like(solid.corners)
+        seen[..., :2] = (solid.corners[..., :2] - self._low) * self._scale
+        seen[..., 2] = np.where(heights < 0.03, 1.0, 0.0)[:, None]
+        near = rasterise(seen, MAP, MAP)[1]
         # What is near the ground dims little of it, but sharply; what is high dims much, softly.
-        for under, blur, strength in ((0.03, 0.006, 0.8), (np.inf, 0.030, 0.75)):
-            layer = Image.new("L", (MAP, MAP))
-            draw = ImageDraw.Draw(layer)
-            triangles = (solid.corners[heights < under][..., :2] - self._low) * self._scale
-            for triangle in triangles.reshape(-1, 6).tolist():
-                draw.polygon(triangle, fill=255)
+        for least, blur, strength in ((1.0, 0.006, 0.8), (0.0, 0.030, 0.75)):
+            layer = Image.fromarray(np.where(near >= least, 255, 0).astype(np.uint8))
             soft = layer.filter(ImageFilter.GaussianBlur(blur * self._scale))
             self._hidden = np.maximum(self._hidden, strength * np.asarray(soft) / 255)
 
     def over(self, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
         """Part of the sky that is hidden over points of the ground."""
-        place = np.clip((points[:, :2] - self._low) * self._scale, 0, MAP - 1).astype(int)
-        return np.asarray(self._hidden[place[:, 1], place[:, 0]])
+        across, down = (
+            np.clip((points[:, k] - self._low[k]) * self._scale, 0, MAP - 1).astype(int)
+            for k in range(2)
+        )
+        return np.asarray(self._hidden[down, across])

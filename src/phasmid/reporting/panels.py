@@ -93,11 +93,25 @@ def name_leg(axis: Axes, source: Source, leg: int) -> None:
 
 def shade_stance(axis: Axes, recording: Recording, leg: int) -> None:
     """Shade when a leg, by its number from 1, is planned to stand."""
-    time = np.asarray(recording["time"].values)
     stance = channel(recording, "stance")
-    for start, stop in [] if stance is None else intervals(stance[:, leg - 1]):
-        until = time[min(stop, len(time) - 1)]
-        axis.axvspan(time[start], until, color=STANCE_COLOUR, linewidth=0, zorder=0)
+    if stance is not None:
+        shade(axis, np.asarray(recording["time"].values), stance[:, leg - 1], STANCE_COLOUR)
+
+
+def shade(axis: Axes, time: np.ndarray, where: np.ndarray, colour: str) -> None:
+    """Shade a panel over all its height, behind its lines.
+
+    Args:
+        axis: The panel.
+        time: Of the samples [s], shape (N,).
+        where: Which samples are shaded, each until the next one, shape (N,).
+        colour: Of the shade.
+    """
+    last = len(time) - 1
+    spans = [(time[start], time[min(stop, last)]) for start, stop in intervals(where)]
+    bars = [(start, stop - start) for start, stop in spans]
+    upright = axis.get_xaxis_transform()
+    axis.broken_barh(bars, (0, 1), color=colour, linewidth=0, zorder=0, transform=upright)
 
 
 def time_axis(axis: Axes, recording: Recording, *, shaded: bool = True) -> None:

@@ -37,55 +37,50 @@ def picture(
     width, height = view.size
     shadows = ShadowMap(solid)
     floor, before = ground(view, shadows, solid, terrain)
-    solid = _front(solid, view)
+    solid = solid.front(view.eye - solid.corners[:, 0])
     count = len(solid.corners)
     corners = np.concatenate([solid.corners, flat.corners])
     colours = np.concatenate([solid.colours, flat.colours])
     places = view.project(corners)
     places[..., :2] *= FINE
     index, near = rasterise(places, width * FINE, height * FINE)
-    rows, columns = np.nonzero(index >= 0)
-    which, near = index[rows, columns], near[rows, columns]
+    hit = np.flatnonzero(index >= 0)
+    which, near = index.ravel()[hit], near.ravel()[hit]
+    rows, columns = np.divmod(hit, width * FINE)
     pixel = rows // FINE * width + columns // FINE
     seen = near >= (1 - SUNK) * before.ravel()[pixel]
     rows, columns, which, near, pixel = (
         array[seen] for array in (rows, columns, which, near, pixel)
     )
-    fine = colours[which]
+    fine = np.take(colours.T, which, axis=1)
     lit = which < count
     rays = view.rays((columns[lit] + 0.5) / FINE, (rows[lit] + 0.5) / FINE)
-    points = view.eye + rays / near[lit][:, None]
-    fine[lit] = shade(solid, which[lit], points, view, shadows)
+    points = view.at(rays, 1 / near[lit])
+    fine[:, lit] = shade(solid, which[lit], points, view, shadows)
     # Of each pixel the finer ones that show the ground have its colour.
-    share = np.bincount(pixel, minlength=width * height)[:, None] / FINE**2
-    things = [np.bincount(pixel, fine[:, k], minlength=width * height) for k in range(3)]
-    image = floor.reshape(-1, 3) * (1 - share) + np.stack(things, axis=-1) / FINE**2
-    return image.reshape(height, width, 3)
-
-
-def _front(solid: Mesh, view: View) -> Mesh:
-    """The faces that look at the camera; the others are hidden by them."""
-    edges = solid.corners[:, 1:] - solid.corners[:, :1]
-    outward = np.cross(edges[:, 0], edges[:, 1])
-    towards = np.sum(outward * (view.eye - solid.corners[:, 0]), axis=1) > 0
-    return Mesh(solid.corners[towards], solid.colours[towards])
+    share = np.bincount(pixel, minlength=width * height) / FINE**2
+    things = np.stack([np.bincount(pixel, part, minlength=width * height) for part in fine])
+    image = floor.reshape(-1, 3).T * (1 - share) + things / FINE**2
+    return np.moveaxis(image.reshape(3, height, width), 0, -1)
 
 
 def shade(
     mesh: Mesh, which: np.ndarray, points: np.ndarray, view: View, shadows: ShadowMap
 ) -> np.ndarray:
-    """Colours of points on triangles under the light and the sky, shape (P, 3)."""
-    edges = mesh.corners[:, 1:] - mesh.corners[:, :1]
-    normals = np.cross(edges[:, 0], edges[:, 1])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-15)
-    n = normals[which]
-    facing = np.clip(n @ LIGHT, 0, 1)
-    lit = shadows.light(points + 0.0012 * n, blur=0.0025, bias=0.0025, taps=6) * facing
-    sky = 0.5 + 0.5 * n[:, 2]
-    to_eye = view.eye - points
-    to_eye /= np.linalg.norm(to_eye, axis=1, keepdims=True)
-    half = to_eye + LIGHT
-    half /= np.linalg.norm(half, axis=1, keepdims=True)
-    gloss = 0.22 * np.clip(np.sum(half * n, axis=1), 0, 1) ** 24 * (lit > 0.5)
-    brightness = 0.30 + 0.30 * sky + 0.62 * lit
-    return np.clip(mesh.colours[which] * brightness[:, None] + gloss[:, None], 0, 1)
+    """Red, green and blue of points on triangles under the light and the sky, shape (3, P)."""
+    normals = mesh.outward()
+    normals = (normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-15)).T
+    facing = np.clip(LIGHT @ normals, 0, 1)
+    lit = facing[which]
+    # What looks away from the light need not be asked.
+    turned = np.flatnonzero(lit)
+    start = points[turned].T + 0.0012 * normals[:, which[turned]]
+    lit[turned] *= shadows.light(start.T, blur=0.0025, bias=0.0025, taps=6)
+    glossy = np.flatnonzero(lit > 0.5)
+    half = view.eye[:, None] - points[glossy].T
+    half = half / np.sqrt(np.sum(half**2, axis=0)) + LIGHT[:, None]
+    cosine = np.sum(half * normals[:, which[glossy]], axis=0) / np.sqrt(np.sum(half**2, axis=0))
+    sky = mesh.colours.T * (0.30 + 0.30 * (0.5 + 0.5 * normals[2]))
+    found = sky[:, which] + 0.62 * mesh.colours.T[:, which] * lit
+    found[:, glossy] += 0.22 * np.clip(cosine, 0, 1) ** 24
+    return np.clip(found, 0, 1)

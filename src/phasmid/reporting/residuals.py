@@ -10,11 +10,18 @@ import numpy as np
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.demand import first_channel
-from phasmid.reporting.panels import check_legs, leg_name, listed_legs, model_words, time_axis
+from phasmid.reporting.panels import (
+    check_legs,
+    leg_name,
+    listed_legs,
+    model_words,
+    shade,
+    time_axis,
+)
 from phasmid.reporting.runs import Run, entries, shown, who
 from phasmid.reporting.sheet import Axes, legend, sheet
 from phasmid.reporting.source import channel
-from phasmid.reporting.steps import SETTLING, away_from_switches, intervals
+from phasmid.reporting.steps import SETTLING, away_from_switches
 from phasmid.reporting.style import STANCE_COLOUR, Figure, leg_colour, paler, styled, thin
 
 NEEDS = (
@@ -119,9 +126,7 @@ def _draw(
         look: dict[str, Any] = {"color": run.colour, "linestyle": run.dash, "linewidth": 1.2}
         axis.plot(*thin(time, _line(values, legs)), **look)
         return
-    for start, stop in intervals(~calm):
-        until = time[min(stop, len(time) - 1)]
-        axis.axvspan(time[start], until, color=STANCE_COLOUR, linewidth=0, zorder=0)
+    shade(axis, time, ~calm, STANCE_COLOUR)
     for leg in legs:
         colour, line = leg_colour(leg - 1), values[:, leg - 1]
         axis.plot(*thin(time, line), color=paler(colour), linewidth=0.8)

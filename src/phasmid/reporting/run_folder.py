@@ -13,6 +13,7 @@ from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
 from phasmid.reporting.source import read_source
+from phasmid.reporting.style import uncollected
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.robot import Appearance
 from phasmid.robot.appearance import glb
@@ -156,7 +157,8 @@ def _fill(
     text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8", newline="\n")
     if figures:
-        _draw(recording, summary, folder, appearance)
+        with uncollected():
+            _draw(recording, summary, folder, appearance)
 
 
 def _draw(

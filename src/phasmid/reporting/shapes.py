@@ -25,6 +25,16 @@ class Mesh:
         """The mesh moved by a pose."""
         return Mesh(self.corners @ X[:3, :3].T + X[:3, 3], self.colours)
 
+    def outward(self) -> Float[np.ndarray, "triangles 3"]:
+        """Vectors out of the triangles, as long as twice their areas [m²]."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        return np.cross(b - a, c - a)
+
+    def front(self, towards: Float[np.ndarray, "3"] | Float[np.ndarray, "triangles 3"]) -> Mesh:
+        """The triangles that look in a direction, or each in its own; these hide a solid's rest."""
+        seen = np.einsum("...k,...k->...", self.outward(), towards) > 0
+        return Mesh(self.corners[seen], self.colours[seen])
+
 
 def joined(meshes: list[Mesh]) -> Mesh:
     """Several meshes as one."""

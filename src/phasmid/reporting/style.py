@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import warnings
 from collections.abc import Iterator, Sequence
@@ -91,6 +92,18 @@ def styled() -> Iterator[None]:
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         with matplotlib.rc_context(_settings()):
             yield
+
+
+@contextmanager
+def uncollected() -> Iterator[None]:
+    """Look for no garbage meanwhile: of a dozen figures' objects that is a tenth of the time."""
+    before = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if before:
+            gc.enable()
 
 
 @cache
@@ -198,10 +211,29 @@ def encoded_figure(figure: Figure, kind: str, *, dpi: float | None = None) -> by
             default.
     """
     file = io.BytesIO()
+    dpi = float(figure.dpi) if dpi is None else dpi
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            # A label without words needs no place: to find it takes as long as to draw the ticks.
+            if not axis.get_label_text():
+                axis.set_label_coords(0.5, 0.5)
     with styled():
-        figure.savefig(
-            file, format=kind, metadata=NO_DATES[kind], dpi="figure" if dpi is None else dpi
-        )
+        if kind != "png":
+            figure.savefig(file, format=kind, metadata=NO_DATES[kind], dpi=dpi)
+            return file.getvalue()
+        figure.savefig(file, format="rgba", dpi=dpi)
+    return _png(file.getvalue(), int(figure.get_figwidth() * dpi), dpi)
+
+
+def _png(pixels: bytes, width: int, dpi: float) -> bytes:
+    """Pixels as a file without transparency: it is smaller, and written in half the time."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    size = (width, len(pixels) // (4 * width))
+    Image.frombuffer("RGBA", size, pixels).convert("RGB").save(
+        file, "png", dpi=(dpi, dpi), compress_level=4
+    )
     return file.getvalue()
 
 

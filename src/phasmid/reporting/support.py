@@ -10,11 +10,10 @@ from phasmid.gait import support_margin
 from phasmid.recording import Recording
 from phasmid.reporting.demand import first_channel
 from phasmid.reporting.feet import centre_of_mass
-from phasmid.reporting.panels import time_axis
+from phasmid.reporting.panels import shade, time_axis
 from phasmid.reporting.runs import Run, entries, shown, who
 from phasmid.reporting.sheet import legend, sheet
 from phasmid.reporting.source import Source
-from phasmid.reporting.steps import intervals
 from phasmid.reporting.style import (
     JOINT_COLOURS,
     LACKING_COLOUR,
@@ -64,9 +63,7 @@ def support_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
                 axis.plot(*thin(run.time, known), color=colour, linestyle=dash)
                 labels.append((WORDS[name], colour, dash))
                 if alone and number == 0:
-                    for start, stop in intervals(~np.isfinite(margin)):
-                        until = run.time[min(stop, len(run.time) - 1)]
-                        axis.axvspan(run.time[start], until, color=LACKING_COLOUR, linewidth=0)
+                    shade(axis, run.time, ~np.isfinite(margin), LACKING_COLOUR)
         axis.axhline(0.0, color=LIMIT_COLOUR, linewidth=1.0)
         axis.set_ylabel("margin [mm]")
         time_axis(axis, parts[0].recording, shaded=False)

@@ -7,7 +7,12 @@ from phasmid.robot.link import Link
 from phasmid.robot.motor import Motor
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, LegArrays, Robot
 from phasmid.robot.servo import Servo
-from phasmid.robot.variants import with_mass_model, with_mounts, with_neutral_foot
+from phasmid.robot.variants import (
+    with_mass_model,
+    with_mounts,
+    with_neutral_foot,
+    with_payload,
+)
 
 __all__ = [
     "HEXAPOD_LEGS",
@@ -29,4 +34,5 @@ __all__ = [
     "with_mass_model",
     "with_mounts",
     "with_neutral_foot",
+    "with_payload",
 ]

@@ -14,6 +14,7 @@ from jaxtyping import Float, Integer
 
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.robot.gltf import check_glb
+from phasmid.robot.plain_glb import PlainMesh, plain_meshes
 
 LARGEST_FILE = 64_000_000
 """Files of meshes above this many bytes are refused."""
@@ -126,8 +127,6 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
         InvalidInput: It is absent, too large or no such file.
         InvalidRobot: A mesh in it is impossible.
     """
-    import trimesh
-
     try:
         with path.open("rb") as file:
             raw = file.read(LARGEST_FILE + 1)
@@ -137,6 +136,23 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
     if len(raw) > LARGEST_FILE:
         raise InvalidInput(f"{path} holds more than {LARGEST_FILE} bytes; such files are refused.")
     check_glb(raw, path.name, most_bytes=LARGEST_FILE, most_faces=MOST_FACES)
+    parts: dict[str, list[Part]] = {}
+    plain = plain_meshes(raw)
+    for node, vertices, faces, color in _any_meshes(raw, path.name) if plain is None else plain:
+        link, _, name = node.partition("/")
+        parts.setdefault(link, []).append(Part(vertices, faces, color, name))
+    return {link: tuple(found) for link, found in parts.items()}
+
+
+def _any_meshes(raw: bytes, name: str) -> list[PlainMesh]:
+    """The meshes of any file, as they stand in its own frame.
+
+    Raises:
+        InvalidInput: It is no such file.
+        InvalidRobot: A mesh in it is impossible.
+    """
+    import trimesh
+
     try:
         scene: Any = trimesh.load_scene(io.BytesIO(raw), file_type="glb", process=False)
         found = [(node, *scene.graph[node]) for node in sorted(scene.graph.nodes_geometry)]
@@ -146,13 +162,12 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
         ]
     except Exception as error:
         # The reader of meshes complains in many ways of its own.
-        raise InvalidInput(f"{path.name} is no binary glTF file: {error}.") from None
-    parts: dict[str, list[Part]] = {}
-    for node, X, vertices, faces, color in meshes:
-        link, _, name = node.partition("/")
-        part = Part(np.asarray(vertices), np.asarray(faces), color, name)
-        parts.setdefault(link, []).append(part.at(X))
-    return {link: tuple(found) for link, found in parts.items()}
+        raise InvalidInput(f"{name} is no binary glTF file: {error}.") from None
+    placed = [
+        (node, Part(np.asarray(vertices), np.asarray(faces), color, node.partition("/")[2]).at(X))
+        for node, X, vertices, faces, color in meshes
+    ]
+    return [PlainMesh(node, part.vertices, part.faces, part.color) for node, part in placed]
 
 
 def _faces(mesh: Any) -> Any:

@@ -60,12 +60,12 @@ def check_glb(raw: bytes, name: str, *, most_bytes: int, most_faces: int) -> Non
     Source: glTF 2.0 specification, sections 3.5, 3.6 and 4.4.
     """
     try:
-        told, held = _chunks(raw)
+        told, data = chunks(raw)
         if any("uri" in each for noun in ("buffers", "images") for each in told.get(noun, [])):
             raise InvalidInput(
                 f"{name} names other files, which are not opened.", hint="put all into the one file"
             )
-        counts = _counts(told, held, name, most_bytes)
+        counts = _counts(told, len(data), name, most_bytes)
         meshes = [_mesh(mesh, counts) for mesh in told.get("meshes", [])]
         shown = [_at(meshes, node["mesh"]) for node in _nodes(told, name) if "mesh" in node]
     except RecursionError:
@@ -91,8 +91,13 @@ def _too_many(name: str, most: int, noun: str) -> InvalidInput:
     return InvalidInput(f"{name} holds more than {most} {noun}; such files are refused.")
 
 
-def _chunks(raw: bytes) -> tuple[dict[str, Any], int]:
-    """The description, and the bytes of the data beside it."""
+def chunks(raw: bytes) -> tuple[dict[str, Any], memoryview]:
+    """The description, and the data beside it.
+
+    Raises:
+        ValueError: It is no such file.
+        struct.error: It ends before its description begins.
+    """
     magic, version, _, length, kind = struct.unpack_from("<4sIIII", raw)
     if magic != b"glTF" or version != 2 or kind != _JSON:
         raise ValueError("it must begin as glTF 2.0 does")
@@ -105,9 +110,9 @@ def _chunks(raw: bytes) -> tuple[dict[str, Any], int]:
     while start + 8 <= len(raw):
         length, kind = struct.unpack_from("<II", raw, start)
         if kind == _BIN:
-            return told, min(length, len(raw) - start - 8)
+            return told, memoryview(raw)[start + 8 : start + 8 + length]
         start += 8 + length
-    return told, 0
+    return told, memoryview(b"")
 
 
 def _counts(told: dict[str, Any], held: int, name: str, most_bytes: int) -> list[int]:

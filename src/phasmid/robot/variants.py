@@ -12,7 +12,7 @@ from phasmid.arguments import check_number, check_type, described
 from phasmid.errors import InvalidInput
 from phasmid.robot.leg import Leg
 from phasmid.robot.link import Link
-from phasmid.robot.robot import Robot
+from phasmid.robot.robot import Body, Robot
 
 MassModel = Literal["as-given", "mid-length"]
 MountLayout = Literal["as-given", "perpendicular"]
@@ -113,3 +113,29 @@ def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) 
         return replace(leg, neutral_foot=leg.R_level_hip.T @ foot)
 
     return replace(robot, legs=tuple(place(leg) for leg in robot.legs))
+
+
+def with_payload(robot: Robot, mass: float) -> Robot:
+    """The robot with a load on its back: a point at the middle of the trunk's upper side.
+
+    Args:
+        robot: The robot.
+        mass: Of the load [kg], 0 or more.
+
+    Raises:
+        InvalidInput: It is no robot, or no such number.
+    """
+    _check_robot(robot)
+    check_number("payload", mass)
+    if not (math.isfinite(mass) and mass >= 0):
+        raise InvalidInput(f"payload is {mass:g} kg; it must be a finite number, 0 or more.")
+    if mass == 0:
+        return robot
+    body, load = robot.body, np.array([0.0, 0.0, robot.body.size[2] / 2])
+    total = body.mass + mass
+    com = (body.mass * body.com + mass * load) / total
+    inertia = body.inertia.copy()
+    for part, place in ((body.mass, body.com), (mass, load)):
+        arm = place - com
+        inertia += part * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    return replace(robot, body=Body(total, com, inertia, body.size))

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_number, check_type, described
+from phasmid.arguments import check_number, check_type, described, numbers
 from phasmid.control import Command, Controller, JointTargets, Observation, Posture
 from phasmid.errors import InvalidInput, nearest
+from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
@@ -63,6 +64,7 @@ class DrivenRun(Run):
         between: How targets are filled in between updates.
         faults: What fails, when.
         interrupted: The robot comes to rest no further as soon as this is not empty.
+        endless: Whether it goes on for as long as it is advanced, whatever the scenario's duration.
 
     Attributes:
         controller: What decides.
@@ -85,6 +87,7 @@ class DrivenRun(Run):
         between: Between,
         faults: Faults,
         interrupted: Sequence[int] = (),
+        endless: bool = False,
     ) -> None:
         self.period_steps = period_steps(scenario, rate)
         self._shall_lie = True
@@ -92,8 +95,9 @@ class DrivenRun(Run):
         self.block_steps = math.ceil(WATCH_STEPS / self.period_steps) * self.period_steps
         self._failure: Trouble | None = None
         steps = scenario.duration / scenario.simulation.dt
-        beside = steps > LONG_RUN or "numba" in sys.modules
-        super().__init__(scenario, begin, interrupted=interrupted, beside=beside)
+        beside = endless or steps > LONG_RUN or "numba" in sys.modules
+        self._pushes: list[tuple[int, np.ndarray]] = []
+        super().__init__(scenario, begin, interrupted=interrupted, beside=beside, endless=endless)
         self.controller, self._commands = controller, commands
         self._shape, self._now = (len(self.robot.legs), 3), self.step
         self._running = np.ones(self._shape, dtype=bool)
@@ -116,6 +120,50 @@ class DrivenRun(Run):
         if self._decision is None:
             raise InvalidInput("the commands ended before their first one.")
         self._told = self._room_for(self._decision)
+
+    def push(self, impulse: tuple[float, float, float], duration: float = 0.05) -> float:
+        """Push the trunk at its centre of mass, from the next update on.
+
+        The force is constant in the world's axes; several pushes add up.
+
+        Args:
+            impulse: Of the push, in the body's axes at its beginning [N·s].
+            duration: How long it takes, rounded up to whole periods of the controller [s].
+
+        Returns:
+            How long it does take [s].
+
+        Raises:
+            InvalidInput: A number is not finite, or the duration not greater than 0.
+        """
+        wanted = numbers(impulse, "impulse")
+        if wanted.shape != (3,) or not np.isfinite(wanted).all():
+            raise InvalidInput("impulse must be three finite numbers: ahead, left, up [N·s].")
+        check_number("duration", duration)
+        if not (math.isfinite(duration) and duration > 0):
+            raise InvalidInput(f"duration is {duration:g} s; it must be greater than 0.")
+        period = self.period_steps
+        steps = max(1, math.ceil(duration / (period * self.dt) - 1e-9)) * period
+        R_world_body = quaternion_rotation(self.data.qpos[3:7])
+        self._pushes.append((self._now + steps, R_world_body @ wanted / (steps * self.dt)))
+        return steps * self.dt
+
+    def let_die(self, leg: int, joint: int) -> None:
+        """Let a servo die at the next update, for as long as the run lasts.
+
+        Args:
+            leg: The leg's index.
+            joint: The joint's index.
+        """
+        self._deaths.insert(0, (self._now * self.dt, leg, joint))
+
+    def _push_on(self) -> None:
+        """Set the force of all pushes that go on, at an update."""
+        if not self._pushes:
+            return
+        self._pushes = [push for push in self._pushes if push[0] > self._now]
+        force = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else 0.0
+        self.data.xfrc_applied[self.data.body("trunk").id, :3] = force
 
     def _observe(self) -> Observation:
         """What the controller is told now, of servos that live."""
@@ -158,6 +206,7 @@ class DrivenRun(Run):
             if decision is None:
                 self.ended = True
                 break
+            self._push_on()
             rows = self._rows_of(decision, made, count - made)
             last = self._now + len(rows) > self.steps
             now = self._advance(rows, at=made, last=last, interrupted=interrupted)

@@ -220,11 +220,11 @@ class Driving:
             samples: How many.
             progress: Is told how far the run is.
         """
-        run = self._run()
+        run = self.begin_run()
         recording = kept_in_memory(
             run,
             run.told,
-            self._attributes(run),
+            self.attributes(run),
             samples=samples,
             progress=progress,
             interrupted=None,
@@ -233,11 +233,11 @@ class Driving:
 
     def simulate(self, *, progress: Progress | None = None) -> Recording:
         """Make the run in memory."""
-        run = self._run()
+        run = self.begin_run()
         recording = kept_in_memory(
             run,
             run.told,
-            self._attributes(run),
+            self.attributes(run),
             progress=progress,
             interrupted=None,
             later=lambda: self._later(run),
@@ -252,18 +252,23 @@ class Driving:
         Returns:
             What ended the run early; None where it was completed.
         """
-        run = self._run()
+        run = self.begin_run()
         return kept_in_log(
             run,
             run.told,
-            self._attributes(run),
+            self.attributes(run),
             path,
             progress=progress,
             force=force,
             later=lambda: self._later(run),
         )
 
-    def _run(self) -> DrivenRun:
+    def begin_run(self, *, endless: bool = False) -> DrivenRun:
+        """The run, before its first step.
+
+        Args:
+            endless: Whether it goes on for as long as it is advanced.
+        """
         return DrivenRun(
             self.scenario,
             self.begin,
@@ -272,10 +277,11 @@ class Driving:
             rate=self.rate,
             between=between_updates(self.scenario.simulation.drive, self.between),
             faults=self.faults,
+            endless=endless,
         )
 
-    def _attributes(self, run: DrivenRun) -> Attributes:
-        """What the recording says of the run."""
+    def attributes(self, run: DrivenRun) -> Attributes:
+        """What a recording says of the run, but for how it ended."""
         said = run_attributes(self.scenario, self.begin, run)
         if not isinstance(self.controller, Player):
             said.pop("trajectory", None)
@@ -311,7 +317,7 @@ class Driving:
         return later
 
 
-def scenario_controller(scenario: Scenario, rate: float) -> SafeController:
+def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True) -> SafeController:
     """The controller that a scenario has where nobody gives one.
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, in
@@ -321,6 +327,7 @@ def scenario_controller(scenario: Scenario, rate: float) -> SafeController:
     Args:
         scenario: The experiment.
         rate: Updates a second [1/s].
+        feeling: Whether it feels the ground.
 
     Raises:
         InvalidInput: It cannot walk so.
@@ -333,6 +340,7 @@ def scenario_controller(scenario: Scenario, rate: float) -> SafeController:
         period=stride.period,
         step_height=stride.step_height,
         update_period=1 / rate,
+        feeling=feeling,
     )
     sequencer = Sequencer(engine, robot)
     usual = SafetySettings().observation_time

@@ -45,6 +45,9 @@ WATCH_STEPS = 512
 PLAN_STEPS = 32 * WATCH_STEPS
 """Steps for which the plan is evaluated at once, so that long runs do not fill the memory."""
 
+ENDLESS = 2**62
+"""Steps of a run that goes on until nobody advances it any more."""
+
 Progress = Callable[[float], None]
 """Is told now and then how many seconds of the walk are done."""
 
@@ -57,7 +60,6 @@ class Run:
         data: The engine's state.
         steps: Number of steps.
         step: The next of them.
-        time: Of all samples that are to be recorded [s], shape (N,).
         first: The state in which the robot is put, before it settles.
         log: Samples of the run, where they are kept in memory.
         done: Number of samples recorded.
@@ -77,10 +79,11 @@ class Run:
         start: Float[np.ndarray, " state"] | None = None,
         interrupted: Sequence[int] = (),
         beside: bool = False,
+        endless: bool = False,
     ) -> None:
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
         self.dt = scenario.simulation.dt
-        self.steps = max(1, round(scenario.duration / self.dt))
+        self.steps = ENDLESS if endless else max(1, round(scenario.duration / self.dt))
         self.every = scenario.record_steps
         self.ground = scenario.load_terrain()
         self._set_up()
@@ -102,8 +105,12 @@ class Run:
         else:
             self.restore(start)
         self._start = start
-        begin = -(-self.step // self.every)
-        self.time = np.arange(begin, self.steps // self.every + 1) * (self.every * self.dt)
+        self._begin = -(-self.step // self.every)
+
+    @cached_property
+    def time(self) -> Float[np.ndarray, " time"]:
+        """Of all samples that are to be recorded [s], shape (N,); a run without an end has none."""
+        return np.arange(self._begin, self.steps // self.every + 1) * (self.every * self.dt)
 
     def _set_up(self) -> None:
         """Build what is simulated."""
@@ -182,7 +189,7 @@ class Run:
 
     def step_of(self, sample: int) -> int:
         """Index of the step at which a sample is recorded."""
-        return round(float(self.time[0]) / self.dt) + sample * self.every
+        return (self._begin + sample) * self.every
 
     def start_attribute(self) -> dict[str, str]:
         """The state that the run was begun from, for a recording's attributes."""
@@ -332,7 +339,7 @@ class Run:
     def _placed(self, trouble: Trouble) -> Trouble:
         """What the watch found in the buffer, with its time and its place in the recording."""
         at = (self.step + trouble.sample) * self.dt
-        kept = self.time[self.done - 1] if self.done else math.nan
+        kept = self.step_of(self.done - 1) * self.dt if self.done else math.nan
         place = (
             "the recording's last sample"
             if abs(kept - at) < self.dt / 2

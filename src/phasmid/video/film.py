@@ -173,9 +173,9 @@ def scene(film: Film, camera: Camera) -> dict[str, np.ndarray]:
         film: What is shown.
         camera: From where.
     """
-    solids = solids_of(film.source)
+    solids = solids_of(film.source.robot)
     places = [place for place in solids if place is not None]
-    X_world_link = film.body[:, None] @ link_poses(film.source, film.q, places)
+    X_world_link = film.body[:, None] @ link_poses(film.source.robot, film.q, places)
     X = np.concatenate([film.body[:, None], X_world_link], axis=1)
     pieces: list[tuple[float, ...]] = []
     told: dict[str, np.ndarray] = {}

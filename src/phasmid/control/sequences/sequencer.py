@@ -193,6 +193,14 @@ class Sequencer:
         told = dict(inner()) if callable(inner) else {}
         return told | {"sequence": float(self.stage.value)}
 
+    def take_events(self) -> list[tuple[float, str]]:
+        """What was said since it was asked last, by the walking controller too; it is forgotten."""
+        told, self.events = self.events, []
+        if self._heard and hasattr(self.walker, "take_events"):
+            self.walker.take_events()
+            self._heard = 0
+        return told
+
     # Walking -----------------------------------------------------------------------------------
 
     def _walk(self, observation: Observation, command: Command) -> JointTargets:

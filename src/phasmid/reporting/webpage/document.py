@@ -28,6 +28,10 @@ LONGEST_FILE = 200_000
 """Most letters of a robot's or scenario's file that the page shows; it may be downloaded whole."""
 
 
+DRAWING = ("algebra.js", "meshes.js", "drawing.js", "marks.js", "camera.js")
+"""Scripts that draw a robot, in the order in which they are read; the live page has them too."""
+
+
 @dataclass(frozen=True)
 class Picture:
     """A figure in a page.
@@ -75,14 +79,15 @@ def web_page(
     ]
     sections = [section for section in sections if section[2]]
     links = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title, _ in sections)
-    style, script = (_own(name) for name in ("style.css", "player.js"))
+    style = "".join(map(own_text, ("colours.css", "style.css")))
+    script = "".join(map(own_text, (*DRAWING, "player.js")))
     policy = (
         f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
         f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
     )
     words = headline(summary)
     version = attribute(recording, "phasmid_version")
-    return Template(_own("template.html")).substitute(
+    return Template(own_text("template.html")).substitute(
         policy=policy,
         title=escape(f"{words} · phasmid"),
         style=style,
@@ -101,7 +106,8 @@ def web_page(
     )
 
 
-def _own(name: str) -> str:
+def own_text(name: str) -> str:
+    """One of the files beside this one, such as ``colours.css``, which the live page shows too."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 

@@ -20,6 +20,7 @@ from phasmid.reporting.source import Source, channel
 from phasmid.reporting.style import leg_colour
 from phasmid.reporting.support import margin_over_time
 from phasmid.reporting.webpage.packing import packed
+from phasmid.robot import Robot
 from phasmid.terrain import Blocky, Ground
 
 RATE = 30.0
@@ -42,16 +43,16 @@ def replay(recording: Recording, source: Source) -> dict[str, Any]:
         recording: Its finite part, with the body's pose and joint angles, seen or planned.
         source: The machine and the experiment behind it.
     """
-    robot, terrain = source.robot, source.scenario.load_terrain()
-    rows = frames(recording, len(robot.legs))
+    terrain = source.scenario.load_terrain()
+    rows = frames(recording, len(source.robot.legs))
     kept = recording.isel(time=rows)
     time = np.asarray(kept["time"].values)
     body = np.asarray(kept["body_position"].values)
     angles = channel(kept, "joint_position")
     q = np.asarray(kept["joint_position_target"].values) if angles is None else angles
-    solids = solids_of(source)
+    solids = solids_of(source.robot)
     places = [place for place in solids if place is not None]
-    X_body_link = link_poses(source, q, places)
+    X_body_link = link_poses(source.robot, q, places)
     middle = body[:, :2].mean(axis=0)
     reach = float(np.ptp(body[:, :2], axis=0).max()) / 2 + ABOUT
     scene: dict[str, Any] = {
@@ -60,23 +61,47 @@ def replay(recording: Recording, source: Source) -> dict[str, Any]:
         "body_orientation": packed(np.asarray(kept["body_orientation"].values), "i16"),
         "link_position": packed(X_body_link[..., :3, 3], "i16"),
         "link_orientation": packed(quaternions(X_body_link[..., :3, :3]), "i16"),
-        "legs": [leg_colour(number) for number in _legs(source)],
-        "knees": [places.index((leg, 2)) if (leg, 2) in places else -1 for leg in _legs(source)],
         "weight": source.weight,
-        "span": float(np.ptp(robot.arrays.p_body_hip[:, :2], axis=0).max()),
-        "force_length": FORCE_LENGTH,
-        "force_colour": FORCE_COLOUR,
         "trail": 2 * source.scenario.stride.period,
         "start": int(np.argmin(np.abs(time - telling_moment(recording, source)))),
-        "level": float(terrain.height(*middle[:, None])[0]) if terrain.is_level else None,
     }
-    scene["meshes"], scene["pieces"] = _pieces(solids, places)
-    scene["ground"] = None if terrain.is_level else _indexed(_ground(terrain, middle, reach))
+    scene |= looks(source.robot, solids, places) | surroundings(terrain, middle, reach)
     return scene | _support(kept, source, terrain, body)
 
 
-def _legs(source: Source) -> range:
-    return range(len(source.robot.legs))
+def looks(
+    robot: Robot, solids: dict[Place | None, list[Mesh]], places: list[Place]
+) -> dict[str, Any]:
+    """What a scene tells of its robot's look.
+
+    Args:
+        robot: The robot.
+        solids: As `solids_of` gives them.
+        places: Those of its links, in the order of the frames' poses.
+    """
+    legs = range(len(robot.legs))
+    told: dict[str, Any] = {
+        "legs": [leg_colour(leg) for leg in legs],
+        "knees": [places.index((leg, 2)) if (leg, 2) in places else -1 for leg in legs],
+        "span": float(np.ptp(robot.arrays.p_body_hip[:, :2], axis=0).max()),
+        "force_length": FORCE_LENGTH,
+        "force_colour": FORCE_COLOUR,
+    }
+    told["meshes"], told["pieces"] = _pieces(solids, places)
+    return told
+
+
+def surroundings(terrain: Ground, middle: Float[np.ndarray, "2"], reach: float) -> dict[str, Any]:
+    """The ground of a scene: its height where it is level, and else its surface.
+
+    Args:
+        terrain: The ground.
+        middle: Where it is shown [m], shape (2,).
+        reach: How far from there, along both axes [m].
+    """
+    if terrain.is_level:
+        return {"level": float(terrain.height(*middle[:, None])[0]), "ground": None}
+    return {"level": None, "ground": _indexed(_ground(terrain, middle, reach))}
 
 
 def frames(recording: Recording, legs: int) -> Integer[np.ndarray, " frames"]:
@@ -123,9 +148,9 @@ Place = tuple[int, int]
 """A leg's number and its frame's: coxa, femur, tibia, foot."""
 
 
-def solids_of(source: Source) -> dict[Place | None, list[Mesh]]:
+def solids_of(robot: Robot) -> dict[Place | None, list[Mesh]]:
     """What moves as one piece: the trunk by None, links by leg and frame."""
-    links = link_meshes(source.robot)
+    links = link_meshes(robot)
     found: dict[Place | None, list[Mesh]] = {None: links.body}
     for leg, parts in enumerate(links.legs):
         found |= {(leg, frame): pieces for frame, pieces in enumerate(parts) if pieces}
@@ -133,14 +158,14 @@ def solids_of(source: Source) -> dict[Place | None, list[Mesh]]:
 
 
 def link_poses(
-    source: Source, q: Float[np.ndarray, "frames legs 3"], places: list[Place]
+    robot: Robot, q: Float[np.ndarray, "frames legs 3"], places: list[Place]
 ) -> Float[np.ndarray, "frames links 4 4"]:
     """``X_body_link`` of each frame and link."""
     poses = [
         leg.X_body_hip @ kinematics.leg_frames(leg, q[:, number])
         if any(place[0] == number for place in places)
         else None
-        for number, leg in enumerate(source.robot.legs)
+        for number, leg in enumerate(robot.legs)
     ]
     chosen = [pose[:, frame] for leg, frame in places if (pose := poses[leg]) is not None]
     return np.stack(chosen, axis=1) if chosen else np.zeros((len(q), 0, 4, 4))

@@ -1,0 +1,149 @@
+"""The live page's robot for some minutes: pace, frames a second, share of a core, memory.
+
+    python benchmarks/studio.py --minutes 10 [--scenario paper] [--set robot=octopod ...]
+
+Everything but the browser: the stage walks as for three that look on, who now and then drive it,
+change its gait and its ground, push it and let it fall. Memory is that of the process after the
+first minute, or a fifth of the time, against that at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from phasmid import load_scenario
+from phasmid.errors import PhasmidError
+from phasmid.studio.messages import Change, Limb, Load, Play, Push, Request, Stick
+from phasmid.studio.stage import Stage
+
+
+class Looker:
+    """Counts what is published."""
+
+    def __init__(self) -> None:
+        self.frames = self.texts = self.bytes = 0
+        self.pace: list[float] = []
+        self.events: list[str] = []
+
+    def take(self, what: str | bytes) -> None:
+        """Take in a text or a frame."""
+        self.bytes += len(what)
+        if isinstance(what, bytes):
+            self.frames += 1
+            return
+        self.texts += 1
+        event = json.loads(what).get("event")
+        if event and len(self.events) < 1000:
+            self.events.append(event["text"])
+
+
+def memory() -> float:
+    """Of this process [MB]."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS"):
+            return float(line.split()[1]) / 1024
+    return 0.0
+
+
+def doings(rng: random.Random, calm: bool) -> Request:
+    """Something that a person may do."""
+    if calm:
+        return Stick((rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1)))
+    return rng.choice(
+        [
+            Change("gait", rng.choice(["tripod", "wave", "ripple", "amble", "tetrapod"])),
+            Change("period", rng.choice([1.0, 1.5, 2.0, 3.0])),
+            Change("body_height", rng.uniform(-20, 20)),
+            Change("roll", rng.uniform(-6, 6)),
+            Change("friction", rng.choice([0.3, 0.7, 1.0])),
+            Change("terrain", rng.choice(["flat", "stairs", "waves", "blocks", "rough"])),
+            Change("payload", rng.choice([0.0, 0.3, 0.8])),
+            Change("robot", rng.choice(["phantomx-paper", "phantomx-ax", "octopod", "quadruped"])),
+            Change("drive", rng.choice(["prescribed", "servo", "ideal-servo", "torque"])),
+            Change("force_model", rng.choice(["minimum-norm", "friction-cone"])),
+            Change("walks", rng.choice(["by itself", "by itself", "the plan"])),
+            Push((rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), 0.0)),
+            Limb(rng.randint(1, 4), "lose"),
+            Limb(rng.randint(1, 4), "limp"),
+            Play("reset"),
+            Load("setting", "", b'{"scenario":"paper"}'),
+        ]
+    )
+
+
+def main() -> None:
+    """Run, and print a line of JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, default=1.0)
+    parser.add_argument("--scenario", default="paper")
+    parser.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE")
+    parser.add_argument("--calm", action="store_true", help="only walk; nobody does anything")
+    parser.add_argument("--every", type=float, default=5.0, help="seconds between two doings")
+    options = parser.parse_args()
+    looker, rng = Looker(), random.Random(1)
+    with tempfile.TemporaryDirectory() as folder:
+        stage = Stage(load_scenario(options.scenario), out=Path(folder), publish=looker.take)
+        stage.viewers(3)
+        stage.start()
+        for one in options.set:
+            name, value = one.split("=", 1)
+            stage.ask(Change(name, _value(value))).result(300)
+        stage.ask(Play("play")).result(300)
+        print(json.dumps(measured(stage, looker, rng, options)))
+        stage.close()
+
+
+def _value(text: str) -> float | str | bool:
+    try:
+        return float(text)
+    except ValueError:
+        return {"true": True, "false": False}.get(text, text)
+
+
+def measured(
+    stage: Stage, looker: Looker, rng: random.Random, options: argparse.Namespace
+) -> dict[str, Any]:
+    """Let the time pass; the figures."""
+    length = 60 * options.minutes
+    begin, used, frames = time.monotonic(), time.process_time(), looker.frames
+    next_doing, settled, early, done = begin + options.every, begin + min(60.0, length / 5), 0.0, 0
+    refused = 0
+    live = stage._live
+    simulated = live.now if live else 0.0
+    while (now := time.monotonic()) < begin + length:
+        time.sleep(0.2)
+        if not early and now >= settled:
+            early = memory()
+        if not options.calm and now >= next_doing:
+            next_doing, done = now + options.every, done + 1
+            try:
+                stage.ask(doings(rng, calm=done % 3 == 0)).result(300)
+            except PhasmidError:
+                refused += 1
+    passed, late = time.monotonic() - begin, memory()
+    live = stage._live
+    found: dict[str, Any] = {
+        "wall": round(passed, 1),
+        "frames_a_second": round((looker.frames - frames) / passed, 2),
+        "share_of_a_core": round((time.process_time() - used) / passed, 3),
+        "memory_early": round(early, 1),
+        "memory_late": round(late, 1),
+        "growth": round(late / early - 1, 4) if early else None,
+        "events": len(looker.events),
+        "faults": [event for event in looker.events if "unforeseen" in event],
+        "done": done,
+        "refused": refused,
+    }
+    if options.calm and live is not None:
+        found["pace"] = round((live.now - simulated) / passed, 4)
+    return found
+
+
+if __name__ == "__main__":
+    main()

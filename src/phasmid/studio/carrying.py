@@ -1,0 +1,183 @@
+"""Settings that leave the page and come back: as links, scenario files, robots and height maps."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from phasmid.errors import InvalidInput, PhasmidError, located
+from phasmid.formats import load_robot
+from phasmid.robot import preset_names, robot_to_toml
+from phasmid.scenario import load_scenario, scenario_names, scenario_to_toml
+from phasmid.studio.errors import TooMany
+from phasmid.studio.fields import FIELDS, catalogue, field_of, values
+from phasmid.studio.messages import Load
+from phasmid.studio.setting import Setting, setting_of
+
+USUAL = "paper"
+"""The scenario from which a link tells what differs, where its own is none that comes with us."""
+
+MOST_FILES = 32
+"""Most files that are taken in: their robots stay in memory."""
+
+
+def scenario_file(setting: Setting) -> dict[str, Any]:
+    """The setting as a scenario's file, and its robot's where that is no preset as it comes.
+
+    Args:
+        setting: What is to be kept; what a scenario does not know, the body's pose, is not.
+
+    Returns:
+        ``name`` and ``text``, and by ``robot`` those of the file that belongs beside it.
+    """
+    scenario = setting.scenario
+    name = f"{scenario.name}.toml"
+    given = setting.machine.base_robot()
+    if given is setting.base and isinstance(scenario.robot, str):
+        return {"name": name, "text": scenario_to_toml(scenario, scenario.robot)}
+    own = f"{re.sub(r'[^A-Za-z0-9._-]', '_', given.name)}-of-{scenario.name}.toml"
+    file = {"name": own, "text": robot_to_toml(given)}
+    return {"name": name, "text": scenario_to_toml(scenario, own), "robot": file}
+
+
+def link_of(setting: Setting) -> str:
+    """The part of an address that brings another person to the same setting.
+
+    Args:
+        setting: The setting.
+
+    Raises:
+        InvalidInput: It has a robot or a ground from a file, which no link carries.
+    """
+    for what, name in (("robot", setting.robot_name), ("terrain", setting.terrain_name)):
+        if name in setting.robots or name in setting.grounds:
+            raise InvalidInput(
+                f"the {what} is from the file {name}, which no link can carry.",
+                hint="save the scenario",
+            )
+    name = setting.scenario.name
+    name = name if name in scenario_names() else USUAL
+    usual = values(_beginning(name, setting))
+    shown = {one["name"] for one in catalogue(setting)["fields"]}
+    differs = {
+        key: value
+        for key, value in values(setting).items()
+        if value != usual[key] and (key in shown or key in usual)
+    }
+    text = json.dumps({"scenario": name} | differs, separators=(",", ":"))
+    return "#s=" + base64.urlsafe_b64encode(text.encode()).decode().rstrip("=")
+
+
+def _beginning(name: str, setting: Setting) -> Setting:
+    """A preset's setting, with the files that this one knows."""
+    begun = setting_of(load_scenario(name))
+    return replace(begun, robots=setting.robots, grounds=setting.grounds)
+
+
+def from_link(text: str, setting: Setting) -> Setting:
+    """The setting that a link tells.
+
+    Args:
+        text: As `link_of` gives it, or as JSON.
+        setting: The present one, whose files stay known.
+
+    Raises:
+        InvalidInput: It is no such text, or a value is refused.
+    """
+    with located("the link"):
+        told = _table(text.strip())
+        name = told.pop("scenario", USUAL)
+        if name not in scenario_names():
+            known = ", ".join(scenario_names())
+            raise InvalidInput(f"scenario is {name!r}; it must be one of {known}.")
+        return with_values(_beginning(name, setting), told)
+
+
+def with_values(setting: Setting, told: Mapping[str, object]) -> Setting:
+    """A setting with other values of some fields, set in the catalogue's order.
+
+    Args:
+        setting: The present one.
+        told: Values as people know them, by the fields' names.
+
+    Raises:
+        InvalidInput: There is no such field, or its value is refused.
+    """
+    for name in told:
+        field_of(name)
+    # The robot tells which gaits and loads there are.
+    order = sorted(FIELDS, key=lambda one: one.name != "robot")
+    for one in order:
+        if one.name in told:
+            setting = one.changed(setting, told[one.name])
+    return setting
+
+
+def _table(text: str) -> dict[str, Any]:
+    """What a link carries."""
+    if not text.startswith("{"):
+        code = text.removeprefix("#").removeprefix("s=")
+        try:
+            raw = base64.urlsafe_b64decode(code + "=" * (-len(code) % 4))
+            text = raw.decode()
+        except (binascii.Error, ValueError):
+            raise InvalidInput("it is no setting: not text in base64.") from None
+    try:
+        told = json.loads(text)
+    except (ValueError, RecursionError):
+        raise InvalidInput("it is no setting: not JSON.") from None
+    if not isinstance(told, dict):
+        raise InvalidInput("it is no setting; it must be a table of fields.")
+    return told
+
+
+def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
+    """A setting with what a file tells.
+
+    Args:
+        setting: The present one.
+        load: The file.
+        folder: Where it is kept, so that other files can name it.
+
+    Raises:
+        InvalidInput: It is not well formed, or cannot be used.
+        TooMany: So many files are known that no further one is taken.
+    """
+    if len(setting.robots) + len(setting.grounds) >= MOST_FILES:
+        raise TooMany(
+            f"{MOST_FILES} files were taken in, which are the most.", hint="start the studio anew"
+        )
+    name = re.sub(r"[^A-Za-z0-9._-]", "_", re.split(r"[/\\]", load.name)[-1]).lstrip(".")[-64:]
+    path = folder / (name or "file")
+    path.write_bytes(load.content)
+    try:
+        return _with_file(setting, load.what, path)
+    except PhasmidError as error:
+        # A person knows the files by their own names.
+        for part in ("what", "where", "hint"):
+            text = getattr(error, part)
+            setattr(error, part, text.replace(f"{folder}{os.sep}", ""))
+        raise
+
+
+def _with_file(setting: Setting, what: str, path: Path) -> Setting:
+    if what == "scenario":
+        begun = setting_of(load_scenario(path))
+        robots = {**setting.robots, **begun.robots}
+        return replace(begun, walks=setting.walks, robots=robots, grounds=setting.grounds)
+    if what == "robot":
+        if path.name in preset_names():
+            raise InvalidInput(f'"{path.name}" is the name of a preset; give the file another.')
+        robot = load_robot(path)
+        return replace(setting, robots={**setting.robots, path.name: robot}).with_robot(robot)
+    with located(path.name):
+        scenario = setting.scenario.replace(terrain="height-map", height_map=str(path))
+    grounds = {**setting.grounds, path.name: scenario.terrain.height_map}
+    return replace(setting, scenario=scenario, grounds=grounds)

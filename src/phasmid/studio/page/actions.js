@@ -1,0 +1,145 @@
+"use strict";
+// Pushes, lost legs, and what is kept and loaded.
+
+(() => {
+  const LARGEST = 7_000_000; // bytes of a file; a message holds 10 MB of its text
+  const byId = (id) => document.getElementById(id);
+  const { made } = Phasmid;
+
+  function download(name, text) {
+    const link = made("a", { href: URL.createObjectURL(new Blob([text], { type: "application/toml" })), download: name });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  }
+
+  function base64(bytes) {
+    let letters = "";
+    for (let k = 0; k < bytes.length; k += 32768) letters += String.fromCharCode(...bytes.subarray(k, k + 32768));
+    return btoa(letters);
+  }
+
+  Phasmid.base64 = base64;
+
+  Phasmid.actions = (ask) => {
+    let scene = null;
+    let limbs = [];
+
+    // What the robot says to a request; its refusal is shown beside what asked.
+    async function request(message, place) {
+      const reply = await ask(message);
+      place.textContent = reply.status === 200 ? "" : Phasmid.refusal(reply);
+      return reply.status === 200 ? reply.answer || {} : null;
+    }
+
+    // ---------------------------------------------------------------- disturb
+
+    const strength = byId("push-strength");
+    const tellStrength = () => (byId("push-told").textContent = `${Number(strength.value).toPrecision(2)} N·s`);
+    strength.addEventListener("input", tellStrength);
+    for (const button of document.querySelectorAll("[data-push]"))
+      button.addEventListener("click", () => {
+        const [ahead, left] = button.dataset.push.split(" ").map((way) => Number(way) * Number(strength.value));
+        request({ do: "push", impulse: [ahead, left, 0] }, byId("disturb-refused"));
+      });
+
+    function begin(told) {
+      const same = scene && scene.names.join("\n") === told.names.join("\n") && scene.weight === told.weight;
+      scene = told;
+      if (same) return;
+      // A push of half the robot's mass times a metre a second throws it over.
+      const most = Number(((0.5 * scene.weight) / 9.81).toPrecision(1));
+      strength.max = String(most);
+      strength.min = strength.step = String(most / 20);
+      strength.value = String(most / 4);
+      tellStrength();
+      limbs = scene.names.map(() => "walks");
+      buildLegs();
+    }
+
+    function buildLegs() {
+      const told = scene.names.every((name) => /left|right/i.test(name));
+      // Legs that do not tell their side go around the robot, from the right in front.
+      const side = (leg) => ((told ? /right/i.test(scene.names[leg]) : leg < scene.names.length / 2) ? "right" : "left");
+      const front = scene.names.map((name) => (/front|fore/i.test(name) ? 0 : /rear|hind|back/i.test(name) ? 2 : 1));
+      const buttons = scene.names.map((name, leg) => {
+        const button = made("button", { type: "button", className: "leg" });
+        const chip = made("span", { className: "chip" });
+        chip.style.background = scene.legs[leg];
+        button.append(chip, made("span", { className: "name", textContent: `${leg + 1} ${name.replaceAll("_", " ")}` }), made("span", { className: "how" }));
+        button.addEventListener("click", () => press(leg));
+        return button;
+      });
+      const order = (leg) => (told ? front[leg] : side(leg) === "right" ? leg : -leg);
+      const column = (which) => made("div", {}, ...[...buttons.keys()].filter((leg) => side(leg) === which)
+        .sort((a, b) => order(a) - order(b)).map((leg) => buttons[leg]));
+      byId("legs").replaceChildren(column("left"), made("span", { className: "trunk", ariaHidden: "true" }), column("right"));
+      showLegs(buttons);
+    }
+
+    const WORDS = { walks: "", lost: "lost", limp: "limp" };
+    function showLegs(buttons = [...document.querySelectorAll("#legs .leg")]) {
+      for (const button of buttons) {
+        const leg = parseInt(button.querySelector(".name").textContent, 10) - 1;
+        const state = limbs[leg];
+        button.classList.toggle("off", state !== "walks");
+        button.querySelector(".how").textContent = WORDS[state];
+        button.title = state === "walks" ? "" : state === "lost" ? "Press to give it back" : "Reset gives it back";
+      }
+    }
+
+    function press(leg) {
+      const how = limbs[leg] === "walks" ? byId("leg-how").value : "restore";
+      request({ do: "limb", leg: leg + 1, how }, byId("disturb-refused"));
+    }
+
+    // ---------------------------------------------------------------- keep
+
+    byId("save-scenario").addEventListener("click", async () => {
+      const answer = await request({ do: "keep", what: "scenario" }, byId("keep-refused"));
+      for (const file of answer ? [answer, answer.robot] : []) if (file) download(file.name, file.text);
+    });
+
+    byId("copy-link").addEventListener("click", async () => {
+      const answer = await request({ do: "keep", what: "link" }, byId("keep-refused"));
+      if (!answer) return;
+      const place = byId("link");
+      place.value = new URL(answer.link.replace(/^(?!.*#)/, "#s="), `${location.origin}/`).href;
+      byId("link-place").hidden = false;
+      let words = "The link is copied.";
+      try {
+        await navigator.clipboard.writeText(place.value);
+      } catch {
+        words = "Copy the link from its field.";
+        place.select();
+      }
+      byId("keep-told").textContent = words;
+    });
+
+    // ---------------------------------------------------------------- load
+
+    for (const what of ["robot", "terrain", "scenario"])
+      byId(`load-${what}`).addEventListener("change", async ({ target }) => {
+        const file = target.files[0];
+        if (!file) return;
+        const refused = byId("keep-refused");
+        byId("keep-told").textContent = "";
+        if (file.size > LARGEST) {
+          refused.textContent = `${file.name} is ${(file.size / 1e6).toFixed(1)} MB; it must be at most ${LARGEST / 1e6} MB.`;
+        } else {
+          const content = base64(new Uint8Array(await file.arrayBuffer()));
+          const answer = await request({ do: "load", what, name: file.name, content }, refused);
+          if (answer) byId("keep-told").textContent = `${file.name} is loaded.`;
+        }
+        target.value = "";
+      });
+
+    return {
+      begin,
+      // Numbers of the legs that are lost, and of those whose servos died.
+      legs(lost, dead) {
+        limbs = limbs.map((_, leg) => (dead.includes(leg + 1) ? "limp" : lost.includes(leg + 1) ? "lost" : "walks"));
+        showLegs();
+      },
+    };
+  };
+})();

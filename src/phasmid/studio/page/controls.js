@@ -1,0 +1,178 @@
+"use strict";
+// Controls made from the catalogue: choices, ranges and switches, each with what the robot said
+// of its last change.
+
+(() => {
+  const made = (tag, parts = {}, ...children) => {
+    const element = Object.assign(document.createElement(tag), parts);
+    element.append(...children);
+    return element;
+  };
+
+  function digits(step) {
+    return step > 0 ? Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)) : 2;
+  }
+
+  const INPUTS = {
+    choice(id, changed) {
+      const select = made("select", { id });
+      select.addEventListener("change", () => changed(select.value));
+      return {
+        parts: [select],
+        held: () => false,
+        shape({ choices }) {
+          const old = [...select.options].map(({ value, text }) => `${value}\n${text}`).join("\n\n");
+          const now = choices.map(({ value, label }) => `${value}\n${label}`).join("\n\n");
+          if (old !== now) select.replaceChildren(...choices.map(({ value, label }) => new Option(label, value)));
+        },
+        show(value) {
+          select.disabled = value === undefined || value === null;
+          select.value = String(value);
+        },
+      };
+    },
+
+    switch(id, changed) {
+      const box = made("input", { id, type: "checkbox" });
+      box.addEventListener("change", () => changed(box.checked));
+      return {
+        parts: [box],
+        held: () => false,
+        shape() {},
+        show(value) {
+          box.disabled = typeof value !== "boolean";
+          box.checked = value === true;
+        },
+      };
+    },
+
+    range(id, changed) {
+      const slider = made("input", { id, type: "range" });
+      const number = made("input", { id: `${id}-number`, type: "number", step: "any" });
+      const unit = made("span", { className: "unit" });
+      let places = 0;
+      let down = false;
+      slider.addEventListener("pointerdown", () => (down = true));
+      for (const name of ["pointerup", "pointercancel"]) slider.addEventListener(name, () => (down = false));
+      slider.addEventListener("input", () => {
+        number.value = Number(slider.value).toFixed(places);
+        changed(Number(slider.value));
+      });
+      slider.addEventListener("change", () => changed(Number(slider.value)));
+      number.addEventListener("change", () => {
+        if (number.value !== "") changed(Number(number.value));
+      });
+      return {
+        parts: [made("div", { className: "range" }, slider, number, unit)],
+        held: () => down || document.activeElement === number,
+        shape(field) {
+          places = digits(field.step);
+          slider.min = String(field.least);
+          slider.max = String(field.most);
+          slider.step = String(field.step || "any");
+          unit.textContent = field.unit || "";
+          number.setAttribute("aria-label", `${field.label} in ${field.unit || "numbers"}`);
+        },
+        show(value) {
+          const none = typeof value !== "number";
+          slider.disabled = number.disabled = none;
+          slider.value = none ? slider.min : String(value);
+          number.value = none ? "" : value.toFixed(places);
+          slider.setAttribute("aria-valuetext", none ? "none" : `${value.toFixed(places)} ${unit.textContent}`);
+        },
+      };
+    },
+  };
+
+  function row(field, ask) {
+    const id = `field-${field.name}`;
+    const label = made("label", { htmlFor: id });
+    const help = made("p", { className: "help", id: `${id}-help` });
+    const refused = made("p", { className: "refused" });
+    refused.setAttribute("role", "alert");
+    let value;
+    let wanted;
+    let busy = false;
+    const input = INPUTS[field.kind](id, (asked) => {
+      wanted = asked;
+      if (!busy) send();
+    });
+    const element = made("div", { className: `field ${field.kind}` }, label, ...input.parts, help, refused);
+    input.parts.forEach((part) => {
+      const inputs = part.matches("input, select") ? [part] : part.querySelectorAll("input");
+      inputs.forEach((one) => one.setAttribute("aria-describedby", help.id));
+    });
+
+    // One change at a time, the newest first, so that a slider never runs ahead of the robot.
+    async function send() {
+      busy = true;
+      element.setAttribute("aria-busy", "true");
+      while (wanted !== undefined) {
+        const asked = wanted;
+        wanted = undefined;
+        const reply = await ask({ do: "change", name: field.name, value: asked });
+        refused.textContent = reply.status === 200 ? "" : Phasmid.refusal(reply);
+      }
+      busy = false;
+      element.removeAttribute("aria-busy");
+      if (!input.held() || refused.textContent) input.show(value);
+    }
+
+    function shape(told) {
+      field = told;
+      label.textContent = field.label;
+      help.textContent = field.help || "";
+      element.title = field.help || "";
+      input.shape(field);
+    }
+
+    function show(told) {
+      value = told;
+      if (!busy && !input.held()) input.show(value);
+    }
+
+    return { element, shape, show, kind: field.kind };
+  }
+
+  Phasmid.controls = (host, ask) => {
+    const rows = new Map();
+    const parts = new Map();
+    let setting = {};
+
+    // Controls that stay keep their place, and with it the focus.
+    function catalogue({ groups, fields }) {
+      const known = fields.filter(({ kind }) => kind in INPUTS);
+      for (const [name, one] of rows) {
+        if (known.some((field) => field.name === name && field.kind === one.kind)) continue;
+        one.element.remove();
+        rows.delete(name);
+      }
+      for (const { name, label } of groups) {
+        if (!parts.has(name)) {
+          parts.set(name, made("details", { className: "group", open: true }, made("summary", { textContent: label })));
+          host.append(parts.get(name));
+        }
+        const own = known.filter(({ group }) => group === name);
+        parts.get(name).hidden = own.length === 0;
+        let before = parts.get(name).firstElementChild;
+        for (const field of own) {
+          if (!rows.has(field.name)) rows.set(field.name, row(field, ask));
+          const { element, shape } = rows.get(field.name);
+          shape(field);
+          if (before.nextElementSibling !== element) before.after(element);
+          before = element;
+        }
+      }
+      show(setting);
+    }
+
+    function show(told) {
+      setting = told;
+      for (const [name, one] of rows) one.show(setting[name]);
+    }
+
+    return { catalogue, show };
+  };
+
+  Phasmid.made = made;
+})();

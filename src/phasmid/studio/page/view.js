@@ -1,0 +1,244 @@
+"use strict";
+// The robot in its world, painted as frames come.
+
+(() => {
+  const { unpacked, product, pose, heading, size, less, cross, unit, rgb } = Phasmid.algebra;
+  const CELL = 0.05; // metres
+  const SMOOTH = 0.9; // frames a picture, above which none is painted between frames
+  const DEAR = 1.3; // frames a picture, above which pictures get coarser
+  const COARSEST = 0.6; // dots for a pixel of the page
+  const FINEST = 2; // the same, of a picture that stands still
+  const STILL = 600; // milliseconds without another picture, after which it stands still
+
+  const byId = (id) => document.getElementById(id);
+
+  // Normals of uneven ground: its triangles by the squares that they touch.
+  function normals(ground) {
+    if (!ground) return () => [0, 0, 1];
+    const [corners, faces] = [unpacked(ground.vertices), unpacked(ground.faces)];
+    const squares = new Map();
+    const corner = (k) => [corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]];
+    const key = (i, j) => i * 65536 + j;
+    for (let face = 0; face < faces.length; face += 3) {
+      const [a, b, c] = [corner(faces[face]), corner(faces[face + 1]), corner(faces[face + 2])];
+      const low = [0, 1].map((k) => Math.floor(Math.min(a[k], b[k], c[k]) / CELL));
+      const high = [0, 1].map((k) => Math.floor(Math.max(a[k], b[k], c[k]) / CELL));
+      // A floor of a few large triangles is level all over.
+      if ((high[0] - low[0]) * (high[1] - low[1]) > 400) continue;
+      for (let i = low[0]; i <= high[0]; i++)
+        for (let j = low[1]; j <= high[1]; j++) {
+          if (!squares.has(key(i, j))) squares.set(key(i, j), []);
+          squares.get(key(i, j)).push(face);
+        }
+    }
+    return ([x, y, z]) => {
+      let found = [0, 0, 1];
+      let nearest = Infinity;
+      for (const face of squares.get(key(Math.floor(x / CELL), Math.floor(y / CELL))) || []) {
+        const [a, b, c] = [corner(faces[face]), corner(faces[face + 1]), corner(faces[face + 2])];
+        const n = cross(less(b, a), less(c, a));
+        if (Math.abs(n[2]) < 1e-12) continue;
+        const side = (p, q) => ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])) * Math.sign(n[2]);
+        if (side(a, b) < 0 || side(b, c) < 0 || side(c, a) < 0) continue;
+        const height = a[2] - (n[0] * (x - a[0]) + n[1] * (y - a[1])) / n[2];
+        if (Math.abs(height - z) >= nearest) continue;
+        nearest = Math.abs(height - z);
+        found = unit(n[2] > 0 ? n : [-n[0], -n[1], -n[2]]);
+      }
+      return found;
+    };
+  }
+
+  // Whether the processor draws, which the robot's physics needs more.
+  function bySoftware() {
+    const gl = document.createElement("canvas").getContext("webgl2");
+    if (!gl) return true;
+    let name = gl.getParameter(gl.RENDERER);
+    if (/webkit/i.test(name)) {
+      const more = gl.getExtension("WEBGL_debug_renderer_info");
+      if (more) name = gl.getParameter(more.UNMASKED_RENDERER_WEBGL);
+    }
+    gl.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  }
+
+  Phasmid.view = (canvas, frames) => {
+    const soft = bySoftware();
+    const drawing = Phasmid.drawing(canvas, { antialias: !soft });
+    if (!drawing) {
+      canvas.hidden = true;
+      byId("no-view").hidden = false;
+      return { begin() {}, ask() {}, get perSecond() { return 0; }, spent: 0 };
+    }
+    const camera = Phasmid.camera(canvas, () => ask());
+    const calm = matchMedia("(prefers-reduced-motion: reduce)");
+    let colours = look();
+    let scene = null;
+    let marks = null;
+    let numbers = null;
+    let normal = null;
+    let asked = false;
+    let ratio = soft ? 1 : Math.min(window.devicePixelRatio || 1, 2);
+    let smooth = !soft;
+    let place = null;
+    let previous = 0;
+    let still = 0;
+    let painted = 0;
+    let missed = 0;
+    const shownAt = [];
+    const X_body = new Float32Array(16);
+    const X_body_link = new Float32Array(16);
+    let X_links = [];
+    let points = [];
+    const self = { begin, ask, get perSecond() { return perSecond(); }, spent: 0, count: 0 };
+
+    function look() {
+      const style = getComputedStyle(document.documentElement);
+      return { ...Phasmid.drawing.look(), model: rgb(style.getPropertyValue("--model")) };
+    }
+
+    const shown = (name) => byId(`show-${name}`).checked;
+
+    function begin(told) {
+      marks?.forget();
+      numbers?.forget();
+      const first = scene === null || scene.span !== told.span;
+      if (scene?.number !== told.number) place = null;
+      scene = told;
+      marks = Phasmid.marks(drawing, scene, { rough: soft });
+      numbers = Phasmid.legNumbers(canvas, scene);
+      normal = normals(scene.ground);
+      X_links = Array.from({ length: scene.links }, () => new Float32Array(16));
+      if (first) camera.largest = 0;
+    }
+
+    function ask() {
+      if (asked) return;
+      asked = true;
+      requestAnimationFrame(paint);
+    }
+
+    const vector = (row, name, k = 0) => {
+      const i = frames.at[name] + 3 * k;
+      return [row[i], row[i + 1], row[i + 2]];
+    };
+    const turn = (row, name, k = 0) => {
+      const i = frames.at[name] + 4 * k;
+      return [row[i], row[i + 1], row[i + 2], row[i + 3]];
+    };
+
+    function aim(row, body) {
+      camera.largest = 1.6 * marks.span;
+      for (let leg = 0; leg < scene.legs.length; leg++) {
+        const reach = size(less(vector(row, "foot_position", leg), body));
+        if (reach > camera.largest) camera.largest = reach;
+      }
+      camera.choose(byId("view-from").value, heading(turn(row, "body_orientation")));
+    }
+
+    // Where the camera looks: it eases after the robot, unless the reader wants no motion of its own.
+    function follow(body, lowest, seconds) {
+      const wanted = [body[0], body[1], body[2] - 0.35 * Math.max(body[2] - lowest, 0)];
+      const far = place && size(less(wanted, place)) > 3 * camera.largest;
+      if (!place || far || (calm.matches && shown("follow"))) place = wanted;
+      else if (shown("follow")) {
+        const part = 1 - Math.exp(-seconds / 0.25);
+        for (let k = 0; k < 3; k++) place[k] += part * (wanted[k] - place[k]);
+      }
+      return size(less(wanted, place)) > 1e-4 * camera.largest && shown("follow");
+    }
+
+    function paint(stamp, fine = false) {
+      if (!fine) asked = false;
+      if (!scene || !frames.latest) return;
+      const began = performance.now();
+      const seconds = Math.min((stamp - previous) / 1000, 0.25);
+      if (!fine) watch();
+      previous = stamp;
+      drawing.fit(fine ? FINEST : ratio);
+      const { row, moves } = frames.now(began, smooth);
+      const body = vector(row, "body_position");
+      if (camera.largest === 0) aim(row, body);
+      pose(body, turn(row, "body_orientation"), X_body);
+      X_links.forEach((X, k) => {
+        pose(vector(row, "link_position", k), turn(row, "link_orientation", k), X_body_link);
+        product(X_body, X_body_link, X);
+      });
+      const feet = scene.legs.map((_, leg) => vector(row, "foot_position", leg));
+      const lowest = feet.reduce((least, foot) => (foot[2] < least ? foot[2] : least), body[2]);
+      const eases = follow(body, lowest, seconds);
+      const seen = camera.sight(place);
+      const contact = frames.at.contact;
+      const down = (leg) => frames.latest[contact + leg] > 0.5;
+      const safe = row[frames.at.margin] >= 0;
+
+      drawing.begin(seen, colours);
+      marks.ground(seen, colours, shown("grid"));
+      marks.shadow(X_body, X_links, colours);
+      if (shown("support")) marks.support(feet.filter((_, leg) => down(leg)), safe, seen, colours);
+      marks.machine(X_body, X_links);
+      if (shown("trails")) frames.trails.forEach((trail, leg) => paintTrail(trail, feet[leg], leg, seen));
+      if (shown("cones") && scene.friction > 0)
+        feet.forEach((foot, leg) => down(leg) && marks.frictionCone(foot, normal(foot), scene.friction, leg, seen));
+      if (shown("model"))
+        feet.forEach((foot, leg) => marks.arrow(foot, vector(row, "foot_force_model", leg), colours.model, 0.5));
+      if (shown("forces")) feet.forEach((foot, leg) => marks.arrow(foot, vector(row, "foot_force", leg)));
+      if (shown("centre")) marks.centre(vector(row, "centre"), row[frames.at.below], safe, seen, colours);
+      numbers.paint(shown("names"), seen, X_links);
+      self.count += 1;
+      self.spent += performance.now() - began;
+      shownAt.push(stamp);
+      while (shownAt[0] < stamp - 1000) shownAt.shift();
+      clearTimeout(still);
+      if (smooth && (moves || eases)) ask();
+      else if (!fine && ratio < FINEST)
+        still = setTimeout(() => requestAnimationFrame((later) => paint(later, true)), STILL);
+    }
+
+    function paintTrail(trail, foot, leg, seen) {
+      points.length = 0;
+      for (const [x, y, z] of trail) points.push(x, y, z);
+      points.push(...foot);
+      marks.trail(points, leg, seen);
+    }
+
+    // Where frames come faster than pictures, none is painted between them; then they get coarser.
+    function watch() {
+      missed += 0.05 * (Math.min(frames.count - painted, 5) - missed);
+      painted = frames.count;
+      if (missed < (smooth ? SMOOTH : DEAR)) return;
+      if (smooth) smooth = false;
+      else ratio = Math.max(0.8 * ratio, COARSEST);
+      missed = smooth ? 0.5 : 1;
+    }
+
+    function perSecond() {
+      const now = performance.now();
+      return shownAt.filter((stamp) => stamp > now - 1000).length;
+    }
+
+    byId("view-from").addEventListener("change", (event) => {
+      if (frames.latest) camera.choose(event.target.value, heading(turn(frames.latest, "body_orientation")));
+      ask();
+    });
+    for (const box of document.querySelectorAll("#eyes input")) box.addEventListener("change", ask);
+    canvas.addEventListener("keydown", (event) => {
+      if (event.key === "+" || event.key === "=") camera.nearer(1.15);
+      else if (event.key === "-") camera.nearer(1 / 1.15);
+      else if (event.key === "ArrowLeft") camera.azimuth -= 0.1;
+      else if (event.key === "ArrowRight") camera.azimuth += 0.1;
+      else return;
+      event.preventDefault();
+      ask();
+    });
+    canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+    // All that was drawn with is gone; the robot itself is kept by the server.
+    canvas.addEventListener("webglcontextrestored", () => location.reload());
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      colours = look();
+      ask();
+    });
+    new ResizeObserver(ask).observe(canvas);
+    return self;
+  };
+})();

@@ -1,0 +1,576 @@
+"""The live robot in a thread of its own: what browsers ask of it, and what they are told."""
+
+from __future__ import annotations
+
+import gc
+import json
+import math
+import queue
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, InvalidStateError
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.robot import JOINTS
+from phasmid.scenario import Scenario, load_scenario
+from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
+from phasmid.studio.fields import catalogue, field_of, values
+from phasmid.studio.live import LiveRobot
+from phasmid.studio.messages import (
+    Answer,
+    Bench,
+    Change,
+    Keep,
+    Limb,
+    Load,
+    Pace,
+    Play,
+    Push,
+    Record,
+    Request,
+    Stick,
+)
+from phasmid.studio.pacing import Pacing
+from phasmid.studio.recorder import LONGEST, Recorder
+from phasmid.studio.scene import Scene
+from phasmid.studio.setting import Setting, setting_of
+
+FRAMES = 30.0
+"""Most frames a second [1/s]."""
+
+LONGEST_TURN = 0.05
+"""The clock is looked at, and requests are answered, after as long at the latest [s]."""
+
+STALE = 0.5
+"""A stick that was not told of for longer is let go [s]."""
+
+LYING = 2.0
+"""Time for which a robot that fell is shown as it lies [s]."""
+
+GENTLE = (0.5, 0.0, 0.0)
+"""Shares of the largest velocities with which the robot walks by itself."""
+
+SLOWEST, FASTEST = 0.05, 10.0
+"""Between these is the pace."""
+
+HARDEST = 1.5
+"""Largest change of the robot's speed by a push [m/s]."""
+
+SAME_EVENT, MOST_SAID = 3.0, 256
+"""A sentence is not told again for as long [s]; and so many of them are remembered."""
+
+POSES = ("body_height", "body_x", "body_y", "roll", "pitch", "yaw")
+
+
+class Stage:
+    """A robot that walks in physics, is driven by requests, and publishes what it does.
+
+    All of it happens in one thread, in the order in which it is asked for.
+
+    Args:
+        scenario: With what it begins.
+        out: Folder of saved runs.
+        publish: Is called from that thread with texts in JSON, and with frames.
+
+    Raises:
+        InvalidInput: The scenario's robot or gait is none.
+    """
+
+    def __init__(
+        self, scenario: Scenario, *, out: Path, publish: Callable[[str | bytes], None]
+    ) -> None:
+        self._setting = self._first = setting_of(scenario)
+        self._publish = publish
+        self._asked: queue.SimpleQueue[tuple[Request, Future[Answer]] | None] = queue.SimpleQueue()
+        self._recorder = Recorder(Path(out))
+        self._files = tempfile.TemporaryDirectory(prefix="phasmid-studio-")
+        self._pacing = Pacing()
+        self._live: LiveRobot | None = None
+        self._scene: Scene | None = None
+        self._playing, self._stick, self._stick_at = True, (0.0, 0.0, 0.0), -math.inf
+        self._lost: frozenset[int] = frozenset()
+        self._dead: frozenset[int] = frozenset()
+        self._sentence, self._notice, self._state = "", "", dict[str, Any]()
+        self._back_at, self._faults_at = math.inf, -math.inf
+        self._litter = False
+        self._viewers, self._wants_frame, self._next_frame = 0, True, 0.0
+        self._texts: dict[str, str] = {}
+        self._said: dict[str, float] = {}
+        self._guard = threading.Lock()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="stage", daemon=True)
+
+    # From other threads --------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Begin: the robot stands, and walks ahead by itself."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End; a recording that goes on is kept in its log."""
+        self._closing.set()
+        self._asked.put(None)
+        if self._thread.is_alive():
+            self._thread.join()
+        self._recorder.close()
+        self._files.cleanup()
+
+    def ask(self, request: Request) -> Future[Answer]:
+        """Ask for something; it is done between two updates, after all that was asked before.
+
+        Args:
+            request: What is asked.
+
+        Returns:
+            The answer, or the `PhasmidError` that says why not.
+        """
+        future: Future[Answer] = Future()
+        if self._closing.is_set():
+            future.set_exception(InvalidInput("the studio is closed."))
+        else:
+            self._asked.put((request, future))
+        return future
+
+    def hello(self) -> list[str]:
+        """What brings a new browser up to date: the newest text of each kind."""
+        with self._guard:
+            kinds = ("catalogue", "scene", "setting", "state")
+            return [self._texts[kind] for kind in kinds if kind in self._texts]
+
+    def viewers(self, count: int) -> None:
+        """Tell how many browsers look on: without any the stick is let go, and no frames are made.
+
+        Args:
+            count: How many.
+        """
+        if count > self._viewers:
+            self._wants_frame = True
+        self._viewers = count
+
+    def folder(self, run: str) -> Path | None:
+        """Folder of a run that was saved; None where there is none of this id.
+
+        Args:
+            run: Its id.
+        """
+        return self._recorder.folder(run)
+
+    # The thread ----------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        self._tell_setting()
+        self._tell_state()
+        while not self._closing.is_set():
+            try:
+                self._turn()
+            except Exception as error:
+                # Whatever it is, it must not end the studio.
+                self._recover(error)
+        while not self._asked.empty():
+            asked = self._asked.get()
+            if asked is not None:
+                _refuse(asked[1], InvalidInput("the studio is closed."))
+
+    def _turn(self) -> None:
+        """Answer, let time pass, show."""
+        if self._litter:
+            # A run that was replaced and its senses know each other, so that they would stay for
+            # long; and they hold megabytes that Python does not see.
+            self._litter = False
+            gc.collect()
+        if self._live is None:
+            self._build(self._setting)
+        live = self._live
+        assert live is not None
+        self._answer()
+        now = time.monotonic()
+        if self._stick != (0.0, 0.0, 0.0) and (now - self._stick_at > STALE or not self._viewers):
+            self._stick = (0.0, 0.0, 0.0)
+            self._follow()
+        if now >= self._back_at:
+            self._build(self._setting)
+        elif self._playing:
+            self._pass(now)
+        for saved in self._recorder.look():
+            self._event(saved.sentence, run=saved.run if saved.whole else "")
+        self._show()
+        self._tell_state()
+
+    def _answer(self) -> None:
+        """Do what was asked; wait for it until the next frame is due."""
+        wait = max(0.0, min(self._next_frame - time.monotonic(), LONGEST_TURN))
+        if not self._playing:
+            wait = LONGEST_TURN
+        try:
+            asked = self._asked.get(timeout=wait) if wait > 0 else self._asked.get_nowait()
+            while True:
+                if asked is not None:
+                    self._do(*asked)
+                asked = self._asked.get_nowait()
+        except queue.Empty:
+            return
+
+    def _do(self, request: Request, future: Future[Answer]) -> None:
+        if not future.set_running_or_notify_cancel():
+            return
+        try:
+            answer = self._obey(request)
+        except PhasmidError as error:
+            _refuse(future, error)
+        except Exception as error:
+            _refuse(future, InvalidInput(f"it cannot be done: {_words(error)}."))
+            raise
+        else:
+            future.set_result(answer)
+
+    def _pass(self, now: float) -> None:
+        """Let the updates pass that are due, for no longer than a frame's time."""
+        live, pacing = self._live, self._pacing
+        assert live is not None
+        if live.trouble is not None:
+            return
+        due, part = pacing.due(now, live.period), max(1, round(1 / FRAMES / live.period))
+        while due > 0 and live.trouble is None:
+            before = live.now
+            live.advance(min(due, part))
+            due -= part
+            pacing.done(time.monotonic(), live.now, live.now - before)
+            if time.monotonic() >= now + 1 / FRAMES:
+                break
+        self._hear()
+
+    def _hear(self) -> None:
+        """Tell what happened: the controller's sentences, a fall, a recording's end."""
+        live = self._live
+        assert live is not None
+        events = live.take_events()
+        for at, sentence in events:
+            self._event(sentence, at=at)
+        if live.trouble is not None and self._back_at == math.inf:
+            self._back_at = time.monotonic() + LYING
+            self._sentence = live.trouble.sentence
+            self._event(f"{self._sentence} It is put back in {LYING:g} s.")
+            self._end_recording()
+        elif live.now >= live.ends_at:
+            self._event("the plan is at its end; it begins anew.")
+            self._back_at = 0.0
+        if self._recorder.run and (self._recorder.is_full or self._recorder.failure):
+            full = f"the recording is {LONGEST / 60:g} min long and ends"
+            self._event(f"{self._recorder.failure or full}.")
+            self._end_recording()
+
+    def _recover(self, error: Exception) -> None:
+        """Go on after a fault: with the robot at its start, or else with the first setting."""
+        again = time.monotonic() - self._faults_at < 2 * LYING
+        self._faults_at = time.monotonic()
+        self._live = self._scene = None
+        if isinstance(error, PhasmidError):
+            told = f"{error.what.rstrip('.')}; the robot is put back to its start"
+        else:
+            told = f"an unforeseen fault, {_words(error)}; the robot is put back to its start"
+        if again:
+            told += ", with the usual setting, and waits"
+            # What cannot be built at all is replaced by what always can.
+            usual = setting_of(load_scenario("paper"))
+            self._setting = usual if self._setting is self._first else self._first
+            self._playing = False
+            # Browsers that come later are to know it too.
+            self._notice = f"{told}."
+        self._event(f"{told}.")
+        try:
+            if self._recorder.run:
+                self._end_recording()
+        except Exception as failed:
+            self._event(f"the recording is lost: {_words(failed)}.")
+
+    # Building and following ----------------------------------------------------------------------
+
+    def _build(self, setting: Setting, lost: frozenset[int] = frozenset()) -> None:
+        """Stand a robot up; what was there stays if it cannot be."""
+        live = LiveRobot(setting)
+        live.follow(setting, self._share(setting), lost)
+        scene = Scene(live, self._scene.number + 1 if self._scene else 1)
+        if self._recorder.run:
+            self._event("the recording ends, since the robot is another one now.")
+            self._end_recording()
+        self._live, self._scene, self._setting = live, scene, setting
+        self._litter = True
+        self._lost, self._dead = lost, frozenset()
+        self._back_at, self._sentence = math.inf, ""
+        self._wants_frame = True
+        self._pacing.begin(time.monotonic())
+        self._tell_setting()
+        self._tell("scene", scene.told)
+
+    def _share(self, setting: Setting) -> tuple[float, float, float]:
+        if setting.walks == "by itself":
+            return GENTLE
+        return self._stick if setting.walks == "by hand" else (0.0, 0.0, 0.0)
+
+    def _take_up(self, setting: Setting) -> None:
+        """Go by another setting from now on, or refuse it as a whole."""
+        live = self._live
+        assert live is not None
+        if setting.built_of() != self._setting.built_of():
+            same = len(setting.base.legs) == len(self._setting.base.legs)
+            self._build(setting, self._lost if same else frozenset())
+            return
+        live.follow(setting, self._share(setting), self._lost)
+        another = setting.gait != self._setting.gait
+        self._setting = setting
+        self._tell_setting()
+        if another and self._scene is not None:
+            self._scene.told |= {"gait": _gait(setting)}
+            self._tell("scene", self._scene.told)
+
+    def _follow(self) -> None:
+        """Go where the setting and the stick say."""
+        if self._live is not None:
+            self._live.follow(self._setting, self._share(self._setting), self._lost)
+
+    # What is asked -------------------------------------------------------------------------------
+
+    def _obey(self, request: Request) -> Answer:
+        live = self._live
+        assert live is not None
+        match request:
+            case Stick(at):
+                self._steer(at)
+            case Change(name, value):
+                self._change(name, value)
+            case Play(how):
+                self._play(how)
+            case Pace(factor):
+                if not SLOWEST <= factor <= FASTEST:
+                    raise InvalidInput(
+                        f"pace is {factor:g}; it must be at least {SLOWEST:g} and at most "
+                        f"{FASTEST:g}."
+                    )
+                self._pacing.factor = float(factor)
+                self._pacing.begin(time.monotonic())
+            case Push(impulse):
+                self._push(impulse)
+            case Limb(leg, how):
+                self._limb(leg, how)
+            case Record(on):
+                return self._record(on)
+            case Keep(what):
+                if what == "link":
+                    return {"link": link_of(self._setting)}
+                return scenario_file(self._setting)
+            case Load():
+                return self._load(request)
+            case Bench():
+                from phasmid.studio.bench import bench
+
+                return bench(self._setting.robot, request)
+        return {}
+
+    def _steer(self, at: tuple[float, float, float]) -> None:
+        if self._setting.walks == "the plan":
+            raise InvalidInput(
+                "the robot walks by its plan, which knows no stick.", hint='walks = "by hand"'
+            )
+        share = tuple(min(max(float(part), -1.0), 1.0) for part in at)
+        if len(share) != 3 or not all(math.isfinite(part) for part in share):
+            raise InvalidInput(f"stick is {at}; it must be three numbers between -1 and 1.")
+        if self._setting.walks == "by itself":
+            if not any(share):
+                return
+            self._setting = replace(self._setting, walks="by hand")
+            self._tell_setting()
+        self._stick_at = time.monotonic()
+        if share != self._stick:
+            self._stick = (share[0], share[1], share[2])
+            self._follow()
+
+    def _change(self, name: str, value: object) -> None:
+        field = field_of(name)
+        if self._setting.walks == "the plan" and name in POSES:
+            raise InvalidInput(
+                "the robot walks by its plan, which knows no other pose of the body.",
+                hint='walks = "by hand"',
+            )
+        setting = field.changed(self._setting, value)
+        if name == "walks":
+            self._stick = (0.0, 0.0, 0.0)
+        if field.value(setting) != field.value(self._setting):
+            self._take_up(setting)
+
+    def _play(self, how: str) -> None:
+        live, self._notice = self._live, ""
+        assert live is not None
+        if how == "reset":
+            self._build(self._setting)
+            return
+        self._playing = how == "play"
+        self._pacing.begin(time.monotonic())
+        if how == "step":
+            live.advance(1)
+            self._hear()
+        self._wants_frame = True
+
+    def _push(self, impulse: tuple[float, float, float]) -> None:
+        live = self._upright()
+        most = HARDEST * live.source.robot.mass
+        size = math.hypot(*impulse)
+        if size > most:
+            raise InvalidInput(
+                f"the push is {size:.3g} N·s; it must be at most {most:.3g} N·s, which changes "
+                f"the robot's speed by {HARDEST:g} m/s.",
+                hint=f"{most / 3:.2g} N·s",
+            )
+        live.run.push(impulse)
+        self._event(f"a push of {size:.3g} N·s.")
+
+    def _upright(self) -> LiveRobot:
+        """The robot, where it can be done something to."""
+        live = self._live
+        assert live is not None
+        if live.trouble is not None:
+            raise InvalidInput("the robot fell; it is put back in a moment.", hint="reset")
+        return live
+
+    def _limb(self, leg: int, how: str) -> None:
+        live = self._upright()
+        names = self._setting.base.leg_names
+        if not 1 <= leg <= len(names):
+            raise InvalidInput(f"there is no leg {leg}; legs are 1 to {len(names)}.")
+        name = names[leg - 1].replace("_", " ")
+        if how == "limp":
+            if leg not in self._dead:
+                for joint in range(len(JOINTS)):
+                    live.run.let_die(leg - 1, joint)
+                self._dead |= {leg}
+                self._event(f"all servos of leg {name} died.")
+            return
+        if live.plays:
+            raise InvalidInput(
+                "the robot walks by its plan, which knows no lost legs.", hint='walks = "by hand"'
+            )
+        if how == "restore" and leg in self._dead:
+            raise InvalidInput(
+                f"the servos of leg {name} are dead for as long as the robot is not put back.",
+                hint="reset",
+            )
+        lost = self._lost | {leg} if how == "lose" else self._lost - {leg}
+        live.follow(self._setting, self._share(self._setting), lost)
+        if lost != self._lost:
+            self._event(f"leg {name} is {'lost' if how == 'lose' else 'there again'}.")
+        self._lost = lost
+
+    def _record(self, on: bool) -> Answer:
+        live = self._live
+        assert live is not None
+        if on:
+            self._upright()
+            return {"run": self._recorder.begin(live)}
+        if not self._recorder.run:
+            raise InvalidInput("nothing records; there is no recording to end.")
+        run = self._recorder.run
+        why = self._end_recording()
+        if why:
+            raise InvalidInput(why)
+        return {"run": run}
+
+    def _end_recording(self) -> str:
+        if not self._recorder.run:
+            return ""
+        live = self._live
+        why = self._recorder.end(live.trouble if live else None)
+        if why:
+            self._event(why)
+        return why
+
+    def _load(self, load: Load) -> Answer:
+        if load.what == "setting":
+            try:
+                text = load.content.decode("utf-8")
+            except UnicodeDecodeError:
+                raise InvalidInput("the link is no text in UTF-8.") from None
+            self._take_up(from_link(text, self._setting))
+        else:
+            self._take_up(with_file(self._setting, load, Path(self._files.name)))
+        return {}
+
+    # What is told --------------------------------------------------------------------------------
+
+    def _show(self) -> None:
+        """Publish a frame if it is due and somebody looks on."""
+        live, scene, now = self._live, self._scene, time.monotonic()
+        if live is None or scene is None or now < self._next_frame:
+            return
+        self._next_frame = max(self._next_frame + 1 / FRAMES, now)
+        if not self._viewers or not (self._playing or self._wants_frame):
+            return
+        self._wants_frame = False
+        if scene.moved(live):
+            self._tell("scene", scene.told)
+        self._publish(scene.row(live, self._pacing.got if self._playing else math.nan))
+
+    def _tell(self, kind: str, value: Any) -> None:
+        """Publish a text, and keep it for browsers to come; the same one only once."""
+        text = json.dumps({kind: value}, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        if self._texts.get(kind) == text:
+            return
+        with self._guard:
+            self._texts[kind] = text
+        self._publish(text)
+
+    def _tell_setting(self) -> None:
+        self._tell("catalogue", catalogue(self._setting))
+        self._tell("setting", values(self._setting))
+
+    def _tell_state(self) -> None:
+        live, recorder = self._live, self._recorder
+        recording = {"seconds": math.floor(recorder.seconds)} if recorder.run else None
+        state = {
+            "playing": self._playing,
+            "pace": self._pacing.factor,
+            "recording": recording,
+            "status": live.status if live else "is being built",
+            "sentence": self._sentence or self._notice,
+            "lost": sorted(self._lost),
+            "dead": sorted(self._dead),
+        }
+        now = live.now if live else 0.0
+        if state != self._state:
+            self._state = state
+            self._tell("state", state | {"time": round(now, 3)})
+
+    def _event(self, text: str, *, at: float | None = None, run: str = "") -> None:
+        """Publish a sentence; one that comes again and again is told now and then."""
+        wall = time.monotonic()
+        if wall - self._said.get(text, -math.inf) < SAME_EVENT:
+            return
+        if len(self._said) >= MOST_SAID:
+            self._said.clear()
+        self._said[text] = wall
+        live = self._live
+        now = (live.now if live else 0.0) if at is None else at
+        self._recorder.note([(now, text)])
+        event = {"time": round(now, 3), "text": text} | ({"run": run} if run else {})
+        self._publish(json.dumps({"event": event}, ensure_ascii=False, separators=(",", ":")))
+
+
+def _gait(setting: Setting) -> dict[str, Any]:
+    gait = setting.gait
+    return {"duty": gait.duty_factor, "offsets": [float(offset) for offset in gait.offsets]}
+
+
+def _refuse(future: Future[Answer], error: Exception) -> None:
+    try:
+        future.set_exception(error)
+    except InvalidStateError:
+        # Who asked has gone.
+        return
+
+
+def _words(error: Exception) -> str:
+    """A foreign error on one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:200].rstrip(".: ")

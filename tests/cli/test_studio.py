@@ -1,0 +1,183 @@
+"""``phasmid studio`` opens the page of a live robot, and ends when it is told to."""
+
+import os
+import signal
+import socket
+import threading
+import urllib.request
+import webbrowser
+
+import pytest
+
+from phasmid.cli import main, studio
+from phasmid.studio import server
+from phasmid.studio.server import is_loopback, listen, names_of
+from studio.pretended import PretendedStage
+
+
+class Stage(PretendedStage):
+    """A pretended robot that can be started and put away."""
+
+    made: list = []
+
+    def __init__(self, scenario, *, out, publish):
+        super().__init__()
+        self.scenario, self.out, self.publish = scenario, out, publish
+        self.lives = None
+        self.made.append(self)
+
+    def start(self):
+        self.lives = True
+
+    def close(self):
+        self.lives = False
+
+
+@pytest.fixture
+def stage(monkeypatch):
+    # A first start compiles the controller, which is no matter of the command.
+    monkeypatch.setattr("phasmid.studio.stage.Stage", Stage)
+    monkeypatch.setattr("phasmid.compiled.is_compiled", lambda function: True)
+    monkeypatch.setenv("DISPLAY", ":0")
+    Stage.made.clear()
+    return Stage
+
+
+def opened(monkeypatch, then):
+    """What a browser would do with the address, in its own thread as the command starts it."""
+    seen = []
+
+    def look(address):
+        try:
+            with urllib.request.build_opener(
+                urllib.request.ProxyHandler({}), urllib.request.HTTPCookieProcessor()
+            ).open(address, timeout=20) as page:
+                seen.append((address, page.status, page.url, page.read()))
+        finally:
+            then()
+
+    monkeypatch.setattr(webbrowser, "open", look)
+    return seen
+
+
+def interrupt(number=signal.SIGINT):
+    os.kill(os.getpid(), number)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_opens_the_page_and_ends_at_a_signal_as_it_should(
+    number, stage, monkeypatch, tmp_path, capsys
+):
+    before = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)]
+    seen = opened(monkeypatch, lambda: interrupt(number))
+    options = ["--port", "0", "--out", str(tmp_path / "kept"), "--gait", "wave"]
+    assert main(["studio", "paper", *options]) == 0
+    [(address, status, url, page)] = seen
+    assert (status, url) == (200, address.partition("?")[0])
+    assert b"<!doctype html>" in page.lower()
+    told = capsys.readouterr().out.splitlines()
+    assert told == [
+        f"The robot walks at {address}",
+        "Ctrl-C ends it.",
+        "phasmid: the studio is closed.",
+    ]
+    [made] = stage.made
+    assert made.lives is False
+    assert made.out == tmp_path / "kept"
+    assert made.scenario.load_gait().name == "wave"
+    assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before
+
+
+def test_a_robot_that_is_being_built_is_not_waited_for(stage, monkeypatch, capsys):
+    building = threading.Event()
+    monkeypatch.setattr(Stage, "close", lambda self: building.wait(20))
+    monkeypatch.setattr(studio, "LONGEST_CLOSE", 0.01)
+    opened(monkeypatch, interrupt)
+    try:
+        assert main(["studio", "--port", "0"]) == 130
+    finally:
+        building.set()
+    assert capsys.readouterr().err == "phasmid: stopped.\n"
+
+
+@pytest.mark.parametrize("given", ["--no-open", "no display"])
+def test_no_browser_is_opened_where_none_is_wanted(given, stage, monkeypatch):
+    asked = []
+    monkeypatch.setattr(webbrowser, "open", asked.append)
+    monkeypatch.setattr(Stage, "start", lambda self: threading.Timer(0.2, interrupt).start())
+    if given == "no display":
+        monkeypatch.delenv("DISPLAY")
+        monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+        monkeypatch.setattr("sys.platform", "linux")
+    options = ["--no-open"] if given == "--no-open" else []
+    assert main(["studio", "--port", "0", *options]) == 0
+    assert asked == []
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--port", "http"], '--port is "http"; it must be a whole number 0 to 65535.'),
+        (["--port", "65536"], '--port is "65536"; it must be a whole number 0 to 65535.'),
+        (["--port", "-1"], '--port is "-1"; it must be a whole number 0 to 65535.'),
+        (["--port", "80.5"], '--port is "80.5"; it must be a whole number 0 to 65535.'),
+        (["--host", "a..b"], '--host is "a..b"; it must be a name or a number of this machine.'),
+        # An address that is kept for examples, and no machine's.
+        (["--host", "192.0.2.1", "--port", "0"], "cannot listen at 192.0.2.1, port 0: "),
+        (["--gait", "tripode"], 'no gait called "tripode".'),
+        (["--prot", "8033"], 'no option "--prot".'),
+        (["nowhere"], 'no scenario called "nowhere".'),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_in_one_sentence(options, said, stage, capsys):
+    assert main(["studio", "--no-open", *options]) == 2
+    assert capsys.readouterr().err.startswith(f"phasmid: {said}")
+    assert not stage.made
+
+
+def test_a_port_that_is_taken_is_named_where_it_was_asked_for(stage, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["studio", "--no-open", "--port", str(port)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"phasmid: port {port} is taken; another must be given.\n  try  --port ")
+
+
+def test_else_the_next_port_is_taken(monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        monkeypatch.setattr(server, "PORT", port)
+        with listen("127.0.0.1", None) as found:
+            assert port < found.getsockname()[1] < port + server.PORTS_TRIED
+        monkeypatch.setattr(server, "PORTS_TRIED", 1)
+        with pytest.raises(Exception, match=f"ports {port} to {port} are taken"):
+            listen("127.0.0.1", None)
+
+
+def test_a_page_beyond_this_machine_is_warned_of(stage, monkeypatch, capsys):
+    # It listens here all the same: a test opens no door.
+    monkeypatch.setattr(server, "listen", lambda host, port: listen("127.0.0.1", port))
+    monkeypatch.setattr(Stage, "start", lambda self: threading.Timer(0.2, interrupt).start())
+    assert main(["studio", "--no-open", "--port", "0", "--host", "0.0.0.0"]) == 0
+    said = "others on the network can reach 0.0.0.0; the address lets them drive."
+    assert capsys.readouterr().err == f"phasmid: note: {said}\n"
+
+
+def test_the_names_by_which_a_browser_may_call_it_are_few():
+    assert names_of("127.0.0.1", 8033) == ("127.0.0.1:8033", "localhost:8033")
+    assert names_of("::1", 8033) == ("[::1]:8033", "localhost:8033")
+    assert names_of("192.0.2.1", 8033) == ("192.0.2.1:8033",)
+    # Browsers leave out the port that is usual.
+    assert names_of("127.0.0.1", 80) == ("127.0.0.1", "localhost")
+    wide = names_of("0.0.0.0", 8033)
+    assert wide[:2] == ("127.0.0.1:8033", "localhost:8033")
+    assert f"{socket.gethostname().lower()}:8033" in wide
+    assert "0.0.0.0:8033" not in wide
+
+
+@pytest.mark.parametrize(
+    ("host", "loops"),
+    [("127.0.0.1", True), ("127.1.2.3", True), ("::1", True), ("0.0.0.0", False), ("::", False)],
+)
+def test_what_only_this_machine_reaches_is_known(host, loops):
+    assert is_loopback(host) is loops

@@ -1,0 +1,410 @@
+"""The leg bench against kinematics, dynamics, closed forms and virtual work."""
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from general_robot import general_robot
+from phasmid.dynamics import BodyMotion, leg_matrices, leg_torque, potential_energy
+from phasmid.errors import InvalidInput, InvalidRobot, Unreachable
+from phasmid.kinematics import foot_position, joint_angles, within_reach
+from phasmid.robot import load_robot, preset_names
+from phasmid.studio.bench import bench, nearest_reachable
+from phasmid.studio.messages import Bench
+from phasmid.studio.outline import at_height, workspace
+
+ROBOTS = [*(load_robot(name) for name in preset_names()), general_robot()]
+ROUND_OFF = 1e-14
+"""Positions and torques are sums of some ten terms below 10, each of relative round-off 1.1e-16."""
+
+
+@pytest.fixture(params=ROBOTS, ids=lambda robot: robot.name)
+def robot(request):
+    return request.param
+
+
+def poses(robot, count=20, seed=0):
+    """Legs, angles and forces at random, within the joint limits."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        leg = int(rng.integers(1, len(robot.legs) + 1))
+        low, high = robot.legs[leg - 1].joint_limits.T
+        yield leg, tuple(rng.uniform(low, high).tolist()), tuple(rng.uniform(-9, 9, 3).tolist())
+
+
+@cache
+def answers(robot):
+    """What the bench tells of these poses; nobody may change it."""
+    return [(p, bench(robot, Bench(p[0], angles=p[1], force=p[2]))) for p in poses(robot)]
+
+
+# ---------------------------------------------------------------------------- pose and frames
+
+
+def test_frames_end_at_the_foot_and_follow_from_the_table_shown_beside_them(robot):
+    for (leg, q, _), told in answers(robot):
+        X = np.eye(4)
+        for (alpha, a, d, theta), frame in zip(told["dh"], told["frames"][1:], strict=True):
+            ca, sa, ct, st = math.cos(alpha), math.sin(alpha), math.cos(theta), math.sin(theta)
+            # Rx(alpha) Tx(a) Rz(theta) Tz(d), which Eq. 1 multiplies out.
+            X = X @ [[1, 0, 0, a], [0, ca, -sa, 0], [0, sa, ca, 0], [0, 0, 0, 1]]
+            X = X @ [[ct, -st, 0, 0], [st, ct, 0, 0], [0, 0, 1, d], [0, 0, 0, 1]]
+            np.testing.assert_allclose(frame["origin"], X[:3, 3], atol=ROUND_OFF)
+            np.testing.assert_allclose(np.transpose(frame["axes"]), X[:3, :3], atol=ROUND_OFF)
+        foot = foot_position(robot.legs[leg - 1], np.array(q))
+        np.testing.assert_allclose(told["frames"][-1]["origin"], foot, atol=ROUND_OFF)
+        np.testing.assert_allclose(told["foot"], foot, atol=0)
+        assert told["frames"][0] == {"name": "hip", "origin": [0, 0, 0], "axes": np.eye(3).tolist()}
+
+
+def test_a_foot_is_where_it_is_asked_for_and_the_neutral_one_is_the_default():
+    robot = load_robot("phantomx-paper")
+    told = bench(robot, Bench(2, foot=(0.14, 0.03, -0.09)))
+    np.testing.assert_allclose(told["foot"], [0.14, 0.03, -0.09], atol=ROUND_OFF)
+    assert told["remarks"] == []
+    neutral = bench(robot, Bench(2))["foot"]
+    np.testing.assert_allclose(neutral, robot.legs[1].neutral_foot, atol=ROUND_OFF)
+
+
+def test_limits_that_are_passed_are_named_with_how_far():
+    robot = load_robot("phantomx-paper")
+    told = bench(robot, Bench(1, angles=tuple(np.radians([80.0, 0.0, -90.0]))))
+    # The coxa's limits are ±75°, the femur's ±100°, the tibia's -180° and -23°.
+    np.testing.assert_allclose(np.degrees(told["room"]), [-5, 100, 67], atol=1e-12)
+    assert told["remarks"] == ["right_front.coxa stands at 80.0°; its limits are -75° to 75°."]
+    at_limit = tuple(robot.legs[0].joint_limits[:, 1].tolist())
+    assert not any("limits" in each for each in bench(robot, Bench(1, angles=at_limit))["remarks"])
+
+
+def test_reach_is_told_from_the_femur_axis():
+    robot = load_robot("phantomx-paper")
+    told = bench(robot, Bench(1, foot=(0.052 + 0.12, 0.0, -0.09)))["reach"]
+    # 120 and 90 mm make 150 mm; 82 and 140 mm fold to 58 and stretch to 222 mm.
+    assert [told[k] for k in ("distance", "nearest", "farthest")] == pytest.approx(
+        [0.15, 0.058, 0.222], abs=ROUND_OFF
+    )
+
+
+# -------------------------------------------------------------------------------- out of reach
+
+
+@pytest.mark.parametrize("foot", [(0.5, 0.1, -0.1), (0.06, 0.0, 0.01), (0.0, 0.0, 0.0)])
+def test_a_foot_out_of_reach_gets_the_package_s_own_sentence(foot):
+    robot = load_robot("phantomx-paper")
+    with pytest.raises(Unreachable) as refused:
+        joint_angles(robot.legs[0], np.array(foot))
+    told = bench(robot, Bench(1, foot=foot))
+    assert told["remarks"][0] == refused.value.what
+    nearest = nearest_reachable(robot.legs[0], np.array(foot))
+    # At full stretch a place that is wrong by round-off e turns the knee by sqrt(e / length).
+    np.testing.assert_allclose(told["foot"], nearest, atol=1e-9)
+
+
+def test_what_is_shown_instead_is_the_nearest_that_the_leg_reaches(robot):
+    rng = np.random.default_rng(1)
+    for leg in robot.legs[:2]:
+        size = leg.lengths.sum()
+        angles = rng.uniform([-np.pi, -np.pi, -np.pi], [np.pi, np.pi, 0.0], (20_000, 3))
+        reachable = foot_position(leg, angles)
+        for foot in rng.uniform(-1.3 * size, 1.3 * size, (50, 3)):
+            shown = nearest_reachable(leg, foot)
+            away = np.linalg.norm(foot - shown)
+            joint_angles(leg, shown)
+            try:
+                joint_angles(leg, foot)
+            except Unreachable:
+                pass
+            else:
+                np.testing.assert_allclose(shown, foot, atol=ROUND_OFF)
+                continue
+            # Feet that the inverse finds are outwards of the coxa axis; others come as near.
+            q = angles[:, 1:]
+            r = leg.lengths[0] + leg.lengths[1] * np.cos(q[:, 0])
+            r = r + leg.lengths[2] * np.cos(q.sum(axis=1))
+            others = np.linalg.norm(reachable[r >= 0] - foot, axis=1)
+            assert away <= others.min() + ROUND_OFF
+    inside = load_robot("phantomx-paper").legs[0]
+    # Between the coxa axis and the femur's: the hole of 58 mm passes behind the coxa axis, 52 mm.
+    shown = nearest_reachable(inside, np.array([0.001, 0.0, -0.002]))
+    np.testing.assert_allclose(shown, [0, 0, -math.sqrt(0.058**2 - 0.052**2)], atol=ROUND_OFF)
+
+
+# ------------------------------------------------------------------------------------ Jacobian
+
+
+def test_the_jacobian_is_the_slope_of_the_foot(robot):
+    h = 1e-5
+    for (leg, q, _), told in answers(robot):
+        ahead, behind = (foot_position(robot.legs[leg - 1], q + s * h * np.eye(3)) for s in (1, -1))
+        slope = (ahead - behind).T / (2 * h)
+        # Central differences: L h²/6 of truncation and L 1.1e-16 / h of round-off, L < 0.7 m.
+        np.testing.assert_allclose(told["jacobian"], slope, atol=1e-10)
+
+
+def test_joint_speeds_of_unit_norm_move_the_foot_along_the_half_axes(robot):
+    for _, told in answers(robot):
+        J, speeds = np.array(told["jacobian"]), np.array(told["joint_speeds"])
+        values, directions = np.array(told["singular_values"]), np.array(told["directions"])
+        np.testing.assert_allclose(speeds @ speeds.T, np.eye(3), atol=ROUND_OFF)
+        np.testing.assert_allclose(J @ speeds.T, (values[:, None] * directions).T, atol=ROUND_OFF)
+        speed = robot.servo.no_load_speed
+        np.testing.assert_allclose(told["fastest"], speed * values, rtol=ROUND_OFF)
+
+
+def test_forces_on_the_half_axes_take_torques_of_unit_norm(robot):
+    for _, told in answers(robot):
+        forces = np.array(told["force_axes"])[:, None] * told["directions"]
+        torques = forces @ np.array(told["jacobian"])
+        # The smallest singular value carries the round-off of J, relative to it.
+        worst = max(told["singular_values"]) / min(told["singular_values"])
+        np.testing.assert_allclose(np.linalg.norm(torques, axis=1), 1, rtol=worst * ROUND_OFF)
+
+
+def test_manipulability_is_the_product_of_the_lengths_and_the_sine_of_the_knee(robot):
+    # det J = r Lf Lt sin(q3), r the distance of the foot from the coxa axis.
+    for (leg, q, _), told in answers(robot):
+        _, femur, tibia = robot.legs[leg - 1].lengths
+        r = math.hypot(*told["foot"][:2])
+        closed = r * femur * tibia * abs(math.sin(q[2]))
+        assert told["manipulability"] == pytest.approx(closed, abs=ROUND_OFF)
+        assert told["manipulability"] == pytest.approx(
+            np.prod(told["singular_values"]), abs=ROUND_OFF
+        )
+
+
+def test_both_singularities_are_named():
+    robot = load_robot("phantomx-paper")
+    straight = bench(robot, Bench(1, angles=(0.0, 0.3, 0.0)))
+    assert straight["nearness"] < 1e-15
+    assert any("the knee is nearly stretched" in each for each in straight["remarks"])
+    # No force along a stretched leg takes a torque: what is infinite, JSON has no number for.
+    assert straight["force_axes"][2] is None
+    folded = bench(robot, Bench(1, angles=(0.0, 0.3, -math.pi)))
+    assert any("the knee is nearly folded flat" in each for each in folded["remarks"])
+    under = bench(robot, Bench(1, foot=(0.001, 0.0, -0.15)))
+    assert any("the foot is close to the coxa axis" in each for each in under["remarks"])
+    assert not any("singular" in each for each in bench(robot, Bench(1))["remarks"])
+
+
+# -------------------------------------------------------------------------------------- torques
+
+
+def test_the_load_s_torques_do_the_work_that_the_force_takes_away(robot):
+    # Virtual work: for any joint speeds the motors give what the ground takes, torque·q' = -F·x'.
+    rng = np.random.default_rng(3)
+    for (_, _, force), told in answers(robot):
+        speeds = rng.normal(size=3)
+        foot = np.array(told["jacobian"]) @ speeds
+        given = np.dot(told["torque"]["load"], speeds)
+        assert given == pytest.approx(-np.dot(force, foot), abs=10 * ROUND_OFF)
+
+
+def test_the_weight_s_torques_are_the_slope_of_the_potential_energy(robot):
+    h, at_rest = 1e-4, BodyMotion.at_rest()
+    for (leg, q, _), told in answers(robot)[:5]:
+        pose = np.zeros((2, 3, len(robot.legs), 3))
+        pose[:, :, leg - 1] = q + np.multiply.outer([h, -h], np.eye(3))
+        ahead, behind = potential_energy(robot, at_rest, pose)
+        # Energies of 1 J keep 2e-16, so that their slope keeps 1e-12 / 1e-4 of a tenth; the third
+        # derivative, below 1 N·m, leaves h²/6.
+        np.testing.assert_allclose(told["torque"]["gravity"], (ahead - behind) / 2 / h, atol=1e-8)
+
+
+def test_torques_are_those_of_equation_11_at_rest_and_beside_the_servo_s(robot):
+    for (leg, q, force), told in answers(robot):
+        which, zero = robot.legs[leg - 1], np.zeros(3)
+        right = leg_torque(which, np.array(q), zero, zero, foot_force=np.array(force))
+        np.testing.assert_allclose(told["torque"]["sum"], right, atol=10 * ROUND_OFF)
+        share = np.abs(right) / robot.servo.stall_torque
+        np.testing.assert_allclose(told["share"], share, atol=10 * ROUND_OFF)
+        assert told["servo"]["name"] == robot.servo.name
+        said = [each for each in told["remarks"] if "to hold" in each]
+        assert len(said) == np.sum(share > 1)
+
+
+def test_at_the_largest_force_the_worst_servo_gives_all_it_has(robot):
+    for (leg, q, force), told in answers(robot):
+        way = np.array(force) / np.linalg.norm(force)
+        most = bench(robot, Bench(leg, angles=q, force=tuple((told["most"] * way).tolist())))
+        if max(np.abs(told["torque"]["gravity"])) > robot.servo.stall_torque:
+            assert told["most"] == 0
+            continue
+        assert max(most["share"]) == pytest.approx(1, rel=1e-12)
+    assert bench(robot, Bench(1))["most"] is None
+
+
+def test_a_force_through_the_femur_axis_asks_nothing_of_the_femur():
+    robot = load_robot("phantomx-paper")
+    # A vertical force through the femur axis has no lever on it; F z holds the tibia alone:
+    # the foot is 52 mm out, its lever on the knee Lf cos q2.
+    told = bench(robot, Bench(1, foot=(0.052, 0.0, -0.15), force=(0.0, 0.0, 10.0)))
+    q2 = told["angles"][1]
+    np.testing.assert_allclose(
+        told["torque"]["load"], [0, 0, 10 * 0.082 * math.cos(q2)], atol=10 * ROUND_OFF
+    )
+
+
+# ------------------------------------------------------------------------------------ workspace
+
+
+def inside(curves, point):
+    """Whether a point lies in any of the curves."""
+    r, z = point
+    return any(near <= r <= far for curve in curves for near, far in at_height(curve, z))
+
+
+def distance(curves, point):
+    """Of a point from the curves' edges [m]."""
+    best = math.inf
+    for curve in curves:
+        a, b = curve, np.roll(curve, -1, axis=0)
+        along = b - a
+        square = np.maximum(np.sum(along**2, axis=1), 1e-30)
+        share = np.clip(np.sum((point - a) * along, axis=1) / square, 0, 1)
+        best = min(best, np.linalg.norm(a + share[:, None] * along - point, axis=1).min())
+    return best
+
+
+def test_the_outline_holds_what_the_joint_limits_allow_and_nothing_else(robot):
+    rng = np.random.default_rng(5)
+    leg, curves = robot.legs[0], workspace(robot, 1).side
+    femur, tibia = leg.lengths[1:]
+    # Arcs of radius R up to the stretched leg are drawn by chords of 3°, which leave them by
+    # R (1 - cos 1.5°); where the coxa axis cuts an edge, a chord of 3° may be bent.
+    chord = (femur + tibia) * math.radians(3.0)
+    sagitta = (femur + tibia) * (1 - math.cos(math.radians(1.5)))
+    low, high = leg.joint_limits.T
+    for q in rng.uniform(low, high, (400, 3)):
+        x, _, z = foot_position(leg, np.array([0.0, q[1], q[2]]))
+        if x >= chord:
+            assert inside(curves, (x, z)) or distance(curves, (x, z)) <= sagitta
+    size = 1.1 * leg.lengths.sum()
+    for r, z in rng.uniform([chord, -size], [size, size], (400, 2)):
+        if distance(curves, (r, z)) > sagitta:
+            assert inside(curves, (r, z)) == allowed(leg, r, z)
+
+
+def allowed(leg, r, z):
+    """Whether a knee bent to either side puts the foot there within femur's and tibia's limits."""
+    try:
+        _, q2, q3 = joint_angles(leg, np.array([r, 0.0, z]))
+    except Unreachable:
+        return False
+    # The knee to the other side mirrors femur and tibia at the line from femur axis to foot.
+    line = math.atan2(z, r - leg.lengths[0])
+    low, high = leg.joint_limits[1:].T
+    for angles in ((q2, q3), (2 * line - q2, -q3)):
+        turned = np.array([angles[0] + 2 * np.pi * k for k in (-1, 0, 1)])
+        ok = np.any((turned >= low[0]) & (turned <= high[0])) and low[1] <= angles[1] <= high[1]
+        if ok:
+            return True
+    return False
+
+
+def test_the_outline_agrees_with_the_package_s_own_reach():
+    robot = load_robot("phantomx-paper")
+    curves = workspace(robot, 1).side
+    rng = np.random.default_rng(7)
+    feet = rng.uniform([0.02, -0.25], [0.3, 0.25], (500, 2))
+    targets = np.zeros((500, 6, 3))
+    targets[:, :, 0], targets[:, :, 2] = feet[:, :1], feet[:, 1:]
+    told = within_reach(robot, targets)[:, 0]
+    # As above, with a leg of 222 mm.
+    clear = np.array([distance(curves, foot) > 1e-4 for foot in feet])
+    assert clear.sum() > 450
+    for foot, within in zip(feet[clear], told[clear], strict=True):
+        assert inside(curves, foot) == bool(within)
+
+
+def test_seen_from_above_the_region_is_a_sector_between_nearest_and_farthest():
+    robot = load_robot("phantomx-paper")
+    side, above = workspace(robot, 1)
+    r = np.hypot(*above.T)
+    assert r.max() == pytest.approx(max(curve[:, 0].max() for curve in side), abs=ROUND_OFF)
+    angles = np.degrees(np.arctan2(*above[r > 1e-6].T[::-1]))
+    np.testing.assert_allclose([angles.min(), angles.max()], [-75, 75], atol=1e-9)
+
+
+def test_the_stretches_at_the_foot_s_height_hold_the_foot():
+    robot = load_robot("phantomx-paper")
+    told = bench(robot, Bench(3))
+    r = math.hypot(*told["foot"][:2])
+    assert any(near < r < far for near, far in told["level"])
+    assert told["workspace"]["side"][0] == np.round(workspace(robot, 3).side[0], 5).tolist()
+    assert bench(robot, Bench(3, angles=(0.0, 1.4, -0.5)))["level"] != told["level"]
+
+
+# ----------------------------------------------------------------------------- as printed, JSON
+
+
+def test_the_equations_as_printed_stand_beside_the_right_ones():
+    robot = load_robot("phantomx-paper")
+    told = bench(robot, Bench(1, force=(1.0, 2.0, 9.0)))
+    J, torque = np.array(told["jacobian"]), np.array(told["torque"]["sum"])
+    # Eq. 11 has the ground's force with the other sign.
+    np.testing.assert_allclose(
+        told["printed"]["torque"], torque + 2 * J.T @ [1, 2, 9], atol=10 * ROUND_OFF
+    )
+    # Eq. 1 has an angle, 90 degrees, where the coxa's length belongs, and nothing for the others.
+    np.testing.assert_allclose(told["printed"]["foot"], [0.09, 0, 0], atol=ROUND_OFF)
+    # b11 as printed is half of what it should be.
+    printed, right = (told["printed"][name]["B"] for name in ("matrices", "matrices_right"))
+    assert printed[0][0] == pytest.approx(right[0][0] / 2, rel=1e-12)
+    np.testing.assert_allclose(
+        told["matrices"]["M"], leg_matrices(robot.legs[0], np.array(told["angles"])).M, atol=0
+    )
+
+
+def test_angles_as_printed_are_shown_by_where_they_put_the_foot():
+    robot = load_robot("phantomx-paper")
+    told = bench(robot, Bench(1, foot=(0.15, 0.0, -0.1)))["printed"]
+    if told["reached"][0] is not None:
+        reached = foot_position(robot.legs[0], np.array(told["angles"]))
+        np.testing.assert_allclose(told["reached"], reached, atol=ROUND_OFF)
+    assert np.shape(told["angles"]) == (3,)
+
+
+def test_every_answer_is_json_even_where_numbers_are_infinite(robot):
+    for leg in range(1, len(robot.legs) + 1):
+        for request in (Bench(leg), Bench(leg, angles=(0.0, 0.0, 0.0)), Bench(leg, foot=(9, 9, 9))):
+            told = bench(robot, request)
+            assert json.loads(json.dumps(told, allow_nan=False)) == told
+
+
+# ------------------------------------------------------------------------------------- refusals
+
+
+@pytest.mark.parametrize(
+    ("request_", "error", "text"),
+    [
+        (Bench(7), InvalidRobot, "there is no leg 7; legs are 1 to 6."),
+        (Bench(0), InvalidRobot, "there is no leg 0; legs are 1 to 6."),
+        (
+            Bench(1, angles=(0.0, math.nan, 0.0)),
+            InvalidInput,
+            "angles holds nan rad; it must lie within ±6.283 rad.",
+        ),
+        (
+            Bench(1, foot=(1e300, 0.0, 0.0)),
+            InvalidInput,
+            "foot holds 1e+300 m; it must lie within ±10 m.",
+        ),
+        (
+            Bench(1, force=(0.0, -math.inf, 0.0)),
+            InvalidInput,
+            "force holds -inf N; it must lie within ±1000 N.",
+        ),
+        (
+            Bench(1, angles=(0.0, 0.0, 0.0), foot=(0.1, 0.0, 0.0)),
+            InvalidInput,
+            "angles and foot are both given; it must be one of them.",
+        ),
+    ],
+)
+def test_nonsense_is_refused_in_one_sentence(request_, error, text):
+    with pytest.raises(error) as refused:
+        bench(load_robot("phantomx-paper"), request_)
+    assert refused.value.what == text

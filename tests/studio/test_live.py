@@ -1,0 +1,265 @@
+"""The robot in physics without an end, driven by a setting."""
+
+import math
+
+import numpy as np
+import pytest
+
+from phasmid import load_scenario
+from phasmid.control import SafeController
+from phasmid.dynamics import BodyMotion
+from phasmid.dynamics.floating_base import momentum
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import quaternion_rotation
+from phasmid.studio.fields import field_of
+from phasmid.studio.live import LiveRobot
+from phasmid.studio.scene import Scene
+from phasmid.studio.setting import setting_of
+
+PAPER = setting_of(load_scenario("paper"))
+NO_LEGS = frozenset()
+
+
+def linear_momentum(live):
+    """Of the whole robot in the world, as the engine stands."""
+    run, data = live.run, live.run.data
+    R = quaternion_rotation(data.qpos[3:7])
+    body = BodyMotion(
+        position=data.qpos[:3].copy(),
+        rotation=R,
+        velocity=data.qvel[:3].copy(),
+        angular_velocity=R @ data.qvel[3:6],
+        acceleration=np.zeros(3),
+        angular_acceleration=np.zeros(3),
+    )
+    shape = (len(run.robot.legs), 3)
+    q, qd = data.qpos[7:].reshape(shape), data.qvel[6:].reshape(shape)
+    return momentum(run.robot, body, q, qd).linear
+
+
+@pytest.mark.parametrize("drive", ["prescribed", "servo"])
+def test_a_push_gives_the_robot_its_impulse(drive):
+    # In free flight nothing but gravity and the push changes the momentum: p(T) - p(0) + m g T is
+    # the impulse. The engine sets speeds, of which the momentum is a function of the pose too; its
+    # pose is a step dt behind or ahead of them, in which the robot turns by w dt. With a trunk that
+    # the push turns at some 2 rad/s this is 2e-3 of the momentum, of the impulse and of m g T.
+    live = LiveRobot(field_of("drive").changed(PAPER, drive))
+    assert live.run._unlocked is not None, "the compiled loop is meant"
+    run, impulse = live.run, np.array([0.3, -0.2, 0.1])
+    run.data.qpos[2] += 5.0
+    turned = quaternion_rotation(np.array([math.cos(0.2), 0.0, 0.0, math.sin(0.2)]))
+    run.data.qpos[3:7] = math.cos(0.2), 0.0, 0.0, math.sin(0.2)
+    live.advance(1)
+    begin, before = linear_momentum(live), live.now
+    lasts = run.push(tuple(impulse), 0.05)
+    assert lasts == pytest.approx(0.05, abs=1e-12)
+    live.advance(20)
+    passed = live.now - before
+    assert passed == pytest.approx(0.1, abs=1e-12)
+    weight = run.robot.mass * 9.81
+    gained = linear_momentum(live) - begin + [0.0, 0.0, weight * passed]
+    # In the axes that the body had when it was pushed.
+    wanted = turned @ impulse
+    assert gained == pytest.approx(wanted, abs=2e-3 * (np.linalg.norm(wanted) + weight * passed))
+    # It is over: the force is gone.
+    assert not run.data.xfrc_applied.any()
+
+
+def test_pushes_add_up_and_end_each_at_its_time():
+    live = LiveRobot(PAPER)
+    run, trunk = live.run, live.run.data.body("trunk").id
+    run.push((1.0, 0.0, 0.0), 0.01)
+    run.push((0.0, 2.0, 0.0), 0.02)
+    live.advance(1)
+    assert run.data.xfrc_applied[trunk, :3] == pytest.approx([100.0, 100.0, 0.0], abs=1e-3)
+    live.advance(2)
+    assert run.data.xfrc_applied[trunk, :3] == pytest.approx([0.0, 100.0, 0.0], abs=1e-3)
+    live.advance(2)
+    assert not run.data.xfrc_applied.any()
+    for impulse, duration in (((1.0, math.nan, 0.0), 0.05), ((1.0, 0.0, 0.0), 0.0)):
+        with pytest.raises(InvalidInput):
+            run.push(impulse, duration)
+
+
+def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows():
+    setting = setting_of(load_scenario("paper").replace(duration=0.1))
+    live = LiveRobot(setting)
+    for turn in range(60):
+        # A new command at each turn, and ones that the engine has something to say of.
+        share = (0.2 + 0.01 * turn, 0.1, 0.0)
+        live.follow(setting, share, frozenset({2}) if turn % 20 == 10 else NO_LEGS)
+        live.advance(5)
+        live.take_events()
+    assert live.now == pytest.approx(1.5, abs=1e-9)
+    assert live.trouble is None
+    run, controller = live.run, live.driving.controller
+    assert isinstance(controller, SafeController)
+    assert len(run.asked) <= 1
+    assert not controller.events
+    assert not controller.controller.events
+    assert not controller.controller.walker.events
+    assert "time" not in vars(run), "times of samples that never end"
+    assert len(live.meter._marks) <= 62
+
+
+def test_what_the_controller_says_is_told_once():
+    live = LiveRobot(PAPER)
+    fast = field_of("period").changed(PAPER, 0.35)
+    live.follow(fast, (1.0, 0.0, 1.0), NO_LEGS)
+    told = []
+    for _ in range(40):
+        live.advance(5)
+        told += live.take_events()
+    assert len(told) == len(set(told))
+    assert live.take_events() == []
+
+
+def test_a_share_of_the_stick_is_that_share_of_what_is_possible():
+    live = LiveRobot(PAPER)
+    engine = live._engine
+    gait, period = PAPER.gait, PAPER.scenario.stride.period
+    for axis in range(3):
+        unit = [0.0, 0.0, 0.0]
+        unit[axis] = -1.0
+        most = engine.largest_velocity(tuple(unit), gait=gait, period=period).velocity
+        share = [0.0, 0.0, 0.0]
+        share[axis] = -0.4
+        live.follow(PAPER, tuple(share), NO_LEGS)
+        assert live.command.velocity == pytest.approx([0.4 * part for part in most], abs=1e-12)
+    # Along all at once it stays within what is possible in that direction.
+    live.follow(PAPER, (1.0, 1.0, 1.0), NO_LEGS)
+    asked = live.command.velocity
+    most = engine.largest_velocity(asked, gait=gait, period=period).velocity
+    assert math.hypot(*asked) <= math.hypot(*most)
+    assert all(part > 0 for part in asked)
+
+
+def test_the_plan_is_played_as_it_was_planned():
+    setting = field_of("walks").changed(PAPER, "the plan")
+    live = LiveRobot(setting)
+    assert live.plays
+    live.advance(400)
+    # Two seconds of the paper's walk are two steps of 40 mm, rest to rest; the ground gives way by
+    # less than a millimetre.
+    assert live.trouble is None
+    assert live.sample.qpos[0, 0] == pytest.approx(0.08, abs=1e-3)
+    assert live.ends_at == math.inf
+
+
+def test_a_gait_that_cannot_be_is_refused_and_the_robot_goes_on():
+    live = LiveRobot(PAPER)
+    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
+    before = live.command
+    octopod = field_of("robot").changed(PAPER, "octopod")
+    with pytest.raises(InvalidInput):
+        live.follow(octopod, (0.5, 0.0, 0.0), NO_LEGS)
+    assert live.command is before
+    live.advance(10)
+    assert live.trouble is None
+
+
+def test_a_servo_that_is_let_die_is_limp():
+    live = LiveRobot(field_of("drive").changed(PAPER, "ideal-servo"))
+    live.advance(2)
+    live.run.let_die(3, 2)
+    live.advance(40)
+    torque = live.sample.torque[0].reshape(6, 3)
+    assert torque[3, 2] == 0.0
+    assert np.abs(torque).max() > 0.1
+
+
+@pytest.fixture(scope="module")
+def standing():
+    """The robot at rest, half a second after its start."""
+    setting = field_of("walks").changed(PAPER, "by hand")
+    live = LiveRobot(setting)
+    live.follow(setting, (0.0, 0.0, 0.0), NO_LEGS)
+    live.advance(100)
+    return live
+
+
+def named(scene, row):
+    row, at, found = np.frombuffer(row, "<f4"), 0, {}
+    for name, count in scene.layout:
+        found[name] = row[at : at + count]
+        at += count
+    assert at == len(row)
+    return found
+
+
+def test_a_frame_tells_what_the_robot_does(standing):
+    scene = Scene(standing, 7)
+    frame = named(scene, scene.row(standing, 1.0))
+    assert frame["scene"] == 7
+    weight = standing.source.weight
+    forces = frame["foot_force"].reshape(6, 3)
+    # At rest the ground bears the weight; the robot still sways by some thousandths of g.
+    assert forces[:, 2].sum() == pytest.approx(weight, rel=0.01)
+    assert frame["contact"].all()
+    assert frame["stance"].all()
+    # The model of the robot at rest shares it alike by symmetry, and its torques belong to it.
+    model = frame["foot_force_model"].reshape(6, 3)
+    assert model.sum(axis=0) == pytest.approx([0.0, 0.0, weight], abs=1e-4 * weight)
+    assert frame["margin"] > 0.05
+    assert frame["tilt"] < 0.01
+    assert frame["below"] == 0.0
+    assert frame["body_position"] == pytest.approx(standing.sample.qpos[0, :3], abs=1e-6)
+    worst, share = frame["worst_servo"]
+    torque = np.abs(frame["joint_torque"])
+    assert torque[int(worst)] == pytest.approx(torque.max(), rel=0.2)
+    assert 0 < share < 1.5
+    # Nothing was asked, and nothing is got.
+    assert frame["velocity_asked"] == pytest.approx([0, 0, 0])
+    assert np.abs(frame["velocity"][:2]).max() < 2e-3
+
+
+def test_links_are_where_the_reports_have_them(standing):
+    from phasmid.reporting.webpage.replay import link_poses, quaternions
+
+    scene = Scene(standing, 1)
+    frame = named(scene, scene.row(standing, 1.0))
+    q = standing.sample.qpos[0, 7:].reshape(1, 6, 3)
+    poses = link_poses(standing.source.robot, q, scene._places)[0]
+    # Numbers of four bytes.
+    position, turn = frame["link_position"].reshape(-1, 3), frame["link_orientation"].reshape(-1, 4)
+    assert position == pytest.approx(poses[:, :3, 3], abs=1e-6)
+    assert turn == pytest.approx(quaternions(poses[:, :3, :3]), abs=1e-6)
+
+
+def test_a_made_up_robot_has_feet_that_are_drawn_at_its_tibias_ends():
+    from dataclasses import replace
+
+    from phasmid.reporting.webpage.replay import link_poses
+
+    bare = replace(PAPER.base, appearance=None)
+    live = LiveRobot(setting_of(PAPER.scenario.replace(robot=bare)))
+    scene = Scene(live, 1)
+    assert any(frame == 3 for _, frame in scene._places)
+    q = live.sample.qpos[0, 7:].reshape(6, 3)
+    poses = link_poses(bare, q[None], scene._places)[0]
+    at, turned = scene._links(q)
+    assert at == pytest.approx(poses[:, :3, 3], abs=1e-12)
+    assert turned == pytest.approx(poses[:, :3, :3], abs=1e-12)
+
+
+def test_the_scene_has_the_keys_of_a_replay(standing):
+    told = Scene(standing, 3).told
+    keys = {"meshes", "pieces", "ground", "level", "legs", "knees", "weight", "span", "trail"}
+    keys |= {"force_length", "force_colour", "names", "friction", "torque_limit", "links"}
+    assert told.keys() == keys | {"layout", "number", "gait"}
+    assert told["number"] == 3
+    assert told["level"] == 0.0
+    assert told["gait"] == {"duty": 0.5, "offsets": [0.0, 0.5, 0.0, 0.5, 0.0, 0.5]}
+    assert np.shape(told["torque_limit"]) == (6, 3)
+
+
+def test_uneven_ground_goes_with_the_robot():
+    live = LiveRobot(field_of("terrain").changed(PAPER, "waves"))
+    scene = Scene(live, 1)
+    ground = scene.told["ground"]
+    assert ground is not None
+    assert not scene.moved(live)
+    live.sample.qpos[0, 0] += 1.5
+    assert scene.moved(live)
+    assert scene.told["ground"] != ground
+    assert not scene.moved(live)

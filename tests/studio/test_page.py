@@ -1,0 +1,49 @@
+"""The live page's files: whole, told by a fixed table, and with nothing that its policy forbids."""
+
+import re
+
+import pytest
+
+from phasmid.studio.assets import assets
+
+
+@pytest.fixture(scope="module")
+def page():
+    return assets()["studio.html"].content.decode()
+
+
+def test_what_the_page_names_is_in_the_table_and_the_table_holds_nothing_else(page):
+    named = set(re.findall(r'(?:src|href)="/assets/([^"]+)"', page))
+    assert named | {"studio.html"} == set(assets())
+
+
+def test_the_page_holds_no_script_style_or_address_of_its_own(page):
+    # Its policy would refuse them: script-src 'self', style-src 'self', and nothing from elsewhere.
+    assert all(tag.startswith("<script defer src=") for tag in re.findall(r"<script[^>]*>", page))
+    assert not re.search(r"<style|\sstyle=|\son[a-z]+=|https?:|//", page)
+
+
+def test_its_scripts_never_read_text_as_a_page():
+    # Names come from files of strangers (W11); they are set as text, which nothing can run.
+    forbidden = r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function"
+    for name, asset in assets().items():
+        assert not re.search(forbidden, asset.content.decode()), name
+
+
+def test_every_file_tells_its_kind():
+    kinds = {name.rpartition(".")[2]: asset.kind for name, asset in assets().items()}
+    assert kinds == {
+        "html": "text/html; charset=utf-8",
+        "css": "text/css; charset=utf-8",
+        "js": "text/javascript; charset=utf-8",
+    }
+
+
+def test_every_control_of_the_page_has_a_label(page):
+    inputs = re.findall(r"<(?:input|select)[^>]*>", page)
+    for tag in inputs:
+        own = re.search(r'id="([^"]+)"', tag)
+        assert own, tag
+        before = page[: page.index(tag)]
+        within = before.rfind("<label") > before.rfind("</label>")
+        assert within or f'for="{own[1]}"' in page, tag

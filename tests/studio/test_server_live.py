@@ -1,0 +1,316 @@
+"""What is said between browsers and the live robot: W5, W6, W9, W10, W12, on real sockets."""
+
+import base64
+import json
+import logging
+import socket
+import struct
+import threading
+import time
+from concurrent.futures import Future
+from contextlib import suppress
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+
+from phasmid.errors import InvalidInput
+from phasmid.studio.client import MOST_WAITING, RATE
+from phasmid.studio.errors import TooMany
+from phasmid.studio.messages import Pace, Play, Stick
+from phasmid.studio.server import MOST_BROWSERS, listen
+from studio.pretended import PretendedStage, reply, running, say
+
+
+@pytest.fixture
+def studio():
+    with running() as one:
+        yield one
+
+
+def test_a_browser_is_greeted_and_brought_up_to_date(studio):
+    with studio.open() as page:
+        first = json.loads(page.recv(timeout=20))["hello"]
+        assert first["protocol"] == 1
+        assert first["version"]
+        assert [page.recv(timeout=20) for _ in range(2)] == studio.stage.hello()
+
+
+def test_what_happens_during_the_greeting_is_told_after_it():
+    stage, publishing, published = PretendedStage(), threading.Event(), threading.Event()
+
+    def hello():
+        publishing.set()
+        assert published.wait(20)
+        return ['{"state": "old"}']
+
+    stage.hello = hello
+    with running(stage) as studio, studio.open() as page:
+        assert publishing.wait(20)
+        studio.server.publish('{"state": "new"}')
+        published.set()
+        told = [page.recv(timeout=20) for _ in range(3)]
+    assert told[1:] == ['{"state": "old"}', '{"state": "new"}']
+
+
+def test_a_request_reaches_the_robot_and_its_answer_the_browser(studio):
+    studio.stage.answer = {"link": "#s=<script>"}
+    with studio.connect() as page:
+        told = say(page, id=7, do="play", how="pause")
+        assert told == {"reply": 7, "status": 200, "answer": {"link": "#s=<script>"}}
+    assert studio.stage.asked.get(timeout=20) == Play("pause")
+
+
+def test_a_stick_without_a_number_is_not_answered(studio):
+    with studio.connect() as page:
+        page.send('{"do": "stick", "at": [1, 0, 0]}')
+        assert say(page, id=8, do="pace", factor=2)["reply"] == 8
+    assert studio.stage.asked.get(timeout=20) == Stick((1.0, 0.0, 0.0))
+    assert studio.stage.asked.get(timeout=20) == Pace(2.0)
+
+
+def test_what_is_impossible_is_told_as_the_command_line_tells_it(studio):
+    studio.stage.answer = InvalidInput('no gait called "tripode".', hint='"tripod"')
+    with studio.connect() as page:
+        told = say(page, id=1, do="change", name="gait", value="tripode")
+        said = {"text": 'no gait called "tripode".', "hint": '"tripod"'}
+        assert told == {"reply": 1, "status": 422} | said
+
+
+def test_what_goes_on_as_often_as_it_may_is_refused_for_now(studio):
+    studio.stage.answer = TooMany("2 recordings are still being written.", hint="wait")
+    with studio.connect() as page:
+        told = say(page, id=1, do="record", on=True)
+    said = {"text": "2 recordings are still being written.", "hint": "wait"}
+    assert told == {"reply": 1, "status": 429} | said
+
+
+@pytest.mark.parametrize("answer", [KeyError("secret"), {"x": object()}, {"x": float("nan")}])
+def test_a_mistake_of_ours_is_told_without_its_detail_and_ends_nothing(answer, caplog):
+    caplog.set_level(logging.WARNING, "phasmid.studio")
+    with running(PretendedStage(answer=answer)) as studio, studio.connect() as page:
+        told = say(page, id=1, do="play", how="play")
+        assert told["status"] == 500
+        assert told["text"] == "this is a mistake of phasmid, not yours; please report it."
+        studio.stage.answer = None
+        assert say(page, id=2, do="play", how="play")["status"] == 200
+    assert len(caplog.records) == 1
+    assert caplog.records[0].exc_info is None
+
+
+def test_a_robot_that_takes_nothing_more_ends_nothing(studio):
+    def ask(request):
+        raise RuntimeError("closed")
+
+    studio.stage.ask = ask
+    with studio.connect() as page:
+        assert say(page, id=1, do="play", how="play")["status"] == 500
+
+
+def test_w5_a_message_of_eleven_megabytes_is_refused_in_a_sentence(studio):
+    content = base64.b64encode(bytes(8_250_000)).decode()
+    with studio.connect() as page:
+        told = say(page, id=1, do="load", what="robot", name="a.stl", content=content)
+        assert told["status"] == 413
+        assert told["text"] == "message is 11 MB; the limit is 10 MB."
+        assert say(page, id=2, do="play", how="play")["status"] == 200
+
+
+def test_w5_what_is_larger_still_is_not_read(studio):
+    with studio.connect() as page:
+        with pytest.raises(ConnectionClosed) as closed:
+            say(page, content=13_000_000 * "x")
+        assert closed.value.rcvd.code == 1009
+
+
+def test_a_file_of_some_megabytes_is_taken(studio):
+    content = bytes(range(256)) * 25_000
+    with studio.connect() as page:
+        text = base64.b64encode(content).decode()
+        told = say(page, id=1, do="load", what="terrain", name="a.png", content=text)
+        assert told["status"] == 200
+    assert studio.stage.asked.get(timeout=20).content == content
+
+
+def test_w6_w7_what_is_no_request_is_refused_and_the_page_stays(studio):
+    with studio.connect() as page:
+        for text, status in [
+            ("hello", 400),
+            ('{"id": NaN}', 400),
+            (5000 * "[", 400),
+            ('{"id": 1, "id": 2}', 400),
+            (b"bytes", 400),
+            ('{"id": 3, "do": "pace", "factor": "fast"}', 422),
+        ]:
+            page.send(text)
+            told = reply(page)
+            assert told["status"] == status
+        assert (told["reply"], told["text"]) == (3, "factor is text; it must be a number.")
+        assert say(page, id=4, do="play", how="play")["status"] == 200
+    assert studio.stage.asked.qsize() == 1
+
+
+def test_w9_a_ninth_browser_is_refused_until_one_leaves(studio):
+    pages = [studio.connect() for _ in range(MOST_BROWSERS)]
+    for page in pages:
+        page.__enter__()
+    with pytest.raises(InvalidStatus) as refused, studio.open():
+        pass
+    assert refused.value.response.status_code == 429
+    assert refused.value.response.body == b"8 browsers look already; close one of them.\n"
+    for page in pages:
+        page.__exit__(None, None, None)
+    counts = [studio.stage.looking.get(timeout=20) for _ in range(2 * MOST_BROWSERS)]
+    assert counts == [1, 2, 3, 4, 5, 6, 7, 8, 7, 6, 5, 4, 3, 2, 1, 0]
+    with studio.connect() as page:
+        assert say(page, id=1, do="play", how="play")["status"] == 200
+
+
+def test_w9_a_browser_waits_for_its_answers(studio):
+    studio.stage.answer = Future()
+    with studio.connect() as page:
+        for _ in range(MOST_WAITING):
+            page.send('{"do": "stick", "at": [0, 0, 0]}')
+        told = say(page, id=1, do="play", how="play")
+        assert told["status"] == 429
+        assert told["text"] == "100 commands wait for their answers; wait for them."
+        studio.stage.answer.set_result({})
+        studio.stage.answer = None
+    assert studio.stage.asked.qsize() == MOST_WAITING
+
+
+def test_w10_ten_thousand_commands_are_mostly_refused_and_others_are_served(studio, monkeypatch):
+    # What waits on its way is read in a fifth of the time, as this is a test.
+    monkeypatch.setattr("phasmid.studio.client.REST", 0.01)
+    with studio.connect() as flood, studio.connect() as other:
+        begin = time.monotonic()
+        for _ in range(10_000):
+            flood.send('{"do": "stick", "at": [1, 0, 0]}')
+        assert say(other, id=1, do="play", how="play")["status"] == 200
+        told = reply(flood)
+        assert told["status"] == 429
+        assert told["text"] == "more than 200 commands a second; the others are left out."
+        # After a while it may ask again, however much it had asked.
+        heard = False
+        while not heard:
+            flood.send('{"id": 2, "do": "pace", "factor": 1}')
+            with suppress(TimeoutError):
+                heard = json.loads(flood.recv(timeout=0.5))["reply"] == 2
+        taken = studio.stage.asked.qsize()
+        passed = time.monotonic() - begin
+    # As many at once as may come in a second, then as many a second.
+    assert RATE <= taken <= RATE * (1 + passed) + 2
+
+
+def test_w10_a_slow_reader_gets_the_newest_frame_and_no_backlog(studio):
+    # Nothing on the way holds 200 MB.
+    frames = [struct.pack("<i", i) + bytes(100_000) for i in range(2000)]
+    with studio.connect(max_queue=1) as slow, studio.connect() as quick:
+        for frame in frames:
+            studio.server.publish(frame)
+        studio.server.publish('{"event": "last"}')
+        seen = {}
+        for name, page in (("quick", quick), ("slow", slow)):
+            messages = iter(lambda page=page: page.recv(timeout=20), '{"event": "last"}')
+            seen[name] = [struct.unpack("<i", message[:4])[0] for message in messages]
+            # The texts come first, as none of them may be lost.
+            rest = page.recv(timeout=20) if seen[name][-1:] != [1999] else b""
+            seen[name] += [struct.unpack("<i", rest[:4])[0]] if rest else []
+    for numbers in seen.values():
+        assert numbers == sorted(set(numbers))
+        assert numbers[-1] == 1999
+    assert len(seen["slow"]) < len(frames)
+
+
+def test_w10_who_reads_nothing_is_given_up(monkeypatch, studio):
+    monkeypatch.setattr("phasmid.studio.client.MOST_BEHIND", 3_000_000)
+    with studio.connect(max_queue=1) as slow, studio.connect() as other:
+        assert [studio.stage.looking.get(timeout=20) for _ in range(2)] == [1, 2]
+        # The other keeps up: it is told more only when it has read the last.
+        for _ in range(60):
+            studio.server.publish(json.dumps({"event": 500_000 * "x"}))
+            other.recv(timeout=20)
+        assert studio.stage.looking.get(timeout=20) == 1
+        with pytest.raises(ConnectionClosed):
+            reply(slow)
+        assert say(other, id=1, do="play", how="play")["status"] == 200
+
+
+def handshake(studio):
+    """A websocket by hand: a browser whose machine can vanish."""
+    end = socket.create_connection(("127.0.0.1", studio.port), 20)
+    lines = [
+        "GET /live HTTP/1.1",
+        f"Host: {studio.host}",
+        f"Origin: {studio.origin}",
+        f"Cookie: {studio.cookie}",
+        "Connection: Upgrade",
+        "Upgrade: websocket",
+        "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==",
+    ]
+    end.sendall("\r\n".join([*lines, "", ""]).encode())
+    assert end.recv(65536).startswith(b"HTTP/1.1 101 ")
+    return end
+
+
+def test_w12_a_browser_that_is_killed_is_missed_at_once(studio):
+    end = handshake(studio)
+    assert studio.stage.looking.get(timeout=20) == 1
+    # No farewell: the system of a killed program resets its connections.
+    end.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    end.close()
+    assert studio.stage.looking.get(timeout=20) == 0
+
+
+def test_w12_a_browser_that_vanishes_from_the_network_is_missed(monkeypatch):
+    monkeypatch.setattr("phasmid.studio.server.PING", 0.1)
+    monkeypatch.setattr("phasmid.studio.server.PONG", 0.2)
+    with running() as studio, handshake(studio) as end:
+        assert studio.stage.looking.get(timeout=20) == 1
+        # Nobody answers to its pings, though the connection stands.
+        assert studio.stage.looking.get(timeout=20) == 0
+        while end.recv(65536):
+            pass
+
+
+def test_w12_a_browser_that_vanishes_while_it_asks_is_no_harm(studio):
+    studio.stage.answer = waiting = Future()
+    with studio.connect() as page:
+        page.send('{"id": 1, "do": "play", "how": "play"}')
+        studio.stage.asked.get(timeout=20)
+    assert [studio.stage.looking.get(timeout=20) for _ in range(2)] == [1, 0]
+    waiting.set_result({})
+    studio.stage.answer = None
+    with studio.connect() as page:
+        assert say(page, id=1, do="play", how="play")["status"] == 200
+
+
+def test_a_websocket_with_a_wrong_key_is_refused(studio):
+    told = {"Origin": studio.origin, "Upgrade": "websocket", "Connection": "Upgrade"}
+    assert studio.get("/live", **told, Sec_WebSocket_Version="13").status == 400
+    assert studio.get("/live", Origin=studio.origin).status == 426
+    assert studio.stage.looking.empty()
+
+
+def test_a_frame_that_is_none_closes_that_browser_alone(studio):
+    with studio.connect() as page:
+        for data in (b"\xff\xff\xff\xff\xff\xff", b"\x81\x02hi", b"\xc1\x80\x00\x00\x00\x00"):
+            with handshake(studio) as end:
+                end.sendall(data)
+                while end.recv(65536):
+                    pass
+        assert say(page, id=1, do="play", how="play")["status"] == 200
+
+
+def test_the_end_of_the_studio_is_told_and_frees_its_port():
+    with running() as studio, studio.connect() as page, handshake(studio):
+        idle = socket.create_connection(("127.0.0.1", studio.port), 20)
+        studio.server.stop()
+        with pytest.raises(ConnectionClosed) as closed:
+            page.recv(timeout=20)
+        assert closed.value.rcvd.code == 1001
+        idle.close()
+    # Nothing is published to a loop that has ended, and nothing breaks.
+    studio.server.publish("{}")
+    with listen("127.0.0.1", studio.port) as again:
+        assert again.getsockname() == studio.bound

@@ -1,0 +1,230 @@
+"""The fields of the setting, and settings that leave the page and come back."""
+
+import json
+import math
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from phasmid import load_robot, load_scenario
+from phasmid.errors import InvalidInput
+from phasmid.gait import gaits_of
+from phasmid.robot import preset_names, robot_to_toml, servo_names
+from phasmid.scenario.contact import ContactTable
+from phasmid.scenario.model import ModelTable
+from phasmid.scenario.simulation import SimulationTable
+from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file, with_values
+from phasmid.studio.fields import FIELDS, GROUPS, catalogue, field_of, values
+from phasmid.studio.messages import Load
+from phasmid.studio.setting import OWN_SERVO, setting_of
+
+PAPER = setting_of(load_scenario("paper"))
+
+
+def told(setting, name):
+    return next(one for one in catalogue(setting)["fields"] if one["name"] == name)
+
+
+def choices(setting, name):
+    return [choice["value"] for choice in told(setting, name)["choices"]]
+
+
+def test_every_field_says_what_it_is():
+    found = catalogue(PAPER)
+    assert [group["name"] for group in found["groups"]] == list(GROUPS)
+    now = values(PAPER)
+    for field in found["fields"]:
+        assert field["group"] in GROUPS, field
+        assert field["label"], field
+        assert field["help"].endswith("."), field
+        value = now[field["name"]]
+        if field["kind"] == "range":
+            assert field["least"] <= value <= field["most"], field
+            assert field["step"] > 0, field
+        elif field["kind"] == "choice":
+            assert value in [choice["value"] for choice in field["choices"]], field
+        else:
+            assert isinstance(value, bool), field
+    assert found["legs"][0] == "right front"
+    json.dumps(found, allow_nan=False)
+
+
+def test_choices_are_the_packages_own():
+    assert choices(PAPER, "robot") == [*preset_names()]
+    assert choices(PAPER, "servo") == [OWN_SERVO, *servo_names()]
+    assert choices(PAPER, "gait") == [*gaits_of(6)]
+    for name, table, field in (
+        ("drive", SimulationTable, "drive"),
+        ("contact_law", ContactTable, "contact_law"),
+        ("force_model", ModelTable, "force_model"),
+    ):
+        assert choices(PAPER, name) == [*get_args(table.model_fields[field].annotation)]
+    quadruped = field_of("robot").changed(PAPER, "quadruped")
+    assert choices(quadruped, "gait") == [*gaits_of(4)]
+
+
+def test_values_are_in_the_units_of_people_and_kept_in_si():
+    raised = field_of("body_height").changed(PAPER, 12)
+    assert raised.pose == (0.0, 0.0, 0.012, 0.0, 0.0, 0.0)
+    leaning = field_of("roll").changed(raised, -5.0)
+    assert leaning.pose[3] == pytest.approx(math.radians(-5), rel=1e-15)
+    assert values(leaning)["roll"] == -5.0
+    assert values(leaning)["body_height"] == 12.0
+    assert field_of("step_height").changed(PAPER, 25).scenario.stride.step_height == 0.025
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("friction", -1, "terrain.friction is -1; it must be 0 or more."),
+        ("friction", 5, "friction is 5; it must be at least 0 and at most 2."),
+        ("friction", True, "friction is True; it must be a number."),
+        ("friction", math.nan, "friction is nan; it must be a finite number."),
+        ("gait", "tripode", 'gait is "tripode"; it must be one of tripod, wave'),
+        ("feeling", 1, "feels the ground is 1; it must be true or false."),
+        ("payload", -1, "payload is -1 kg; it must be a finite number, 0 or more."),
+        ("payload", 50, "payload is 50 kg; it must be at most 5.3 kg, 2 times the robot."),
+        ("step_height", -1, "stride.step_height is -0.001 m; it must be 0 or more."),
+        ("colour", 1, 'the setting has no field "colour".'),
+    ],
+)
+def test_a_value_that_cannot_be_is_refused_in_a_sentence(name, value, sentence):
+    with pytest.raises(InvalidInput) as refusal:
+        field_of(name).changed(PAPER, value)
+    assert refusal.value.what.startswith(sentence)
+
+
+def test_another_robot_keeps_what_it_can_and_takes_its_own_else():
+    setting = with_values(PAPER, {"gait": "wave", "payload": 3.0, "roll": 3, "friction": 0.4})
+    quadruped = field_of("robot").changed(setting, "quadruped")
+    assert quadruped.gait.name == "crawl"
+    assert quadruped.payload <= 2 * quadruped.base.mass
+    assert quadruped.pose == (0.0,) * 6
+    assert values(quadruped)["friction"] == 0.4
+    octopod = field_of("robot").changed(setting, "octopod")
+    assert octopod.gait.name == "wave"
+    assert len(octopod.gait.offsets) == 8
+
+
+def test_a_load_is_part_of_the_machine():
+    loaded = field_of("payload").changed(PAPER, 0.5)
+    assert loaded.robot.mass == pytest.approx(PAPER.robot.mass + 0.5, rel=1e-14)
+    assert loaded.built_of() != PAPER.built_of()
+
+
+def test_what_the_robot_is_asked_to_do_needs_no_new_run():
+    for name, value in (
+        ("gait", "wave"),
+        ("period", 1.5),
+        ("step_height", 20),
+        ("roll", 2),
+        ("walks", "by hand"),
+        ("force_model", "friction-cone"),
+        ("step_length", 20),
+    ):
+        assert field_of(name).changed(PAPER, value).built_of() == PAPER.built_of(), name
+    for name, value in (
+        ("walks", "the plan"),
+        ("robot", "octopod"),
+        ("terrain", "stairs"),
+        ("drive", "servo"),
+        ("servo", "MX-28"),
+        ("contact_law", "mujoco"),
+        ("friction", 0.5),
+        ("feeling", False),
+    ):
+        assert field_of(name).changed(PAPER, value).built_of() != PAPER.built_of(), name
+
+
+CHANGED = {
+    "walks": "by hand",
+    "gait": "ripple",
+    "period": 1.25,
+    "robot": "phantomx-ax",
+    "payload": 0.3,
+    "drive": "servo",
+    "servo": "MX-28",
+    "terrain": "stairs",
+    "rise": 15.0,
+    "friction": 0.45,
+    "pitch": -4.0,
+    "force_model": "friction-cone",
+    "feeling": False,
+}
+
+
+def test_a_link_brings_another_person_to_the_same_setting():
+    setting = with_values(PAPER, CHANGED)
+    link = link_of(setting)
+    assert link.startswith("#s=")
+    assert values(from_link(link, PAPER)) == values(setting)
+    # It tells what differs alone.
+    assert values(from_link(link_of(PAPER), setting)) == values(PAPER)
+    assert len(link_of(PAPER)) < 40
+
+
+@pytest.mark.parametrize("text", ["#s=!!!", "#s=AAAA", "[1]", '{"scenario":"x"}', '{"gait":"x"}'])
+def test_a_link_that_is_none_is_refused(text):
+    with pytest.raises(InvalidInput):
+        from_link(text, PAPER)
+
+
+def test_a_scenario_file_loads_to_the_same_experiment(tmp_path):
+    setting = with_values(PAPER, CHANGED)
+    file = scenario_file(setting)
+    (tmp_path / file["name"]).write_text(file["text"])
+    # The robot has other servos and a load, so that its file comes with the scenario's.
+    (tmp_path / file["robot"]["name"]).write_text(file["robot"]["text"])
+    loaded = load_scenario(tmp_path / file["name"])
+    assert loaded.replace(robot="phantomx-ax") == setting.scenario
+    robot = loaded.load_robot()
+    assert robot.mass == pytest.approx(setting.robot.mass, rel=1e-12)
+    assert robot.servo == setting.robot.servo
+
+
+def test_a_preset_as_it_comes_needs_no_robot_file(tmp_path):
+    file = scenario_file(PAPER)
+    assert file.keys() == {"name", "text"}
+    (tmp_path / file["name"]).write_text(file["text"])
+    assert load_scenario(tmp_path / file["name"]) == PAPER.scenario
+
+
+def test_robots_scenarios_and_height_maps_are_taken_from_files(tmp_path):
+    text = robot_to_toml(replace(load_robot("octopod"), name="mine")).encode()
+    setting = with_file(PAPER, Load("robot", "../mine.toml", text), tmp_path)
+    assert setting.robot_name == "mine.toml"
+    assert len(setting.base.legs) == 8
+    assert choices(setting, "robot")[-1] == "mine.toml"
+    # It can be gone back to.
+    back = field_of("robot").changed(field_of("robot").changed(setting, "quadruped"), "mine.toml")
+    assert len(back.base.legs) == 8
+    ground = with_file(setting, Load("terrain", "hills.csv", b"0,0,0\n0,0.01,0\n0,0,0\n"), tmp_path)
+    assert ground.terrain_name == "hills.csv"
+    place = np.array([0.31]), np.array([0.0])
+    assert float(ground.scenario.load_terrain().height(*place)[0]) > 0
+    file = scenario_file(field_of("payload").changed(PAPER, 0.2))
+    with_file(PAPER, Load("robot", file["robot"]["name"], file["robot"]["text"].encode()), tmp_path)
+    again = with_file(PAPER, Load("scenario", "x.toml", file["text"].encode()), tmp_path)
+    assert again.base.mass == pytest.approx(PAPER.base.mass + 0.2, rel=1e-12)
+
+
+def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
+    text = scenario_file(field_of("payload").changed(PAPER, 0.2))["text"]
+    with pytest.raises(InvalidInput) as refusal:
+        with_file(PAPER, Load("scenario", "x.toml", text.encode()), tmp_path)
+    assert refusal.value.what == "phantomx-paper-of-paper.toml does not exist."
+    with pytest.raises(InvalidInput):
+        with_file(PAPER, Load("robot", "x.toml", b"\xff\xfe"), tmp_path)
+
+
+def test_no_link_carries_a_file(tmp_path):
+    text = robot_to_toml(load_robot("octopod")).encode()
+    setting = with_file(PAPER, Load("robot", "mine.toml", text), tmp_path)
+    with pytest.raises(InvalidInput, match="no link can carry"):
+        link_of(setting)
+
+
+def test_all_fields_have_different_names():
+    assert len({field.name for field in FIELDS}) == len(FIELDS)

@@ -1,0 +1,372 @@
+"""The stage: what browsers ask of the live robot, and what they are told."""
+
+import json
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid import load_recording, load_scenario
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.simulation import Driving
+from phasmid.studio import recorder, stage
+from phasmid.studio.errors import TooMany
+from phasmid.studio.fields import catalogue, field_of, values
+from phasmid.studio.live import LiveRobot
+from phasmid.studio.messages import (
+    Change,
+    Keep,
+    Limb,
+    Load,
+    Pace,
+    Play,
+    Push,
+    Record,
+    Stick,
+)
+from phasmid.studio.meter import Meter
+from phasmid.studio.pacing import MOST_BEHIND, Pacing
+from phasmid.studio.setting import setting_of
+from staging import staged
+
+
+def test_it_walks_by_itself_at_once_and_tells_newcomers_all(heard):
+    kinds = [next(iter(text)) for text in heard.texts]
+    assert kinds.index("catalogue") < kinds.index("setting")
+    frame = heard.frame()
+    assert frame["velocity_asked"][0] > 0
+    assert heard.newest("setting")["walks"] == "by itself"
+    hello = [next(iter(json.loads(text))) for text in heard.stage.hello()]
+    assert hello == ["catalogue", "scene", "setting", "state"]
+    assert heard.newest("state")["playing"] is True
+    heard.wait_for(lambda: heard.newest("state")["status"] == "walks")
+
+
+def test_every_field_changes_while_it_walks(heard):
+    # To another choice than the present one, or to the range's middle.
+    start = setting_of(load_scenario("paper"))
+    for field in catalogue(start)["fields"]:
+        name, now = field["name"], values(start)[field["name"]]
+        if field["kind"] == "choice":
+            value = next(c["value"] for c in reversed(field["choices"]) if c["value"] != now)
+        elif field["kind"] == "range":
+            value = 0.55 * field["least"] + 0.45 * field["most"]
+        else:
+            value = not now
+        if name == "contact_law":
+            value = "mujoco"
+        if name == "walks":
+            value = "by hand"
+        heard.ask(Change(name, value))
+        assert heard.newest("setting")[name] == pytest.approx(value), name
+        heard.frame()
+    assert heard.ask(Play("reset")) == {}
+    assert not [event for event in heard.events if "unforeseen" in event["text"]]
+
+
+def test_what_is_refused_changes_nothing_and_is_said_as_the_command_line_says_it(heard):
+    before = heard.newest("setting")
+    number = heard.newest("scene")["number"]
+    scenario = load_scenario("paper").replace(contact_law="simscape")
+    with pytest.raises(InvalidInput) as own:
+        Driving.of(scenario, None, lambda *_: None, rate=200.0, between=None)
+    with pytest.raises(InvalidInput) as told:
+        heard.ask(Change("contact_law", "simscape"))
+    assert (told.value.what, told.value.hint) == (own.value.what, own.value.hint)
+    with pytest.raises(InvalidInput, match=r"terrain\.friction is -1; it must be 0 or more"):
+        heard.ask(Change("friction", -1))
+    with pytest.raises(InvalidInput, match='the setting has no field "colour"'):
+        heard.ask(Change("colour", 1))
+    for request, words in (
+        (Pace(0.0), "pace is 0"),
+        (Push((100.0, 0.0, 0.0)), "the push is 100 N·s; it must be at most"),
+        (Limb(9, "lose"), "there is no leg 9; legs are 1 to 6"),
+        (Record(False), "nothing records"),
+        (Load("setting", "", b"#s=AAAA"), "it is no setting"),
+    ):
+        with pytest.raises(PhasmidError) as refusal:
+            heard.ask(request)
+        assert words in refusal.value.what
+    assert heard.newest("setting") == before
+    assert heard.newest("scene")["number"] == number
+    assert np.isfinite(heard.frame()["time"])
+
+
+def test_the_plan_walks_and_says_why_it_does_nothing_else(heard):
+    heard.ask(Change("walks", "the plan"))
+    heard.ask(Change("stance_law", "coxa-only"))
+    with pytest.raises(InvalidInput, match="knows no stick"):
+        heard.ask(Stick((1.0, 0.0, 0.0)))
+    with pytest.raises(InvalidInput, match="no other pose"):
+        heard.ask(Change("roll", 3))
+    with pytest.raises(InvalidInput, match="no lost legs"):
+        heard.ask(Limb(1, "lose"))
+    # A step that no leg can make is refused in the words of the planner.
+    heard.ask(Change("stance_law", "straight"))
+    with pytest.raises(InvalidInput, match=r"would turn at .* Shortest period"):
+        heard.ask(Change("period", 0.3))
+    assert heard.newest("setting")["period"] == 2.0
+    frame = heard.frame()
+    assert np.isnan(frame["velocity_asked"]).all()
+    assert np.isfinite(frame["foot_position"]).all()
+
+
+def test_a_stick_takes_over_and_is_let_go_when_it_grows_old(heard):
+    heard.ask(Stick((0.0, 0.0, 0.0)))
+    assert heard.newest("setting")["walks"] == "by itself"
+    heard.ask(Stick((-1.0, 0.0, 0.0)))
+    assert heard.newest("setting")["walks"] == "by hand"
+    heard.wait_for(lambda: heard.frame()["velocity_asked"][0] < 0)
+    begin = time.monotonic()
+    heard.wait_for(lambda: not heard.frame()["velocity_asked"].any())
+    # Not at once, which would be no stick.
+    assert time.monotonic() - begin > 0.3
+    heard.wait_for(lambda: heard.newest("state")["status"] == "stands")
+
+
+def test_without_anybody_who_looks_on_the_stick_is_let_go_and_no_frames_are_made(heard):
+    heard.ask(Stick((1.0, 0.0, 0.0)))
+    heard.stage.viewers(0)
+    live = heard.stage._live
+    heard.wait_for(lambda: live.command.velocity == (0.0, 0.0, 0.0))
+    count = len(heard.frames)
+    now = live.now
+    heard.wait_for(lambda: live.now > now + 0.2)
+    assert len(heard.frames) <= count + 1
+
+
+def test_time_stops_goes_by_updates_and_begins_anew(heard):
+    heard.ask(Play("pause"))
+    live = heard.stage._live
+    now = live.now
+    heard.ask(Play("step"))
+    assert live.now == pytest.approx(now + 0.005, abs=1e-9)
+    assert heard.newest("state")["playing"] is False
+    heard.ask(Play("reset"))
+    assert heard.stage._live.now == 0.0
+    # A browser that comes while nothing moves sees the robot too.
+    count = len(heard.frames)
+    heard.stage.viewers(2)
+    heard.wait_for(lambda: len(heard.frames) > count)
+    heard.ask(Play("play"))
+    heard.wait_for(lambda: heard.stage._live.now > 0.1)
+
+
+def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(heard):
+    heard.ask(Limb(2, "lose"))
+    heard.event("leg right middle is lost.")
+    heard.wait_for(lambda: heard.newest("state")["lost"] == [2])
+    heard.ask(Limb(2, "restore"))
+    heard.wait_for(lambda: heard.newest("state")["lost"] == [])
+    heard.ask(Limb(5, "limp"))
+    heard.event("servo left_middle.coxa answers no more")
+    with pytest.raises(InvalidInput, match="dead for as long"):
+        heard.ask(Limb(5, "restore"))
+    heard.ask(Play("reset"))
+    heard.wait_for(lambda: heard.newest("state")["dead"] == [])
+
+
+def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
+    monkeypatch.setattr(stage, "LYING", 0.2)
+    number = heard.newest("scene")["number"]
+    for leg in range(1, 7):
+        heard.ask(Limb(leg, "limp"))
+    told = heard.wait_for(
+        lambda: next((t["state"] for t in heard.texts if t.get("state", {}).get("sentence")), None)
+    )
+    assert told["status"] == "fell"
+    assert told["sentence"].startswith("The robot fell at ")
+    heard.wait_for(lambda: heard.newest("scene")["number"] > number)
+    heard.wait_for(lambda: heard.newest("state")["sentence"] == "")
+    assert heard.newest("state")["dead"] == []
+    assert heard.stage._live.trouble is None
+
+
+def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
+    sound = LiveRobot.advance
+
+    def faulty(self, periods):
+        monkeypatch.setattr(LiveRobot, "advance", sound)
+        raise ZeroDivisionError("as a test has it")
+
+    monkeypatch.setattr(LiveRobot, "advance", faulty)
+    heard.event("an unforeseen fault, ZeroDivisionError: as a test has it; the robot is put back")
+    heard.wait_for(lambda: heard.stage._live is not None and heard.stage._live.now > 0.05)
+    assert heard.ask(Change("friction", 0.5)) == {}
+
+
+def test_a_robot_that_faults_again_and_again_waits(heard, monkeypatch):
+    def faulty(self, periods):
+        raise ZeroDivisionError("each time")
+
+    monkeypatch.setattr(LiveRobot, "advance", faulty)
+    heard.event("with the usual setting, and waits")
+    monkeypatch.undo()
+    heard.wait_for(lambda: heard.newest("state")["playing"] is False)
+    heard.ask(Play("play"))
+    heard.wait_for(lambda: heard.stage._live is not None and heard.stage._live.now > 0.05)
+
+
+def test_a_scenario_that_no_controller_can_walk_in_gives_way_to_the_usual_one(tmp_path):
+    with staged(tmp_path, contact_law="simscape") as heard:
+        told = heard.wait_for(lambda: heard.newest("state")["sentence"])
+        assert told.startswith('contact_law is "simscape"; its simulator follows plans')
+        assert heard.newest("setting")["contact_law"] == "spring-damper"
+        heard.ask(Play("play"))
+        heard.wait_for(lambda: heard.stage._live.now > 0.05)
+
+
+def test_a_setting_is_kept_and_taken_up_again(heard):
+    for name, value in (("gait", "wave"), ("friction", 0.55), ("pitch", 3.0), ("payload", 0.25)):
+        heard.ask(Change(name, value))
+    kept, link = heard.newest("setting"), heard.ask(Keep("link"))["link"]
+    heard.ask(Load("setting", "", b'{"scenario":"paper"}'))
+    assert heard.newest("setting")["gait"] == "tripod"
+    heard.ask(Load("setting", "", link.encode()))
+    assert heard.newest("setting") == kept
+    file = heard.ask(Keep("scenario"))
+    heard.ask(Load("robot", file["robot"]["name"], file["robot"]["text"].encode()))
+    heard.ask(Load("scenario", file["name"], file["text"].encode()))
+    # The load is part of the robot's file now; the pose is no scenario's.
+    again = heard.newest("setting")
+    assert {**again, "robot": 0, "payload": 0, "pitch": 0} == {
+        **kept,
+        "robot": 0,
+        "payload": 0,
+        "pitch": 0,
+    }
+
+
+def test_what_is_asked_of_a_closed_stage_is_refused(tmp_path):
+    with staged(tmp_path) as heard:
+        pass
+    with pytest.raises(InvalidInput, match="closed"):
+        heard.ask(Play("pause"))
+
+
+def test_a_recording_that_is_cut_off_can_be_read(tmp_path):
+    with staged(tmp_path) as heard:
+        run = heard.ask(Record(True))["run"]
+        with pytest.raises(InvalidInput, match="a recording goes on"):
+            heard.ask(Record(True))
+        heard.ask(Push((0.0, 0.1, 0.0)))
+        heard.wait_for(lambda: heard.stage._recorder.seconds > 0.3)
+    recording = load_recording(tmp_path / f"{run}-log" / f"{run}.rec")
+    assert recording.attrs["ending"] == "COMPLETED"
+    assert float(recording.time[0]) == 0.0
+    assert np.diff(recording.time.values) == pytest.approx(0.001, abs=1e-9)
+    assert "a push of 0.1 N·s." in recording.attrs["events"]
+    for name in ("joint_torque", "foot_force", "body_position", "velocity_command", "stance"):
+        assert np.isfinite(recording[name].values).all(), name
+
+
+def test_a_recording_that_is_too_long_or_too_short_ends_with_a_word(heard, monkeypatch):
+    monkeypatch.setattr(recorder, "LONGEST", 0.2)
+    heard.ask(Record(True))
+    heard.event("min long and ends.")
+    heard.wait_for(lambda: heard.newest("state")["recording"] is None)
+    heard.ask(Play("pause"))
+    heard.ask(Record(True))
+    with pytest.raises(InvalidInput, match="less than"):
+        heard.ask(Record(False))
+
+
+def test_no_more_than_two_recordings_are_written_at_a_time(heard, monkeypatch):
+    monkeypatch.setattr(heard.stage._recorder, "_jobs", [None, None])
+    monkeypatch.setattr(heard.stage._recorder, "look", list)
+    with pytest.raises(TooMany, match="2 recordings are still being written"):
+        heard.ask(Record(True))
+    monkeypatch.undo()
+
+
+@pytest.mark.slow
+def test_a_saved_run_is_a_folder_like_any_other(heard, tmp_path):
+    heard.ask(Change("gait", "wave"))
+    run = heard.ask(Record(True))["run"]
+    heard.wait_for(lambda: heard.stage._recorder.seconds > 1.0)
+    assert heard.ask(Record(False)) == {"run": run}
+    event = heard.event("saved as")
+    assert event["run"] == run
+    folder = heard.stage.folder(run)
+    assert folder == tmp_path / run
+    assert {"report.html", "recording.nc", "summary.json", "scenario.toml", "robot.toml"} <= {
+        path.name for path in folder.iterdir()
+    }
+    recording = load_recording(folder)
+    assert float(recording.time[-1]) > 1.0
+    assert load_scenario(folder / "scenario.toml").gait.name == "wave"
+    assert not (tmp_path / f"{run}-log").exists()
+    assert heard.stage.folder("../etc") is None
+
+
+@pytest.mark.slow
+def test_every_choice_there_is_can_be_made(heard):
+    for name in ("robot", "gait", "terrain", "drive", "servo", "contact_law", "force_model"):
+        for choice in _choices(heard, name):
+            try:
+                heard.ask(Change(name, choice))
+            except PhasmidError as error:
+                assert "Error" not in error.what, (name, choice)
+            heard.frame()
+        heard.ask(Load("setting", "", b'{"scenario":"paper"}'))
+    assert not [event for event in heard.events if "unforeseen" in event["text"]]
+
+
+def _choices(heard, name):
+    fields = heard.newest("catalogue")["fields"]
+    field = next(one for one in fields if one["name"] == name)
+    return [choice["value"] for choice in field["choices"]]
+
+
+# Clock and meter --------------------------------------------------------------------------------
+
+
+def test_updates_follow_the_clock_times_the_pace():
+    pacing = Pacing()
+    pacing.begin(10.0)
+    pacing.factor = 2.0
+    assert pacing.due(10.033, 0.005) == 13
+    pacing.done(10.04, 0.065, 0.065)
+    # What is left of an update is not lost.
+    assert pacing.due(10.0345, 0.005) == 0
+    assert pacing.due(10.035, 0.005) == 1
+
+
+def test_a_machine_that_is_too_slow_falls_behind_and_is_told_so():
+    pacing = Pacing()
+    wall = now = 0.0
+    pacing.begin(wall)
+    for _ in range(100):
+        # Updates of 5 ms that take 10 ms each.
+        due = pacing.due(wall, 0.005)
+        assert due * 0.005 <= MOST_BEHIND + 0.005
+        made = min(due, 7)
+        wall, now = wall + max(0.001, 0.010 * made), now + 0.005 * made
+        pacing.done(wall, now, 0.005 * made)
+    assert pacing.got == pytest.approx(0.5, rel=0.05)
+
+
+def test_the_meter_tells_speed_power_and_cost_of_the_last_cycle():
+    # A robot of 20 N on a circle of 0.5 m at 0.2 m/s, whose joints give 1.5 W.
+    meter, dt = Meter(20.0), 0.01
+    for step in range(1000):
+        angle = 0.4 * step * dt
+        place = (
+            0.5 * np.sin(angle),
+            0.5 * (1 - np.cos(angle)),
+            float(np.angle(np.exp(1j * angle))),
+        )
+        meter.note(step * dt, place, 1.5 * dt)
+    reading = meter.read(1.0)
+    # The chord of an arc of 0.4 rad is shorter by a share of 0.4²/24.
+    chord = 0.2 * (1 - 0.4**2 / 24)
+    assert reading.velocity == pytest.approx((chord, 0.0, 0.4), abs=1e-4)
+    assert reading.power == pytest.approx(1.5)
+    assert reading.cost_of_transport == pytest.approx(1.5 / (20.0 * chord), rel=1e-3)
+
+
+def test_fields_are_read_in_a_setting_as_they_were_written():
+    setting = setting_of(load_scenario("paper"))
+    moved = replace(setting, pose=(0.01, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert field_of("body_x").value(moved) == 10.0
