@@ -366,7 +366,8 @@ class Sequencer:
                 self._follower = Follower(self._motion, speed, self.settings.acceleration)
                 self._route = route
             else:
-                self.stage, self._hand = Stage.STANDING, None
+                self._hand = None
+                self._stand(observation, self._lost(command))
         elif (self.stage is Stage.GETTING_UP and not route.forward) or self._goal is Stage.LYING:
             self.stage = Stage.LYING
         elif self.stage is Stage.GATHERING and not up and self._packing:
