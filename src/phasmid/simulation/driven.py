@@ -103,7 +103,7 @@ class DrivenRun(Run):
         self._running = np.ones(self._shape, dtype=bool)
         # Views of the engine's memory, which stays: it takes long to make a new one.
         self._moves = self.data.qpos, self.data.qvel
-        self._place = self._moves[0][:7]
+        self._whereabouts = self._moves[0][:7]
         self._velocity_before = self.data.qvel[:3].copy()
         self._senses = ToldSenses(self, faults)
         self._deaths = sorted(faults.servos())
@@ -174,7 +174,7 @@ class DrivenRun(Run):
         )
 
     def _pose(self) -> Pose:
-        x, y, _, w, i, j, k = self._place.tolist()
+        x, y, _, w, i, j, k = self._whereabouts.tolist()
         return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
 
     def _decide(self, observation: Observation) -> Decision | None:

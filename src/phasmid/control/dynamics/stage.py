@@ -193,7 +193,7 @@ class DynamicsStage:
             memory: The engine's.
         """
         feed, state = self._feed, memory.state
-        found = weigh(
+        missing, friction, demand = weigh(
             memory.numbers,
             memory.codes,
             memory.legs,
@@ -204,7 +204,7 @@ class DynamicsStage:
             feed.work,
         )
         self.effort = effort = feed.answer(
-            *found, state.body, state.q[0], self.share, self._normals
+            missing, friction, demand, state.body, state.q[0], self.share, self._normals
         )
         if effort.part < 1.0:
             self.velocity_share *= 1.0 - SLOWER * self._dt
