@@ -327,3 +327,23 @@ def test_what_a_controller_said_before_it_began_anew_is_kept():
         safe.update(Observation(k * DT, HOME, orientation=tilt), AHEAD)
     assert next(time for time, said in safe.events if said == "it goes.") == DT
     assert len([said for _, said in safe.events if said == "it goes."]) == 2
+
+
+def test_what_a_controller_says_is_taken_once():
+    """One that keeps its sentences, as an own class may, is not heard again and again."""
+
+    class Talking(Still):
+        def reset(self, observation):
+            super().reset(observation)
+            self.events = []
+
+        def update(self, observation, command):
+            self.events.append((observation.time, "a step."))
+            return super().update(observation, command)
+
+    safe = SafeController(Talking(), ROBOT)
+    observation = Observation(0.0, HOME)
+    safe.reset(observation)
+    for k in range(1, 4):
+        safe.update(replace(observation, time=k * DT), Command(time=k * DT))
+        assert safe.take_events() == [(k * DT, "a step.")]

@@ -64,6 +64,8 @@ class SafeController:
         self._time = 0.0
         self._held = False
         self._told: dict[str, float] = {}
+        # How much of what the controller has said was taken already.
+        self._heard = 0
 
     @property
     def events(self) -> list[tuple[float, str]]:
@@ -73,11 +75,14 @@ class SafeController:
 
     def take_events(self) -> list[tuple[float, str]]:
         """What was said since it was asked last; it is forgotten, so that no memory grows."""
-        told = self.events
+        inner = list(getattr(self.controller, "events", ()))
+        told = sorted([*self.guard.events, *inner[self._heard :]], key=lambda event: event[0])
         self.guard.events.clear()
+        self._heard = len(inner)
         take = getattr(self.controller, "take_events", None)
         if callable(take):
             take()
+            self._heard = 0
         return told
 
     def reset(self, observation: Observation) -> None:
@@ -85,6 +90,7 @@ class SafeController:
         self.guard.reset(observation)
         self._last, self._held, self._time = None, False, observation.time
         self._told.clear()
+        self._heard = 0
         self.controller.reset(observation)
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
@@ -100,7 +106,8 @@ class SafeController:
             self._held = False
             assert self._last is not None
             # It forgets what it has said.
-            self.guard.events += getattr(self.controller, "events", ())
+            self.guard.events += list(getattr(self.controller, "events", ()))[self._heard :]
+            self._heard = 0
             self.controller.reset(replace(observation, joint_position=self._last.position.copy()))
         targets = self.controller.update(observation, command)
         last = self._last

@@ -36,6 +36,9 @@ OFFSET_SPEED = 0.1
 LEAST = 0.5
 """Share of the margin of a lift below which the trunk may not take the centre of mass."""
 
+STRAIGHT = -0.2
+"""A knee that is bent less than this turns too fast for the foot's speed [rad]."""
+
 RECOVERY = 2.0
 """How fast the slow-down ends, per second."""
 
@@ -149,9 +152,11 @@ def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
         for i in range(3):
             rp[i] -= model.p_body_hip[leg, i]
         to_hip(R_hip, rp, hip)
-        swings = state.leg[leg] == SWING
+        # One that looks for the ground may come out of a swing that has yielded.
+        swings = state.leg[leg] in (SWING, PROBING)
         room = room_of(model, tuning, leg, hip, state.q[0, leg])
-        if room < HARD and (room == -math.inf or not swings):
+        bent = state.q[0, leg, 2] < STRAIGHT
+        if room < HARD and (room == -math.inf or not (swings and bent)):
             return False
         to_hip(R, rv, rp)
         to_hip(R_hip, rp, v)

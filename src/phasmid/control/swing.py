@@ -154,7 +154,8 @@ def foot_at_joints(state: Any, model: Any, leg: int, arm: np.ndarray) -> None:
         p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
     for i in range(3):
         arm[i] = state.body[i, 0] * p[0] + state.body[i, 1] * p[1] + state.body[i, 2] * p[2]
-        state.foot[leg, i] = state.trunk[0, i] + arm[i]
+        # The joints are where the offset has them already.
+        state.foot[leg, i] = state.trunk[0, i] + arm[i] - state.offset[leg, i]
 
 
 @internal

@@ -110,6 +110,8 @@ class Run:
     @cached_property
     def time(self) -> Float[np.ndarray, " time"]:
         """Of all samples that are to be recorded [s], shape (N,); a run without an end has none."""
+        if self.steps == ENDLESS:
+            return np.empty(0)
         return np.arange(self._begin, self.steps // self.every + 1) * (self.every * self.dt)
 
     def _set_up(self) -> None:

@@ -107,7 +107,8 @@ class FeelStage:
             order.landing,
             state.landing,
         )
-        order.sag[:] = felt.sag
+        # A leg that is limp sags by more than any that gives way.
+        np.minimum(felt.sag, self.settings.height_limit, out=order.sag)
         events = self.feeling.events
         if not events:
             return []

@@ -45,10 +45,12 @@ class Lameness:
 
     def notice(self, observation: Observation) -> bool:
         """Look at an observation; whether a servo has been lost by it."""
+        doubted = self._servos.doubtful
         lost = self._servos.notice(observation)
-        if self._servos.doubtful and callable(catch := getattr(self._walker, "catch", None)):
+        catch = getattr(self._walker, "catch", None)
+        if self._servos.doubtful and not doubted and callable(catch):
             # Its leg may not hold any more; the others are soon enough on the ground only if they
-            # do not wait for its answer.
+            # do not wait for its answer. Once, since a slow bus leaves some servo silent always.
             catch()
         if not lost:
             return False

@@ -122,6 +122,7 @@ class Sequencer:
     def reset(self, observation: Observation) -> None:
         """Forget all, and begin with the robot as it is observed."""
         self.events.clear()
+        self._heard = len(getattr(self.walker, "events", ()))
         self._lameness.reset(observation.time)
         self._time, self._at_rest = observation.time, 0.0
         self._ignored, self._refused = (), None
@@ -195,6 +196,7 @@ class Sequencer:
 
     def take_events(self) -> list[tuple[float, str]]:
         """What was said since it was asked last, by the walking controller too; it is forgotten."""
+        self._hear()
         told, self.events = self.events, []
         if self._heard and hasattr(self.walker, "take_events"):
             self.walker.take_events()
@@ -220,6 +222,7 @@ class Sequencer:
 
     def _stand(self, observation: Observation, lost: list[int] | None = None) -> None:
         """Hand the joints to the walking controller, as they are."""
+        self._hear()
         self.stage, self._route = Stage.STANDING, None
         q = self._motion.position.copy()
         self._walked = JointTargets(q, 0 * q)
