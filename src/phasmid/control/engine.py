@@ -347,9 +347,12 @@ class LocomotionEngine:
         share = 1.0
         if asked.any():
             share = self._share(wanted, asked, 1.0)
-            reason = reason_of(self._verdict, self.robot)[0] if share < 1.0 else ""
+            reason = reason_of(self._verdict, self.robot)[0]
             if differs:
-                share = min(share, self._share(order, asked, 1.0))
+                before = self._share(order, asked, 1.0)
+                if before < share:
+                    # What is left of the gait, or of the step, that is being given up.
+                    share, reason = before, reason_of(self._verdict, self.robot)[0]
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
         order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
         self._had = math.nan
@@ -376,7 +379,7 @@ class LocomotionEngine:
                     self._verdict,
                 )
             )
-            reason = reason_of(self._verdict, self.robot)[0] if share < 1.0 else ""
+            reason = reason_of(self._verdict, self.robot)[0]
             self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.order.pose[:] = wanted.pose[:] = base + share * pose
 
