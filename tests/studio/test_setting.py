@@ -264,7 +264,9 @@ def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
 
 
 def test_an_uploaded_scenario_may_name_presets_and_what_was_uploaded(tmp_path):
-    preset = with_file(PAPER, Load("scenario", "x.toml", b'robot = "octopod"\ngait = "wave"'), tmp_path)
+    preset = with_file(
+        PAPER, Load("scenario", "x.toml", b'robot = "octopod"\ngait = "wave"'), tmp_path
+    )
     assert preset.robot_name == "octopod"
     with_file(PAPER, Load("terrain", "hills.csv", b"0,0,0\n0,0.01,0\n0,0,0\n"), tmp_path)
     text = b'[terrain]\nkind = "height-map"\nheight_map = "hills.csv"'

@@ -290,6 +290,11 @@ class LocomotionEngine:
         """Whether all feet stand at their neutral places, and the body rests over them."""
         return bool(self.state.mode[0] == STILL and np.abs(self.state.speed).max() < 1e-4)
 
+    @property
+    def is_lame(self) -> bool:
+        """Whether the legs that are left cannot walk, so that it stands as it did."""
+        return "lame" in self._said
+
     # The rest
 
     def _place(self) -> int:
