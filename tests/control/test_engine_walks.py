@@ -93,6 +93,23 @@ def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():
     assert any("scaled" in sentence for _, sentence in engine.events)
 
 
+def test_what_slows_a_robot_while_its_gait_changes_is_named():
+    engine = engine_of("phantomx-paper")
+    slow, quick = load_gait("wave"), load_gait("tripod")
+    most = 0.9 * engine.largest_velocity((1, 0, 0), gait=quick).velocity[0]
+    slower = 0.9 * engine.largest_velocity((1, 0, 0), gait=slow).velocity[0]
+    assert most > 1.2 * slower
+    commands = [
+        (0.0, Command(velocity=(slower, 0, 0), gait=slow)),
+        (4.0, Command(velocity=(most, 0, 0), gait=quick)),
+    ]
+    drive(engine, commands, 4.5)
+    # The new gait could do it; what it walks in until then cannot.
+    (told,) = [sentence for _, sentence in engine.events if "scaled" in sentence]
+    reason = told.partition(": ")[2]
+    assert reason.startswith(("leg ", "the ")), told
+
+
 def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
     # Of a path with bounded jerk j the second difference changes by j dt³ at most from one update
     # to the next: with half the step, an eighth (here less than a quarter, for round numbers).

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from phasmid import load_robot
-from phasmid.control import Command, Posture
+from phasmid.control import Command, Observation, Posture
 from phasmid.control.command import LegCommand
 from phasmid.control.sequences import Sequencer, SequenceSettings, Stage, packing
 from phasmid.control.sequences.folding import folding, leg_gaps
@@ -126,6 +126,30 @@ def test_a_robot_that_stands_on_its_feet_steps_to_neutral_and_never_down_on_its_
     assert np.abs(told.q[-1] - home.q).max() < 1e-12
     check_smooth(robot, told, first)
     assert not any(resting(robot, q).on_belly for q in told.q[::20])
+
+
+@pytest.mark.parametrize(
+    ("slope", "feels", "stays"),
+    [(9, True, True), (12, True, True), (25, True, True), (35, True, False), (12, False, False)],
+)
+def test_a_robot_that_feels_a_slope_under_its_feet_stays_on_them(slope, feels, stays):
+    robot = ROBOTS["phantomx-paper"]
+    home, half = neutral_stance(robot).q, np.radians(slope) / 2
+    seen = Observation(
+        0.0,
+        # As servos give way.
+        home + 1e-4,
+        orientation=np.array([np.cos(half), 0.0, -np.sin(half), 0.0]),
+        contact=np.ones(6, dtype=bool) if feels else None,
+    )
+    sequencer = Sequencer(Still(), robot)
+    sequencer.reset(seen)
+    farthest = 0.0
+    for step in range(1, 300):
+        targets = sequencer.update(replace(seen, time=step * DT), UP)
+        farthest = max(farthest, float(np.abs(targets.position - home).max()))
+    # Legs of a robot that has fallen fold, by tenths of a radian.
+    assert (farthest < 1e-3) == stays
 
 
 @any_robot

@@ -7,12 +7,13 @@ import pytest
 
 from phasmid import load_scenario
 from phasmid.control import SafeController
+from phasmid.control.sequences.sequencer import Stage as Sequence
 from phasmid.dynamics import BodyMotion
 from phasmid.dynamics.floating_base import momentum
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.studio.fields import field_of
-from phasmid.studio.live import LiveRobot
+from phasmid.studio.live import WORDS, LiveRobot
 from phasmid.studio.scene import Scene
 from phasmid.studio.setting import setting_of
 
@@ -263,3 +264,22 @@ def test_uneven_ground_goes_with_the_robot():
     assert scene.moved(live)
     assert scene.told["ground"] != ground
     assert not scene.moved(live)
+
+
+def test_what_it_is_about_is_told_in_words_that_follow_its_name():
+    # On servos, which give way, it first puts its feet where they belong.
+    live = LiveRobot(field_of("drive").changed(PAPER, "servo"))
+    live.advance(1)
+    assert live.status == "puts its feet in their places"
+    assert set(WORDS) == set(Sequence)
+    live = LiveRobot(PAPER)
+    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
+    live.advance(100)
+    assert live.status == "walks"
+    # With no leg on one side it would tip over to it.
+    live.follow(PAPER, (0.5, 0.0, 0.0), frozenset({1, 2, 3}))
+    live.advance(5)
+    assert live.status == "cannot walk"
+    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
+    live.advance(100)
+    assert live.status == "walks"

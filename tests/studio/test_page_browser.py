@@ -268,6 +268,10 @@ def test_time_pauses_steps_and_begins_anew(browser, studio):
         wait(window, lambda: heard.value("time")[0] > paused)
         # One update of the controller, and no more.
         assert heard.value("time")[0] - paused <= 0.05
+        # So short a time is to be seen.
+        stepped = f"{heard.value('time')[0]:.3f} s"
+        clock = window.get_by_label("Simulated time")
+        wait(window, lambda: clock.text_content() == stepped)
         window.get_by_label("Pace").select_option("0.5")
         wait(window, lambda: heard.told["state"]["pace"] == 0.5)
         window.get_by_label("Pace").select_option("1")

@@ -17,7 +17,8 @@ from phasmid.studio.messages import (
     Record,
     Stick,
 )
-from phasmid.studio.parsing import DEEPEST, MOST_MARKS, Misunderstood, read_json, read_request
+from phasmid.studio.parsing import read_request
+from phasmid.studio.strict import DEEPEST, MOST_MARKS, Misunderstood, read_json
 
 
 def refused(text):

@@ -57,10 +57,12 @@ def test_choices_are_the_packages_own():
     assert choices(PAPER, "gait") == [*gaits_of(6)]
     for name, table, field in (
         ("drive", SimulationTable, "drive"),
-        ("contact_law", ContactTable, "contact_law"),
         ("force_model", ModelTable, "force_model"),
     ):
         assert choices(PAPER, name) == [*get_args(table.model_fields[field].annotation)]
+    laws = [*get_args(ContactTable.model_fields["contact_law"].annotation)]
+    # The engine of this one follows plans alone, and cannot be stepped beside a page.
+    assert [*choices(PAPER, "contact_law"), "simscape"] == laws
     quadruped = field_of("robot").changed(PAPER, "quadruped")
     assert choices(quadruped, "gait") == [*gaits_of(4)]
 
@@ -171,6 +173,22 @@ def test_a_link_that_is_none_is_refused(text):
         from_link(text, PAPER)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"friction":0.1,"friction":0.2}', 'key "friction" is given twice'),
+        ('{"friction":NaN}', "NaN is no finite number"),
+        ('{"friction":' + "[" * 5000 + "]" * 5000 + "}", "more than 8 lists and tables"),
+        ('{"friction":', "link line 1, column 13: expecting value"),
+    ],
+)
+def test_a_link_is_read_as_strictly_as_a_message(text, words):
+    with pytest.raises(InvalidInput) as refusal:
+        from_link(text, PAPER)
+    assert refusal.value.what.startswith("it is no setting: ")
+    assert words in refusal.value.what
+
+
 def test_a_scenario_file_loads_to_the_same_experiment(tmp_path):
     setting = with_values(PAPER, CHANGED)
     file = scenario_file(setting)
@@ -214,9 +232,65 @@ def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
     text = scenario_file(field_of("payload").changed(PAPER, 0.2))["text"]
     with pytest.raises(InvalidInput) as refusal:
         with_file(PAPER, Load("scenario", "x.toml", text.encode()), tmp_path)
-    assert refusal.value.what == "phantomx-paper-of-paper.toml does not exist."
+    assert refusal.value.what == (
+        'robot is "phantomx-paper-of-paper.toml", a file that was not loaded; load that file '
+        "first, and then the scenario again."
+    )
+    assert refusal.value.hint == "phantomx-paper-of-paper.toml"
     with pytest.raises(InvalidInput):
         with_file(PAPER, Load("robot", "x.toml", b"\xff\xfe"), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'robot = "{}/secret.toml"',
+        'robot = "../secret.toml"',
+        'robot = "secret.urdf"',
+        'gait = "../secret.toml"',
+        '[gait]\nname = "{}/secret.toml"',
+        '[terrain]\nkind = "height-map"\nheight_map = "{}/secret.csv"',
+        '[terrain]\nkind = "flat"\nheight_map = "../secret.csv"',
+    ],
+)
+def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
+    for name in ("secret.toml", "secret.urdf", "secret.csv"):
+        (tmp_path / name).write_text("0,0\n0,0\n")
+    folder = tmp_path / "uploaded"
+    folder.mkdir()
+    text = line.replace("{}", tmp_path.as_posix()).encode()
+    with pytest.raises(InvalidInput, match="a file that was not loaded; load that file first"):
+        with_file(PAPER, Load("scenario", "x.toml", text), folder)
+
+
+def test_an_uploaded_scenario_may_name_presets_and_what_was_uploaded(tmp_path):
+    preset = with_file(
+        PAPER, Load("scenario", "x.toml", b'robot = "octopod"\ngait = "wave"'), tmp_path
+    )
+    assert preset.robot_name == "octopod"
+    with_file(PAPER, Load("terrain", "hills.csv", b"0,0,0\n0,0.01,0\n0,0,0\n"), tmp_path)
+    text = b'[terrain]\nkind = "height-map"\nheight_map = "hills.csv"'
+    hills = with_file(PAPER, Load("scenario", "y.toml", text), tmp_path)
+    assert hills.scenario.terrain.kind == "height-map"
+
+
+def test_fields_that_mean_nothing_are_not_shown():
+    def names(setting):
+        return {field["name"] for field in catalogue(setting)["fields"]}
+
+    driven, planned = names(PAPER), names(field_of("walks").changed(PAPER, "the plan"))
+    assert planned - driven == {"step_length", "stance_law", "stance_timing"}
+    assert driven - planned == {
+        "feeling",
+        "body_height",
+        "body_x",
+        "body_y",
+        "roll",
+        "pitch",
+        "yaw",
+    }
+    assert "slope" not in driven
+    assert "slope" in names(field_of("terrain").changed(PAPER, "slope"))
 
 
 def test_no_link_carries_a_file(tmp_path):

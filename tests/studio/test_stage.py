@@ -1,6 +1,7 @@
 """The stage: what browsers ask of the live robot, and what they are told."""
 
 import json
+import os
 import time
 from dataclasses import replace
 
@@ -9,10 +10,12 @@ import pytest
 
 from phasmid import load_recording, load_scenario
 from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.scenario import scenario_to_toml
 from phasmid.simulation import Driving
 from phasmid.studio import recorder, stage
 from phasmid.studio.errors import TooMany
 from phasmid.studio.fields import catalogue, field_of, values
+from phasmid.studio.hands import Hands
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.messages import (
     Change,
@@ -71,8 +74,9 @@ def test_what_is_refused_changes_nothing_and_is_said_as_the_command_line_says_it
     scenario = load_scenario("paper").replace(contact_law="simscape")
     with pytest.raises(InvalidInput) as own:
         Driving.of(scenario, None, lambda *_: None, rate=200.0, between=None)
+    file = scenario_to_toml(scenario, "phantomx-paper").encode()
     with pytest.raises(InvalidInput) as told:
-        heard.ask(Change("contact_law", "simscape"))
+        heard.ask(Load("scenario", "x.toml", file))
     assert (told.value.what, told.value.hint) == (own.value.what, own.value.hint)
     with pytest.raises(InvalidInput, match=r"terrain\.friction is -1; it must be 0 or more"):
         heard.ask(Change("friction", -1))
@@ -128,7 +132,7 @@ def test_a_stick_takes_over_and_is_let_go_when_it_grows_old(heard):
 def test_without_anybody_who_looks_on_the_stick_is_let_go_and_no_frames_are_made(heard):
     heard.ask(Stick((1.0, 0.0, 0.0)))
     heard.stage.viewers(0)
-    live = heard.stage._live
+    live = heard.stage._hands.live
     heard.wait_for(lambda: live.command.velocity == (0.0, 0.0, 0.0))
     count = len(heard.frames)
     now = live.now
@@ -138,19 +142,19 @@ def test_without_anybody_who_looks_on_the_stick_is_let_go_and_no_frames_are_made
 
 def test_time_stops_goes_by_updates_and_begins_anew(heard):
     heard.ask(Play("pause"))
-    live = heard.stage._live
+    live = heard.stage._hands.live
     now = live.now
     heard.ask(Play("step"))
     assert live.now == pytest.approx(now + 0.005, abs=1e-9)
     assert heard.newest("state")["playing"] is False
     heard.ask(Play("reset"))
-    assert heard.stage._live.now == 0.0
+    assert heard.stage._hands.live.now == 0.0
     # A browser that comes while nothing moves sees the robot too.
     count = len(heard.frames)
     heard.stage.viewers(2)
     heard.wait_for(lambda: len(heard.frames) > count)
     heard.ask(Play("play"))
-    heard.wait_for(lambda: heard.stage._live.now > 0.1)
+    heard.wait_for(lambda: heard.stage._hands.live.now > 0.1)
 
 
 def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(heard):
@@ -170,8 +174,11 @@ def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(hear
 def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
     monkeypatch.setattr(stage, "LYING", 0.2)
     number = heard.newest("scene")["number"]
+    # All at one moment: it falls before the last one dies otherwise.
+    heard.ask(Play("pause"))
     for leg in range(1, 7):
         heard.ask(Limb(leg, "limp"))
+    heard.ask(Play("play"))
     told = heard.wait_for(
         lambda: next((t["state"] for t in heard.texts if t.get("state", {}).get("sentence")), None)
     )
@@ -180,7 +187,7 @@ def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
     heard.wait_for(lambda: heard.newest("scene")["number"] > number)
     heard.wait_for(lambda: heard.newest("state")["sentence"] == "")
     assert heard.newest("state")["dead"] == []
-    assert heard.stage._live.trouble is None
+    assert heard.stage._hands.live.trouble is None
 
 
 def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
@@ -192,8 +199,24 @@ def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
 
     monkeypatch.setattr(LiveRobot, "advance", faulty)
     heard.event("an unforeseen fault, ZeroDivisionError: as a test has it; the robot is put back")
-    heard.wait_for(lambda: heard.stage._live is not None and heard.stage._live.now > 0.05)
+    heard.wait_for(
+        lambda: heard.stage._hands.live is not None and heard.stage._hands.live.now > 0.05
+    )
     assert heard.ask(Change("friction", 0.5)) == {}
+
+
+def test_a_mistake_of_ours_is_told_as_one_and_the_robot_goes_on(heard, monkeypatch):
+    def faulty(self, name, value):
+        raise ZeroDivisionError("as a test has it")
+
+    monkeypatch.setattr(Hands, "change", faulty)
+    # As it is, so that the server knows that whoever asked did nothing wrong.
+    with pytest.raises(ZeroDivisionError, match="as a test has it"):
+        heard.ask(Change("friction", 0.5))
+    monkeypatch.undo()
+    assert heard.ask(Change("friction", 0.5)) == {}
+    hands = heard.stage._hands
+    heard.wait_for(lambda: hands.live is not None and hands.live.now > 0.05)
 
 
 def test_a_robot_that_faults_again_and_again_waits(heard, monkeypatch):
@@ -205,7 +228,9 @@ def test_a_robot_that_faults_again_and_again_waits(heard, monkeypatch):
     monkeypatch.undo()
     heard.wait_for(lambda: heard.newest("state")["playing"] is False)
     heard.ask(Play("play"))
-    heard.wait_for(lambda: heard.stage._live is not None and heard.stage._live.now > 0.05)
+    heard.wait_for(
+        lambda: heard.stage._hands.live is not None and heard.stage._hands.live.now > 0.05
+    )
 
 
 def test_a_scenario_that_no_controller_can_walk_in_gives_way_to_the_usual_one(tmp_path):
@@ -214,7 +239,7 @@ def test_a_scenario_that_no_controller_can_walk_in_gives_way_to_the_usual_one(tm
         assert told.startswith('contact_law is "simscape"; its simulator follows plans')
         assert heard.newest("setting")["contact_law"] == "spring-damper"
         heard.ask(Play("play"))
-        heard.wait_for(lambda: heard.stage._live.now > 0.05)
+        heard.wait_for(lambda: heard.stage._hands.live.now > 0.05)
 
 
 def test_a_setting_is_kept_and_taken_up_again(heard):
@@ -253,7 +278,8 @@ def test_a_recording_that_is_cut_off_can_be_read(tmp_path):
         heard.ask(Push((0.0, 0.1, 0.0)))
         heard.wait_for(lambda: heard.stage._recorder.seconds > 0.3)
     recording = load_recording(tmp_path / f"{run}-log" / f"{run}.rec")
-    assert recording.attrs["ending"] == "COMPLETED"
+    assert recording.attrs["ending"] == "CUT"
+    assert recording.attrs["ending_reason"] == "The run was cut off."
     assert float(recording.time[0]) == 0.0
     assert np.diff(recording.time.values) == pytest.approx(0.001, abs=1e-9)
     assert "a push of 0.1 N·s." in recording.attrs["events"]
@@ -278,6 +304,17 @@ def test_no_more_than_two_recordings_are_written_at_a_time(heard, monkeypatch):
     with pytest.raises(TooMany, match="2 recordings are still being written"):
         heard.ask(Record(True))
     monkeypatch.undo()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows knows no sessions")
+def test_a_ctrl_c_in_the_terminal_does_not_reach_who_writes_a_report(tmp_path):
+    writer = recorder.Recorder(tmp_path)
+    writer._write("r-0000")
+    try:
+        # A terminal's signals go to one group of processes, within one session.
+        assert os.getsid(writer._jobs[0].process.pid) != os.getsid(0)
+    finally:
+        writer.close()
 
 
 @pytest.mark.slow

@@ -290,6 +290,11 @@ class LocomotionEngine:
         """Whether all feet stand at their neutral places, and the body rests over them."""
         return bool(self.state.mode[0] == STILL and np.abs(self.state.speed).max() < 1e-4)
 
+    @property
+    def is_lame(self) -> bool:
+        """Whether the legs that are left cannot walk, so that it stands as it did."""
+        return "lame" in self._said
+
     # The rest
 
     def _place(self) -> int:
@@ -347,9 +352,12 @@ class LocomotionEngine:
         share = 1.0
         if asked.any():
             share = self._share(wanted, asked, 1.0)
-            reason = reason_of(self._verdict, self.robot)[0] if share < 1.0 else ""
+            reason = reason_of(self._verdict, self.robot)[0]
             if differs:
-                share = min(share, self._share(order, asked, 1.0))
+                before = self._share(order, asked, 1.0)
+                if before < share:
+                    # What is left of the gait, or of the step, that is being given up.
+                    share, reason = before, reason_of(self._verdict, self.robot)[0]
             self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
         order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
         self._had = math.nan
@@ -376,7 +384,7 @@ class LocomotionEngine:
                     self._verdict,
                 )
             )
-            reason = reason_of(self._verdict, self.robot)[0] if share < 1.0 else ""
+            reason = reason_of(self._verdict, self.robot)[0]
             self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.order.pose[:] = wanted.pose[:] = base + share * pose
 

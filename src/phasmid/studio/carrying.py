@@ -12,14 +12,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from phasmid.errors import InvalidInput, PhasmidError, located
+from phasmid.arguments import described
+from phasmid.errors import InvalidInput, PhasmidError, located, nearest
 from phasmid.formats import load_robot
+from phasmid.gait.file import is_gait_file
 from phasmid.robot import preset_names, robot_to_toml
 from phasmid.scenario import load_scenario, scenario_names, scenario_to_toml
 from phasmid.studio.errors import TooMany
 from phasmid.studio.fields import FIELDS, catalogue, field_of, values
 from phasmid.studio.messages import Load
 from phasmid.studio.setting import Setting, setting_of
+from phasmid.studio.strict import read_json
+from phasmid.terrain.height_text import BEGINNING
+from phasmid.toml import read_toml
 
 USUAL = "paper"
 """The scenario from which a link tells what differs, where its own is none that comes with us."""
@@ -42,7 +47,7 @@ def scenario_file(setting: Setting) -> dict[str, Any]:
     given = setting.machine.base_robot()
     if given is setting.base and isinstance(scenario.robot, str):
         return {"name": name, "text": scenario_to_toml(scenario, scenario.robot)}
-    own = f"{re.sub(r'[^A-Za-z0-9._-]', '_', given.name)}-of-{scenario.name}.toml"
+    own = _kept_name(f"{given.name}-of-{scenario.name}.toml")
     file = {"name": own, "text": robot_to_toml(given)}
     return {"name": name, "text": scenario_to_toml(scenario, own), "robot": file}
 
@@ -130,9 +135,9 @@ def _table(text: str) -> dict[str, Any]:
         except (binascii.Error, ValueError):
             raise InvalidInput("it is no setting: not text in base64.") from None
     try:
-        told = json.loads(text)
-    except (ValueError, RecursionError):
-        raise InvalidInput("it is no setting: not JSON.") from None
+        told = read_json(text, "link")
+    except InvalidInput as error:
+        raise InvalidInput(f"it is no setting: {error.what}") from None
     if not isinstance(told, dict):
         raise InvalidInput("it is no setting; it must be a table of fields.")
     return told
@@ -154,8 +159,7 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
         raise TooMany(
             f"{MOST_FILES} files were taken in, which are the most.", hint="start the studio anew"
         )
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", re.split(r"[/\\]", load.name)[-1]).lstrip(".")[-64:]
-    path = folder / (name or "file")
+    path = folder / _kept_name(load.name)
     path.write_bytes(load.content)
     try:
         return _with_file(setting, load.what, path)
@@ -167,8 +171,45 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
         raise
 
 
+def _kept_name(name: str) -> str:
+    """The name under which a file is kept: without folders, and of harmless letters."""
+    last = re.split(r"[/\\]", name)[-1]
+    return re.sub(r"[^A-Za-z0-9._-]", "_", last)[-64:].lstrip(".") or "file"
+
+
+def _check_named_files(path: Path) -> None:
+    """Refuse a scenario that names files of this machine's disk, which are nobody's to load.
+
+    Raises:
+        InvalidInput: It names a robot, a height map or a gait that was not loaded before.
+    """
+    raw, _ = read_toml(path)
+    terrain, gait, robot = (raw.get(name) for name in ("terrain", "gait", "robot"))
+    if isinstance(gait, dict):
+        gait = gait.get("name") if "offsets" not in gait else None
+    named = {
+        "robot": robot if robot not in preset_names() else None,
+        "terrain.height_map": terrain.get("height_map") if isinstance(terrain, dict) else None,
+        "gait": gait if is_gait_file(gait) else None,
+    }
+    for what, name in named.items():
+        if not isinstance(name, str) or not name or name.startswith(BEGINNING):
+            continue
+        if name == _kept_name(name) and (path.parent / name).is_file() and name != path.name:
+            continue
+        file, guess = _kept_name(name), nearest(name, preset_names())
+        hint = file if file == name else f"name it {file}, without folders"
+        raise InvalidInput(
+            f"{what} is {described(name)}, a file that was not loaded; load that file first, and "
+            "then the scenario again.",
+            where=path.name,
+            hint=f'"{guess}"' if guess and what == "robot" and "." not in name else hint,
+        )
+
+
 def _with_file(setting: Setting, what: str, path: Path) -> Setting:
     if what == "scenario":
+        _check_named_files(path)
         begun = setting_of(load_scenario(path))
         robots = {**setting.robots, **begun.robots}
         return replace(begun, walks=setting.walks, robots=robots, grounds=setting.grounds)

@@ -19,7 +19,8 @@ from phasmid.errors import PhasmidError, plain
 from phasmid.studio.errors import TooMany
 from phasmid.studio.guard import LARGEST, too_large
 from phasmid.studio.messages import Request
-from phasmid.studio.parsing import Misunderstood, read_request
+from phasmid.studio.parsing import read_request
+from phasmid.studio.strict import Misunderstood
 
 RATE = 200.0
 """Commands a second that a browser may give; as many may come at once."""

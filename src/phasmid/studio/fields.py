@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any, TypeAlias, get_args
+from dataclasses import replace
+from typing import Any, get_args
 
 from phasmid.arguments import described
 from phasmid.errors import InvalidInput, nearest
@@ -17,122 +17,16 @@ from phasmid.scenario.relevance import TERRAINS
 from phasmid.scenario.simulation import SimulationTable
 from phasmid.scenario.stride import StrideTable
 from phasmid.scenario.terrain import START, TerrainTable
+from phasmid.studio.field import Field, Span, Value
 from phasmid.studio.setting import MOST_PAYLOAD, OWN_SERVO, Setting, Walks
 from phasmid.tables import Table
 from phasmid.tables import choices as words_of
-from phasmid.units import UNITS
-
-Value: TypeAlias = float | str | bool
-"""A number in the field's unit, a word, or whether something is so."""
-
-Span: TypeAlias = tuple[float, float, float]
-"""Least and most of a range, and the step of its slider, SI."""
-
-ROUNDING = 9
-"""Digits after the point of a number that is told."""
-
-
-@dataclass(frozen=True)
-class Field:
-    """One thing to set.
-
-    Attributes:
-        name: By which it is asked for.
-        label: What people call it.
-        group: Of fields that belong together.
-        help: One sentence.
-        read: Its value in a setting, SI.
-        write: The setting with another value of it.
-        unit: Of `UNITS`, in which people know it; none of a number alone or of words.
-        span: Of a range, in a setting.
-        choices: Of a choice in a setting: values and what people call them.
-        shown: Whether it means anything in a setting.
-    """
-
-    name: str
-    label: str
-    group: str
-    help: str
-    read: Callable[[Setting], Value]
-    write: Callable[[Setting, Any], Setting]
-    unit: str = ""
-    span: Callable[[Setting], Span] | None = None
-    choices: Callable[[Setting], dict[str, str]] | None = None
-    shown: Callable[[Setting], bool] = lambda _: True
-
-    def value(self, setting: Setting) -> Value:
-        """Its value as people know it."""
-        value = self.read(setting)
-        if self.span is None:
-            return value
-        number = UNITS[self.unit].from_si(float(value)) if self.unit else float(value)
-        return round(number, ROUNDING)
-
-    def told(self, setting: Setting) -> dict[str, Any]:
-        """What a page is told of it."""
-        told: dict[str, Any] = {"name": self.name, "label": self.label, "group": self.group}
-        told |= {"help": self.help, "unit": UNITS[self.unit].symbol if self.unit else ""}
-        if self.span is not None:
-            least, most, step = (
-                round(UNITS[self.unit].from_si(x) if self.unit else x, ROUNDING)
-                for x in self.span(setting)
-            )
-            now = float(self.value(setting))
-            return told | {
-                "kind": "range",
-                "least": min(least, now),
-                "most": max(most, now),
-                "step": step,
-            }
-        if self.choices is not None:
-            choices = [{"value": v, "label": text} for v, text in self.choices(setting).items()]
-            return told | {"kind": "choice", "choices": choices}
-        return told | {"kind": "switch"}
-
-    def changed(self, setting: Setting, value: object) -> Setting:
-        """The setting with another value of this field.
-
-        Args:
-            setting: The present one.
-            value: As people know it.
-
-        Raises:
-            InvalidInput: It is none for this field, or does not go with the rest.
-        """
-        what = f"{self.label.lower()} is {described(value)}"
-        if self.span is not None:
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                raise InvalidInput(f"{what}; it must be a number.")
-            if not math.isfinite(value):
-                raise InvalidInput(f"{what}; it must be a finite number.")
-            number = UNITS[self.unit].to_si(value) if self.unit else float(value)
-            # The package's own words go first: they know more than a slider's ends.
-            made = self.write(setting, number)
-            told = self.told(setting)
-            if not told["least"] <= value <= told["most"]:
-                unit = f" {told['unit']}" if told["unit"] else ""
-                raise InvalidInput(
-                    f"{self.label.lower()} is {value:g}{unit}; it must be at least "
-                    f"{told['least']:g} and at most {told['most']:g}{unit}."
-                )
-            return made
-        if self.choices is not None:
-            known = self.choices(setting)
-            if not isinstance(value, str) or value not in known:
-                guess = nearest(str(value), known)
-                raise InvalidInput(
-                    f"{what}; it must be one of {', '.join(known)}.",
-                    hint=f'"{guess}"' if guess else "",
-                )
-        elif not isinstance(value, bool):
-            raise InvalidInput(f"{what}; it must be true or false.")
-        return self.write(setting, value)
 
 
 def _words(table: type[Table], name: str) -> Callable[[Setting], dict[str, str]]:
     """The words that a scenario's field accepts, as they are."""
     known = {word: word.replace("-", " ") for word in words_of(table.model_fields[name])}
-    return lambda _: known
+    return lambda _: dict(known)
 
 
 def _of(name: str, *path: str) -> dict[str, Any]:
@@ -208,6 +102,14 @@ def _servos(_: Setting) -> dict[str, str]:
     return {name: name for name in (OWN_SERVO, *servo_names())}
 
 
+def _contact_laws(setting: Setting) -> dict[str, str]:
+    known = _words(ContactTable, "contact_law")(setting)
+    if setting.scenario.contact.contact_law != "simscape":
+        # It has a simulator of its own, which knows no robot that is driven.
+        del known["simscape"]
+    return known
+
+
 def _shares(least: float, most: float, step: float) -> Callable[[Setting], Span]:
     """A range in shares of the height of the hips over the ground, of whole steps."""
     return lambda setting: (
@@ -224,6 +126,16 @@ def _always(span: Span) -> Callable[[Setting], Span]:
 def _on(name: str) -> Callable[[Setting], bool]:
     """Whether a number of the terrain counts on the present one."""
     return lambda setting: setting.scenario.terrain.kind in TERRAINS[name]
+
+
+def _by_plan(setting: Setting) -> bool:
+    """Whether the robot walks by a plan, which has numbers of its own."""
+    return setting.walks == "the plan"
+
+
+def _not_by_plan(setting: Setting) -> bool:
+    """Whether a controller has the robot, which poses its body and feels for the ground."""
+    return setting.walks != "the plan"
 
 
 MM, DEGREE = 1e-3, math.radians(1)
@@ -284,6 +196,7 @@ FIELDS = (
         help="The body's way forward while a foot stands, where the robot walks by the plan.",
         unit="mm",
         span=_shares(-1.0, 1.0, MM),
+        shown=_by_plan,
     ),
     Field(
         **_of("stance_law", "stride", "stance_law"),
@@ -291,6 +204,7 @@ FIELDS = (
         group="walk",
         help="Straight: standing feet stay where they are; coxa only: one joint moves, feet slip.",
         choices=_words(StrideTable, "stance_law"),
+        shown=_by_plan,
     ),
     Field(
         **_of("stance_timing", "stride", "stance_timing"),
@@ -298,12 +212,14 @@ FIELDS = (
         group="walk",
         help="Whether the body stops whenever a foot lifts or lands, or never.",
         choices=_words(StrideTable, "stance_timing"),
+        shown=_by_plan,
     ),
     Field(
         **_own("feeling"),
         label="Feels the ground",
         group="walk",
         help="Whether the robot looks for the ground with its feet, or trusts that it is level.",
+        shown=_not_by_plan,
     ),
     *(
         Field(
@@ -313,6 +229,7 @@ FIELDS = (
             help=words,
             unit=unit,
             span=span,
+            shown=_not_by_plan,
             **_pose(place),
         )
         for place, name, label, words, unit, span in (
@@ -405,7 +322,7 @@ FIELDS = (
         label="Contact law",
         group="world",
         help="The law by which the ground holds the feet.",
-        choices=_words(ContactTable, "contact_law"),
+        choices=_contact_laws,
     ),
     Field(
         **_of("force_model", "model", "force_model"),

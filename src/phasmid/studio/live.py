@@ -29,6 +29,17 @@ to it [s]."""
 SPARE = 0.999
 """Of the largest velocity, so that round-off does not make it more than is possible."""
 
+WORDS = {
+    Sequence.LYING: "lies",
+    Sequence.GETTING_UP: "gets up",
+    Sequence.STANDING: "stands",
+    Sequence.STOPPING: "stops",
+    Sequence.LIFTING: "lifts a leg",
+    Sequence.BY_HAND: "moves a leg by hand",
+    Sequence.GATHERING: "puts its feet in their places",
+}
+"""What a robot that does not walk is about."""
+
 Recorder: TypeAlias = Callable[[np.ndarray, dict[str, np.ndarray]], None]
 """Takes times [s] and channels of consecutive samples."""
 
@@ -248,14 +259,16 @@ class LiveRobot:
 
     @property
     def status(self) -> str:
-        """What it is about, in a word or two."""
+        """What it is about, in words that follow "the robot"."""
         if self.trouble is not None:
             return self.trouble.ending.name.lower()
         if self._engine is None or self._sequencer is None:
             return "walks"
         stage = self._sequencer.stage
         if stage is not Sequence.STANDING:
-            return stage.name.lower().replace("_", " ")
+            return WORDS[stage]
+        if self._engine.is_lame:
+            return "cannot walk"
         return "stands" if self._engine.is_standing else "walks"
 
     def take_events(self) -> list[tuple[float, str]]:

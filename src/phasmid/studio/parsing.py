@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
-import math
-import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -24,38 +21,13 @@ from phasmid.studio.messages import (
     Request,
     Stick,
 )
-
-DEEPEST = 8
-"""How many lists and tables may stand in one another."""
-
-MOST_MARKS = 4000
-"""How many texts and brackets a message may have: more than any setting takes."""
+from phasmid.studio.strict import Misunderstood, read_json, short
 
 LONGEST_TEXT = 1000
 """Characters of a text that is no file."""
 
 LARGEST_ID = 2**53
 """Whole numbers up to here are the same in a browser."""
-
-LONGEST_NUMBER = 400
-"""Characters of a number; the largest that is finite has 309 digits."""
-
-# A text without an end reaches to the message's end, so that it is looked for only once.
-MARKS = re.compile(r'"[^"\\]*+(?:\\.[^"\\]*+)*+"?|[\[\]{}]', re.DOTALL)
-
-
-class Misunderstood(InvalidInput):
-    """A message that is no request.
-
-    Attributes:
-        status: 400 where it cannot be read, 422 where a field is not what it must be.
-        id: Of the message, where it could be read.
-    """
-
-    def __init__(self, status: int, what: str, *, id: int | None = None, hint: str = "") -> None:
-        super().__init__(what, hint=hint)
-        self.status = status
-        self.id = id
 
 
 def read_request(text: str | bytes) -> tuple[int | None, Request]:
@@ -88,72 +60,12 @@ def read_request(text: str | bytes) -> tuple[int | None, Request]:
         raise Misunderstood(422, error.what, id=number, hint=error.hint) from None
 
 
-def read_json(text: str) -> Any:
-    """Read JSON as the standard has it: no key twice, no number that is none, not too deep.
-
-    Args:
-        text: From a browser or from a link.
-
-    Raises:
-        Misunderstood: With status 400, naming the line or the key.
-    """
-    depth = 0
-    for count, mark in enumerate(MARKS.finditer(text), 1):
-        depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(mark[0], 0)
-        if depth > DEEPEST:
-            line = 1 + text.count("\n", 0, mark.start())
-            what = f"message line {line}: more than {DEEPEST} lists and tables in one another."
-            raise Misunderstood(400, what)
-        if count > MOST_MARKS:
-            raise Misunderstood(400, f"the message has more than {MOST_MARKS} texts and brackets.")
-    try:
-        return json.loads(
-            text,
-            object_pairs_hook=_table,
-            parse_float=_finite,
-            parse_int=_whole,
-            parse_constant=_finite,
-        )
-    except json.JSONDecodeError as error:
-        reason = f"{error.msg[:1].lower()}{error.msg[1:]}"
-        what = f"message line {error.lineno}, column {error.colno}: {reason}."
-        raise Misunderstood(400, what) from None
-    except RecursionError:
-        raise Misunderstood(400, "the message is too deep.") from None
-
-
-def _table(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    table: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in table:
-            raise Misunderstood(400, f'key "{short(key)}" is given twice.')
-        table[key] = value
-    return table
-
-
-def _finite(text: str) -> float:
-    number = float(text) if len(text) <= LONGEST_NUMBER else math.inf
-    if not math.isfinite(number):
-        raise Misunderstood(400, f"{short(text)} is no finite number.")
-    return number
-
-
-def _whole(text: str) -> int | float:
-    # Python reads whole numbers of any length, and takes its time.
-    return int(text) if len(text) <= 18 else _finite(text)
-
-
 def kind_of(value: Any) -> str:
     """What a value of JSON is, in words."""
     if isinstance(value, bool):
         return str(value).lower()
     names = {dict: "a table", list: "a list", str: "text", int: "a number", float: "a number"}
     return names.get(type(value), "null")
-
-
-def short(text: str) -> str:
-    """A text that somebody else wrote, fit for a sentence."""
-    return plain(text if len(text) <= 40 else f"{text[:40]}…")
 
 
 Reader = Callable[[str, Any], Any]

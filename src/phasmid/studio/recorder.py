@@ -47,6 +47,15 @@ PATIENCE = 5.0
 MOST_EVENTS = 10_000
 """Most sentences that a recording keeps."""
 
+CUT_OFF = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
+"""What a recording says of its end for as long as it has none."""
+
+# A terminal's Ctrl-C is for the studio, which ends its writers itself; Windows, which knows no
+# sessions, has groups, and such a group hears of Ctrl-Break alone.
+IS_WINDOWS = sys.platform == "win32"
+NEW_GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+INTERRUPT: int = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT)
+
 
 @dataclass(frozen=True)
 class Saved:
@@ -167,8 +176,7 @@ class Recorder:
     def _open(self, first: dict[str, np.ndarray]) -> RecordingLog:
         assert self._live is not None
         live = self._live
-        cut = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
-        said = {**live.driving.attributes(live.run), **cut}
+        said = {**live.driving.attributes(live.run), **CUT_OFF}
         # A block or two more than fits: its last samples come together.
         time = np.arange(round(LONGEST / self._interval) + 2 * live.run.block_steps)
         log = RecordingLog(self._path(self.run), first, said, time=time * self._interval)
@@ -177,12 +185,12 @@ class Recorder:
     def _path(self, run: str) -> Path:
         return self._out / f"{run}-log" / f"{run}.rec"
 
-    def end(self, trouble: Trouble | None, *, report: bool = True) -> str:
+    def end(self, trouble: Trouble | None, *, cut: bool = False) -> str:
         """End the recording; its folder is written in a process of its own.
 
         Args:
             trouble: What ended the robot's run; None where it goes on.
-            report: Whether the folder is written; if not, the log stays.
+            cut: Whether it is cut off: its log stays, which says so, and no folder is written.
 
         Returns:
             What became of it, where nothing can be written; else nothing.
@@ -198,7 +206,7 @@ class Recorder:
             return self.failure or f"the recording has less than {SHORTEST:g} s; it was not kept."
         scenario = live.setting.machine.replace(duration=self.seconds)
         said: dict[str, Any] = {
-            **ending_attributes(trouble),
+            **(CUT_OFF if cut else ending_attributes(trouble)),
             "events": json.dumps(self._events, ensure_ascii=False),
             # Gait and stride as they were at last: they may have changed meanwhile.
             "scenario": scenario_to_toml(scenario, "robot.toml"),
@@ -213,7 +221,7 @@ class Recorder:
             self.failure = error.what
         except OSError as error:
             self.failure = f"cannot write {self._path(run)}: {(error.strerror or '').lower()}."
-        if report:
+        if not cut:
             self._write(run)
         return self.failure
 
@@ -227,7 +235,8 @@ class Recorder:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=complaint,
-            start_new_session=True,
+            start_new_session=not IS_WINDOWS,
+            creationflags=NEW_GROUP,
             env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
         )
         with contextlib.suppress(OSError, AttributeError):
@@ -260,10 +269,10 @@ class Recorder:
     def close(self) -> None:
         """End what goes on; logs of what was not written stay, and can be read."""
         if self.run:
-            self.end(None, report=False)
+            self.end(None, cut=True)
         for job in self._jobs:
             # As by Ctrl-C, so that it leaves no half of a folder.
-            job.process.send_signal(signal.SIGINT)
+            job.process.send_signal(INTERRUPT)
         for job in self._jobs:
             try:
                 job.process.wait(PATIENCE)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
 import math
 import queue
 import tempfile
@@ -11,16 +10,14 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
-from phasmid.studio.fields import catalogue, field_of, values
-from phasmid.studio.live import LiveRobot
+from phasmid.studio.fields import catalogue, values
+from phasmid.studio.hands import Hands
 from phasmid.studio.messages import (
     Answer,
     Bench,
@@ -39,6 +36,7 @@ from phasmid.studio.pacing import Pacing
 from phasmid.studio.recorder import LONGEST, Recorder
 from phasmid.studio.scene import Scene
 from phasmid.studio.setting import Setting, setting_of
+from phasmid.studio.telling import Telling
 
 FRAMES = 30.0
 """Most frames a second [1/s]."""
@@ -46,25 +44,11 @@ FRAMES = 30.0
 LONGEST_TURN = 0.05
 """The clock is looked at, and requests are answered, after as long at the latest [s]."""
 
-STALE = 0.5
-"""A stick that was not told of for longer is let go [s]."""
-
 LYING = 2.0
 """Time for which a robot that fell is shown as it lies [s]."""
 
-GENTLE = (0.5, 0.0, 0.0)
-"""Shares of the largest velocities with which the robot walks by itself."""
-
 SLOWEST, FASTEST = 0.05, 10.0
 """Between these is the pace."""
-
-HARDEST = 1.5
-"""Largest change of the robot's speed by a push [m/s]."""
-
-SAME_EVENT, MOST_SAID = 3.0, 256
-"""A sentence is not told again for as long [s]; and so many of them are remembered."""
-
-POSES = ("body_height", "body_x", "body_y", "roll", "pitch", "yaw")
 
 
 class Stage:
@@ -84,24 +68,21 @@ class Stage:
     def __init__(
         self, scenario: Scenario, *, out: Path, publish: Callable[[str | bytes], None]
     ) -> None:
-        self._setting = self._first = setting_of(scenario)
-        self._publish = publish
+        self._first = setting_of(scenario)
+        self._telling = Telling(publish)
         self._asked: queue.SimpleQueue[tuple[Request, Future[Answer]] | None] = queue.SimpleQueue()
         self._recorder = Recorder(Path(out))
         self._files = tempfile.TemporaryDirectory(prefix="phasmid-studio-")
         self._pacing = Pacing()
-        self._live: LiveRobot | None = None
+        self._hands = Hands(
+            self._first, build=self._build, changed=self._tell_setting, say=self._event
+        )
         self._scene: Scene | None = None
-        self._playing, self._stick, self._stick_at = True, (0.0, 0.0, 0.0), -math.inf
-        self._lost: frozenset[int] = frozenset()
-        self._dead: frozenset[int] = frozenset()
+        self._playing = True
         self._sentence, self._notice, self._state = "", "", dict[str, Any]()
         self._back_at, self._faults_at = math.inf, -math.inf
         self._litter = False
         self._viewers, self._wants_frame, self._next_frame = 0, True, 0.0
-        self._texts: dict[str, str] = {}
-        self._said: dict[str, float] = {}
-        self._guard = threading.Lock()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stage", daemon=True)
 
@@ -138,9 +119,7 @@ class Stage:
 
     def hello(self) -> list[str]:
         """What brings a new browser up to date: the newest text of each kind."""
-        with self._guard:
-            kinds = ("catalogue", "scene", "setting", "state")
-            return [self._texts[kind] for kind in kinds if kind in self._texts]
+        return self._telling.hello()
 
     def viewers(self, count: int) -> None:
         """Tell how many browsers look on: without any the stick is let go, and no frames are made.
@@ -183,17 +162,13 @@ class Stage:
             # long; and they hold megabytes that Python does not see.
             self._litter = False
             gc.collect()
-        if self._live is None:
-            self._build(self._setting)
-        live = self._live
-        assert live is not None
+        if self._hands.live is None:
+            self._build(self._hands.setting)
         self._answer()
         now = time.monotonic()
-        if self._stick != (0.0, 0.0, 0.0) and (now - self._stick_at > STALE or not self._viewers):
-            self._stick = (0.0, 0.0, 0.0)
-            self._follow()
+        self._hands.let_go(now, alone=not self._viewers)
         if now >= self._back_at:
-            self._build(self._setting)
+            self._build(self._hands.setting)
         elif self._playing:
             self._pass(now)
         for saved in self._recorder.look():
@@ -223,15 +198,15 @@ class Stage:
         except PhasmidError as error:
             _refuse(future, error)
         except Exception as error:
-            _refuse(future, InvalidInput(f"it cannot be done: {_words(error)}."))
+            # A mistake of ours is not one of whoever asked; and the robot may be half changed.
+            _refuse(future, error)
             raise
         else:
             future.set_result(answer)
 
     def _pass(self, now: float) -> None:
         """Let the updates pass that are due, for no longer than a frame's time."""
-        live, pacing = self._live, self._pacing
-        assert live is not None
+        live, pacing = self._hands.robot, self._pacing
         if live.trouble is not None:
             return
         due, part = pacing.due(now, live.period), max(1, round(1 / FRAMES / live.period))
@@ -246,8 +221,7 @@ class Stage:
 
     def _hear(self) -> None:
         """Tell what happened: the controller's sentences, a fall, a recording's end."""
-        live = self._live
-        assert live is not None
+        live = self._hands.robot
         events = live.take_events()
         for at, sentence in events:
             self._event(sentence, at=at)
@@ -268,7 +242,7 @@ class Stage:
         """Go on after a fault: with the robot at its start, or else with the first setting."""
         again = time.monotonic() - self._faults_at < 2 * LYING
         self._faults_at = time.monotonic()
-        self._live = self._scene = None
+        self._hands.live = self._scene = None
         if isinstance(error, PhasmidError):
             told = f"{error.what.rstrip('.')}; the robot is put back to its start"
         else:
@@ -277,7 +251,8 @@ class Stage:
             told += ", with the usual setting, and waits"
             # What cannot be built at all is replaced by what always can.
             usual = setting_of(load_scenario("paper"))
-            self._setting = usual if self._setting is self._first else self._first
+            is_first = self._hands.setting is self._first
+            self._hands.setting = usual if is_first else self._first
             self._playing = False
             # Browsers that come later are to know it too.
             self._notice = f"{told}."
@@ -288,61 +263,31 @@ class Stage:
         except Exception as failed:
             self._event(f"the recording is lost: {_words(failed)}.")
 
-    # Building and following ----------------------------------------------------------------------
-
     def _build(self, setting: Setting, lost: frozenset[int] = frozenset()) -> None:
         """Stand a robot up; what was there stays if it cannot be."""
-        live = LiveRobot(setting)
-        live.follow(setting, self._share(setting), lost)
+        live = self._hands.made(setting, lost)
         scene = Scene(live, self._scene.number + 1 if self._scene else 1)
         if self._recorder.run:
             self._event("the recording ends, since the robot is another one now.")
             self._end_recording()
-        self._live, self._scene, self._setting = live, scene, setting
+        self._hands.begin(live, lost)
+        self._scene = scene
         self._litter = True
-        self._lost, self._dead = lost, frozenset()
         self._back_at, self._sentence = math.inf, ""
         self._wants_frame = True
         self._pacing.begin(time.monotonic())
         self._tell_setting()
-        self._tell("scene", scene.told)
-
-    def _share(self, setting: Setting) -> tuple[float, float, float]:
-        if setting.walks == "by itself":
-            return GENTLE
-        return self._stick if setting.walks == "by hand" else (0.0, 0.0, 0.0)
-
-    def _take_up(self, setting: Setting) -> None:
-        """Go by another setting from now on, or refuse it as a whole."""
-        live = self._live
-        assert live is not None
-        if setting.built_of() != self._setting.built_of():
-            same = len(setting.base.legs) == len(self._setting.base.legs)
-            self._build(setting, self._lost if same else frozenset())
-            return
-        live.follow(setting, self._share(setting), self._lost)
-        another = setting.gait != self._setting.gait
-        self._setting = setting
-        self._tell_setting()
-        if another and self._scene is not None:
-            self._scene.told |= {"gait": _gait(setting)}
-            self._tell("scene", self._scene.told)
-
-    def _follow(self) -> None:
-        """Go where the setting and the stick say."""
-        if self._live is not None:
-            self._live.follow(self._setting, self._share(self._setting), self._lost)
+        self._telling.tell("scene", scene.told)
 
     # What is asked -------------------------------------------------------------------------------
 
     def _obey(self, request: Request) -> Answer:
-        live = self._live
-        assert live is not None
+        hands = self._hands
         match request:
             case Stick(at):
-                self._steer(at)
+                hands.steer(at)
             case Change(name, value):
-                self._change(name, value)
+                hands.change(name, value)
             case Play(how):
                 self._play(how)
             case Pace(factor):
@@ -354,122 +299,38 @@ class Stage:
                 self._pacing.factor = float(factor)
                 self._pacing.begin(time.monotonic())
             case Push(impulse):
-                self._push(impulse)
+                hands.push(impulse)
             case Limb(leg, how):
-                self._limb(leg, how)
+                hands.limb(leg, how)
             case Record(on):
                 return self._record(on)
             case Keep(what):
                 if what == "link":
-                    return {"link": link_of(self._setting)}
-                return scenario_file(self._setting)
+                    return {"link": link_of(hands.setting)}
+                return scenario_file(hands.setting)
             case Load():
                 return self._load(request)
             case Bench():
                 from phasmid.studio.bench import bench
 
-                return bench(self._setting.robot, request)
+                return bench(hands.setting.robot, request)
         return {}
 
-    def _steer(self, at: tuple[float, float, float]) -> None:
-        if self._setting.walks == "the plan":
-            raise InvalidInput(
-                "the robot walks by its plan, which knows no stick.", hint='walks = "by hand"'
-            )
-        share = tuple(min(max(float(part), -1.0), 1.0) for part in at)
-        if len(share) != 3 or not all(math.isfinite(part) for part in share):
-            raise InvalidInput(f"stick is {at}; it must be three numbers between -1 and 1.")
-        if self._setting.walks == "by itself":
-            if not any(share):
-                return
-            self._setting = replace(self._setting, walks="by hand")
-            self._tell_setting()
-        self._stick_at = time.monotonic()
-        if share != self._stick:
-            self._stick = (share[0], share[1], share[2])
-            self._follow()
-
-    def _change(self, name: str, value: object) -> None:
-        field = field_of(name)
-        if self._setting.walks == "the plan" and name in POSES:
-            raise InvalidInput(
-                "the robot walks by its plan, which knows no other pose of the body.",
-                hint='walks = "by hand"',
-            )
-        setting = field.changed(self._setting, value)
-        if name == "walks":
-            self._stick = (0.0, 0.0, 0.0)
-        if field.value(setting) != field.value(self._setting):
-            self._take_up(setting)
-
     def _play(self, how: str) -> None:
-        live, self._notice = self._live, ""
-        assert live is not None
+        self._notice = ""
         if how == "reset":
-            self._build(self._setting)
+            self._build(self._hands.setting)
             return
         self._playing = how == "play"
         self._pacing.begin(time.monotonic())
         if how == "step":
-            live.advance(1)
+            self._hands.robot.advance(1)
             self._hear()
         self._wants_frame = True
 
-    def _push(self, impulse: tuple[float, float, float]) -> None:
-        live = self._upright()
-        most = HARDEST * live.source.robot.mass
-        size = math.hypot(*impulse)
-        if size > most:
-            raise InvalidInput(
-                f"the push is {size:.3g} N·s; it must be at most {most:.3g} N·s, which changes "
-                f"the robot's speed by {HARDEST:g} m/s.",
-                hint=f"{most / 3:.2g} N·s",
-            )
-        live.run.push(impulse)
-        self._event(f"a push of {size:.3g} N·s.")
-
-    def _upright(self) -> LiveRobot:
-        """The robot, where it can be done something to."""
-        live = self._live
-        assert live is not None
-        if live.trouble is not None:
-            raise InvalidInput("the robot fell; it is put back in a moment.", hint="reset")
-        return live
-
-    def _limb(self, leg: int, how: str) -> None:
-        live = self._upright()
-        names = self._setting.base.leg_names
-        if not 1 <= leg <= len(names):
-            raise InvalidInput(f"there is no leg {leg}; legs are 1 to {len(names)}.")
-        name = names[leg - 1].replace("_", " ")
-        if how == "limp":
-            if leg not in self._dead:
-                for joint in range(len(JOINTS)):
-                    live.run.let_die(leg - 1, joint)
-                self._dead |= {leg}
-                self._event(f"all servos of leg {name} died.")
-            return
-        if live.plays:
-            raise InvalidInput(
-                "the robot walks by its plan, which knows no lost legs.", hint='walks = "by hand"'
-            )
-        if how == "restore" and leg in self._dead:
-            raise InvalidInput(
-                f"the servos of leg {name} are dead for as long as the robot is not put back.",
-                hint="reset",
-            )
-        lost = self._lost | {leg} if how == "lose" else self._lost - {leg}
-        live.follow(self._setting, self._share(self._setting), lost)
-        if lost != self._lost:
-            self._event(f"leg {name} is {'lost' if how == 'lose' else 'there again'}.")
-        self._lost = lost
-
     def _record(self, on: bool) -> Answer:
-        live = self._live
-        assert live is not None
         if on:
-            self._upright()
-            return {"run": self._recorder.begin(live)}
+            return {"run": self._recorder.begin(self._hands.upright())}
         if not self._recorder.run:
             raise InvalidInput("nothing records; there is no recording to end.")
         run = self._recorder.run
@@ -481,7 +342,7 @@ class Stage:
     def _end_recording(self) -> str:
         if not self._recorder.run:
             return ""
-        live = self._live
+        live = self._hands.live
         why = self._recorder.end(live.trouble if live else None)
         if why:
             self._event(why)
@@ -493,16 +354,17 @@ class Stage:
                 text = load.content.decode("utf-8")
             except UnicodeDecodeError:
                 raise InvalidInput("the link is no text in UTF-8.") from None
-            self._take_up(from_link(text, self._setting))
+            self._hands.take_up(from_link(text, self._hands.setting))
         else:
-            self._take_up(with_file(self._setting, load, Path(self._files.name)))
+            setting = with_file(self._hands.setting, load, Path(self._files.name))
+            self._hands.take_up(setting)
         return {}
 
     # What is told --------------------------------------------------------------------------------
 
     def _show(self) -> None:
         """Publish a frame if it is due and somebody looks on."""
-        live, scene, now = self._live, self._scene, time.monotonic()
+        live, scene, now = self._hands.live, self._scene, time.monotonic()
         if live is None or scene is None or now < self._next_frame:
             return
         self._next_frame = max(self._next_frame + 1 / FRAMES, now)
@@ -510,24 +372,21 @@ class Stage:
             return
         self._wants_frame = False
         if scene.moved(live):
-            self._tell("scene", scene.told)
-        self._publish(scene.row(live, self._pacing.got if self._playing else math.nan))
-
-    def _tell(self, kind: str, value: Any) -> None:
-        """Publish a text, and keep it for browsers to come; the same one only once."""
-        text = json.dumps({kind: value}, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        if self._texts.get(kind) == text:
-            return
-        with self._guard:
-            self._texts[kind] = text
-        self._publish(text)
+            self._telling.tell("scene", scene.told)
+        self._telling.publish(scene.row(live, self._pacing.got if self._playing else math.nan))
 
     def _tell_setting(self) -> None:
-        self._tell("catalogue", catalogue(self._setting))
-        self._tell("setting", values(self._setting))
+        setting, scene = self._hands.setting, self._scene
+        self._telling.tell("catalogue", catalogue(setting))
+        self._telling.tell("setting", values(setting))
+        gait = _gait(setting)
+        if scene is not None and scene.told.get("gait") != gait:
+            scene.told |= {"gait": gait}
+            self._telling.tell("scene", scene.told)
 
     def _tell_state(self) -> None:
-        live, recorder = self._live, self._recorder
+        hands, recorder = self._hands, self._recorder
+        live = hands.live
         recording = {"seconds": math.floor(recorder.seconds)} if recorder.run else None
         state = {
             "playing": self._playing,
@@ -535,27 +394,20 @@ class Stage:
             "recording": recording,
             "status": live.status if live else "is being built",
             "sentence": self._sentence or self._notice,
-            "lost": sorted(self._lost),
-            "dead": sorted(self._dead),
+            "lost": sorted(hands.lost),
+            "dead": sorted(hands.dead),
         }
         now = live.now if live else 0.0
         if state != self._state:
             self._state = state
-            self._tell("state", state | {"time": round(now, 3)})
+            self._telling.tell("state", state | {"time": round(now, 3)})
 
     def _event(self, text: str, *, at: float | None = None, run: str = "") -> None:
-        """Publish a sentence; one that comes again and again is told now and then."""
-        wall = time.monotonic()
-        if wall - self._said.get(text, -math.inf) < SAME_EVENT:
-            return
-        if len(self._said) >= MOST_SAID:
-            self._said.clear()
-        self._said[text] = wall
-        live = self._live
+        """Publish a sentence, and keep it where something records."""
+        live = self._hands.live
         now = (live.now if live else 0.0) if at is None else at
-        self._recorder.note([(now, text)])
-        event = {"time": round(now, 3), "text": text} | ({"run": run} if run else {})
-        self._publish(json.dumps({"event": event}, ensure_ascii=False, separators=(",", ":")))
+        if self._telling.event(text, now, run):
+            self._recorder.note([(now, text)])
 
 
 def _gait(setting: Setting) -> dict[str, Any]:

@@ -51,7 +51,11 @@ STEEPEST_HOLD = math.cos(math.radians(20))
 """A body that leans further is not held well by its feet."""
 
 LEVEL_ERROR = math.cos(math.radians(10))
-"""Where the inertial sensor says otherwise by more, the ground is not where the feet say."""
+"""Where the inertial sensor says otherwise by more, the ground is not where the feet say; unless
+they feel it."""
+
+STEEPEST_GROUND = math.cos(math.radians(30))
+"""A slope that feet feel is one to stand on up to here; further, the robot has fallen."""
 
 LONGEST_STEP = 0.05
 """A controller that is updated after a longer time than this goes on as after this [s]."""
@@ -282,9 +286,10 @@ class Sequencer:
         """Whether the robot stands on its feet already, as far as can be told."""
         if ground.on_belly or ground.feet.sum() < 3 or ground.normal[2] < STEEPEST_HOLD:
             return False
-        if up is not None and float(ground.normal @ up) < LEVEL_ERROR:
-            return False
         contact = observation.contact
+        steepest = LEVEL_ERROR if contact is None else STEEPEST_GROUND
+        if up is not None and float(ground.normal @ up) < steepest:
+            return False
         return contact is None or int((contact & ground.feet).sum()) >= 3
 
     def _gather(

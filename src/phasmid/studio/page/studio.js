@@ -206,7 +206,9 @@
       strip.tell();
       if (frames.latest) {
         const recorded = state.recording ? ` · recording ${state.recording.seconds} s` : "";
-        byId("clock").textContent = `${frames.value("time").toFixed(2)} s${recorded}`;
+        // A single step is shorter than a hundredth of a second.
+        const digits = state.playing ? 2 : 3;
+        byId("clock").textContent = `${frames.value("time").toFixed(digits)} s${recorded}`;
       }
     }
     if (stamp - plotted >= PLOTS_EVERY && frames.latest !== seen) {
