@@ -8,7 +8,7 @@ import pytest
 
 from browsers import NEEDED, PATIENCE, is_ours, pixels, started, until
 from hostile import LEG_NAMES, hostile_files
-from phasmid.studio.server import POLICY
+from phasmid.studio.door import POLICY
 from studio.running import Heard, running
 
 pytestmark = NEEDED
