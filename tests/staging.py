@@ -9,7 +9,7 @@ import numpy as np
 import phasmid
 from phasmid.studio.stage import Stage
 
-PATIENCE = 120.0
+PATIENCE = 600.0
 """Longest wall time for anything that happens, on a machine that does other things too [s]."""
 
 

@@ -8,12 +8,13 @@ from phasmid.control.sequences import SequenceSettings
 from phasmid.control.sequences.lameness import Lameness
 from phasmid.control.sequences.lost import ANSWER_TIME, DOUBT_TIME
 from phasmid.control.sequences.stance import neutral_stance
+from sequence_runs import Still
 
 ROBOT = load_robot("phantomx-ax")
 HOME = neutral_stance(ROBOT).q
 
 
-class Catching:
+class Catching(Still):
     """A walking controller that counts how often its feet are caught."""
 
     caught = 0
