@@ -1,10 +1,15 @@
 """Shapes and types are checked at run time in all tests; hypothesis draws the same each time."""
 
+import signal
+
 import pytest
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
 install_import_hook("phasmid", "type_checker.check")
+
+# Whoever starts the tests in the background lets them ignore Ctrl-C, which some of them are about.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("phasmid", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("phasmid")
