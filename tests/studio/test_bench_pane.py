@@ -2,28 +2,19 @@
 
 import json
 import math
-import os
 import re
-import shutil
 from pathlib import Path
 
 import pytest
 
+from browsers import NEEDED, started
 from phasmid.errors import PhasmidError
 from phasmid.robot import load_robot
 from phasmid.studio import bench as room
 from phasmid.studio.bench import bench
 from phasmid.studio.messages import Bench
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(bool(os.environ.get("CI")), reason="no browser is started in CI"),
-    pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine"),
-]
+pytestmark = NEEDED
 
 PAGE = Path(room.__file__).with_name("page")
 FILES = {name: (PAGE / name).read_text("utf-8") for name in ("bench.css", "bench.js")}
@@ -42,13 +33,8 @@ ROBOT = load_robot("phantomx-paper")
 
 @pytest.fixture(scope="module")
 def browser():
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="playwright, which drives the browser, is not installed"
-    )
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield started
-        started.close()
+    with started() as found:
+        yield found
 
 
 @pytest.fixture

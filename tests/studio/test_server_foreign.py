@@ -2,23 +2,14 @@
 
 import http.server
 import logging
-import os
-import shutil
 import threading
 
 import pytest
 
+from browsers import NEEDED, started
 from studio.pretended import TOKEN, PretendedStage, running
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(bool(os.environ.get("CI")), reason="no browser is started in CI"),
-    pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine"),
-]
+pytestmark = NEEDED
 
 # Each attempt tells whether it got anything; that of another page is closed before it opens.
 ATTEMPTS = """async (home) => {
@@ -63,13 +54,8 @@ REPORT = """const told = (async () => ({
 
 @pytest.fixture(scope="module")
 def browser():
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="playwright, which drives the browser, is not installed"
-    )
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield started
-        started.close()
+    with started() as found:
+        yield found
 
 
 @pytest.fixture

@@ -27,9 +27,6 @@ ENOUGH = 0.5
 HOLDS = 0.75
 """Share of the support margin that is kept on it."""
 
-SETTLED = 1e-3
-"""Of the mean speed of the feet, by which it differs, and of the pose [m/s, m, rad]."""
-
 FOLLOWS = 0.05
 """A foot that lifts is as good as standing for as long [s]."""
 

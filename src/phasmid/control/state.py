@@ -17,8 +17,8 @@ where it has met the ground early, or it goes on down where it has not met it.""
 OBSTACLE = 2
 """What is felt at a foot that has just met something on its way."""
 
-STILL, WALKING, CHANGING = 0, 1, 2
-"""What the clock does: it rests, it runs, or it waits for feet to land and for a new gait."""
+STILL, WALKING = 0, 1
+"""What the clock does: it rests, or it runs."""
 
 REACH, SPEED, SUPPORT = 1, 2, 3
 """What may keep a walk from being faster."""
@@ -123,8 +123,8 @@ class State(NamedTuple):
             slopes along x and y, shape (4, 3).
         offset: What is added to the feet's targets in odom [m], shape (L, 3).
         leg: What each leg does, shape (L,).
-        mode: What the clock does; leg whose region is next; 1 while the body comes back from a
-            pose in which it cannot walk; 1 while feet are put in order one by one, shape (4,).
+        mode: What the clock does; leg whose region is next; 1 while a foot that is due would
+            hardly rise before the pose is where it goes to; the last is free, shape (4,).
         numbers: All of the former as one row.
         codes: The last two.
     """
