@@ -3,13 +3,15 @@
 
 (() => {
   const { unit, rgb, IDENTITY } = Phasmid.algebra;
+  const { SHAPES } = Phasmid.meshes;
+  const POSES = 32; // of the things that are drawn at once; every WebGL 2 has room for twice as many
 
   const VERTEX = `#version 300 es
-    in vec3 corner; in vec4 tint;
-    uniform mat4 model, camera; uniform vec3 light; uniform float squash, level;
+    in vec3 corner; in vec4 tint; in float part;
+    uniform mat4 models[${POSES}], camera; uniform vec3 light; uniform float squash, level;
     out vec3 world; out vec4 own;
     void main() {
-      vec4 place = model * vec4(corner, 1.0);
+      vec4 place = models[int(part)] * vec4(corner, 1.0);
       // A shadow is the thing itself, pressed along the light onto the ground.
       if (squash > 0.5) place.xyz -= light * (place.z - level) / light.z;
       world = place.xyz; own = tint;
@@ -56,7 +58,7 @@
 
   const LIGHT = unit([-0.42, -0.38, 0.82]);
   const UNIFORMS = [
-    "model", "camera", "squash", "level", "paint", "eye", "light", "middle", "back", "line", "reach", "uneven",
+    "models", "camera", "squash", "level", "paint", "eye", "light", "middle", "back", "line", "reach", "uneven",
   ];
 
   function program(gl, fragment) {
@@ -70,6 +72,7 @@
     }
     gl.bindAttribLocation(made, 0, "corner");
     gl.bindAttribLocation(made, 1, "tint");
+    gl.bindAttribLocation(made, 2, "part");
     gl.linkProgram(made);
     const at = {};
     for (const name of UNIFORMS) at[name] = gl.getUniformLocation(made, name);
@@ -101,22 +104,25 @@
       return used.at;
     }
 
-    // Colours of its corners are multiplied with the paint; without any it is all paint.
-    function solid({ vertices, faces, tints }) {
+    // Colours of its corners are multiplied with the paint; without any it is all paint. Its parts
+    // say which pose a corner moves with; without any it is the first.
+    function solid({ vertices, faces, tints, parts }) {
       const array = gl.createVertexArray();
-      const buffers = [gl.createBuffer(), gl.createBuffer(), gl.createBuffer()];
+      const buffers = [];
       gl.bindVertexArray(array);
-      gl.bindBuffer(gl.ARRAY_BUFFER, buffers[0]);
-      gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
-      gl.enableVertexAttribArray(0);
-      gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 0, 0);
-      if (tints) {
-        gl.bindBuffer(gl.ARRAY_BUFFER, buffers[2]);
-        gl.bufferData(gl.ARRAY_BUFFER, tints, gl.STATIC_DRAW);
-        gl.enableVertexAttribArray(1);
-        gl.vertexAttribPointer(1, 4, gl.UNSIGNED_BYTE, true, 0, 0);
-      }
-      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffers[1]);
+      const attribute = (index, data, size, kind, shares) => {
+        if (!data) return;
+        buffers.push(gl.createBuffer());
+        gl.bindBuffer(gl.ARRAY_BUFFER, buffers[buffers.length - 1]);
+        gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+        gl.enableVertexAttribArray(index);
+        gl.vertexAttribPointer(index, size, kind, shares, 0, 0);
+      };
+      attribute(0, vertices, 3, gl.FLOAT, false);
+      attribute(1, tints, 4, gl.UNSIGNED_BYTE, true);
+      attribute(2, parts, 1, gl.UNSIGNED_BYTE, false);
+      buffers.push(gl.createBuffer());
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffers[buffers.length - 1]);
       gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
       gl.bindVertexArray(null);
       const kind = faces instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
@@ -128,44 +134,14 @@
       buffers.forEach((buffer) => gl.deleteBuffer(buffer));
     }
 
-    // A solid of revolution about z through radii at heights.
-    function turned(profile, sides) {
-      const vertices = [];
-      const faces = [];
-      profile.forEach(([radius, height]) => {
-        for (let k = 0; k < sides; k++) {
-          const angle = (2 * Math.PI * k) / sides;
-          vertices.push(radius * Math.cos(angle), radius * Math.sin(angle), height);
-        }
-      });
-      for (let ring = 0; ring + 1 < profile.length; ring++)
-        for (let k = 0; k < sides; k++) {
-          const a = ring * sides + k;
-          const b = ring * sides + ((k + 1) % sides);
-          faces.push(a, b, b + sides, a, b + sides, a + sides);
-        }
-      return solid({ vertices: new Float32Array(vertices), faces: new Uint16Array(faces) });
-    }
-
-    const rings = [];
-    for (let k = 0; k <= 12; k++) rings.push([Math.sin((Math.PI * k) / 12), -Math.cos((Math.PI * k) / 12)]);
-    const shapes = {
-      shaft: turned([[0, 0], [1, 0], [1, 1], [0, 1]], 12),
-      cone: turned([[0, 0], [1, 0], [0, 1]], 16),
-      funnel: turned([[0, 0], [1, 1]], 32),
-      ball: turned(rings, 20),
-      disc: turned([[0, 0], [1, 0]], 32),
-      flat: solid({
-        vertices: new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]),
-        faces: new Uint16Array([0, 1, 2, 0, 2, 3]),
-      }),
-    };
+    const shapes = {};
+    for (const [name, mesh] of Object.entries(SHAPES)) shapes[name] = solid(mesh);
 
     // Lines and surfaces that change with each picture: place and colour of each corner.
-    const loose = gl.createVertexArray();
+    const sheets = gl.createVertexArray();
     const looseBuffer = gl.createBuffer();
     let sheet = new Float32Array(7 * 512);
-    gl.bindVertexArray(loose);
+    gl.bindVertexArray(sheets);
     gl.bindBuffer(gl.ARRAY_BUFFER, looseBuffer);
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 28, 0);
@@ -173,21 +149,24 @@
     gl.vertexAttribPointer(1, 4, gl.FLOAT, false, 28, 12);
     gl.bindVertexArray(null);
 
-    function draw(thing, model, paint, kind) {
+    // A solid at the pose of each of its parts, matrix by matrix.
+    function draw(thing, poses, paint, kind) {
       const at = use(kind);
       gl.vertexAttrib4f(1, 1, 1, 1, 1);
+      gl.vertexAttrib1f(2, 0);
       gl.bindVertexArray(thing.array);
-      gl.uniformMatrix4fv(at.model, false, model);
+      gl.uniformMatrix4fv(at.models, false, poses);
       gl.uniform4fv(at.paint, paint);
       gl.drawElements(gl.TRIANGLES, thing.count, thing.kind, 0);
     }
 
     function drawLoose(count, how) {
       const at = use("plain");
-      gl.bindVertexArray(loose);
+      gl.vertexAttrib1f(2, 0);
+      gl.bindVertexArray(sheets);
       gl.bindBuffer(gl.ARRAY_BUFFER, looseBuffer);
       gl.bufferData(gl.ARRAY_BUFFER, sheet.subarray(0, 7 * count), gl.STREAM_DRAW);
-      gl.uniformMatrix4fv(at.model, false, IDENTITY);
+      gl.uniformMatrix4fv(at.models, false, IDENTITY);
       gl.uniform4f(at.paint, 1, 1, 1, 1);
       gl.drawArrays(how, 0, count);
     }
@@ -207,32 +186,47 @@
       if (sheet.length < 7 * corners) sheet = new Float32Array(14 * corners);
     }
 
-    // A surface through points, the first of which sees all the others.
-    function fan(points, colour, alpha) {
-      room(points.length);
-      points.forEach((point, k) => corner(k, point[0], point[1], point[2], colour, alpha));
-      drawLoose(points.length, gl.TRIANGLE_FAN);
+    // Corners of any kind: the place of each, its colour, and its opacity.
+    function loose(corners, how) {
+      room(corners.length);
+      corners.forEach(([place, colour, alpha], k) => corner(k, place[0], place[1], place[2], colour, alpha));
+      drawLoose(corners.length, how);
     }
 
-    // A line of some width that faces the eye, through numbers three by three; it fades from one
-    // opacity to another.
-    function ribbon(points, width, colour, eye, from = 1, to = from) {
-      const count = points.length / 3;
-      if (count < 2) return;
-      room(2 * count);
-      for (let k = 0; k < count; k++) {
-        const a = 3 * Math.max(k - 1, 0);
-        const b = 3 * Math.min(k + 1, count - 1);
-        const [x, y, z] = [points[3 * k], points[3 * k + 1], points[3 * k + 2]];
-        const [dx, dy, dz] = [points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]];
-        const [ex, ey, ez] = [eye[0] - x, eye[1] - y, eye[2] - z];
-        const [sx, sy, sz] = [dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex];
-        const half = width / 2 / Math.max(Math.hypot(sx, sy, sz), 1e-12);
-        const alpha = from + ((to - from) * k) / (count - 1);
-        corner(2 * k, x - sx * half, y - sy * half, z - sz * half, colour, alpha);
-        corner(2 * k + 1, x + sx * half, y + sy * half, z + sz * half, colour, alpha);
+    // A surface through points, the first of which sees all the others.
+    const fan = (points, colour, alpha) =>
+      loose(points.map((point) => [point, colour, alpha]), gl.TRIANGLE_FAN);
+
+    // Lines of some width that face the eye, each through numbers three by three; they fade from
+    // one opacity to another.
+    function ribbons(lines, eye) {
+      const drawn = lines.filter(({ points }) => points.length > 3);
+      if (!drawn.length) return;
+      room(drawn.reduce((sum, { points }) => sum + (2 * points.length) / 3 + 2, 0));
+      let end = 0;
+      for (const { points, width, colour, from = 1, to = from } of drawn) {
+        const count = points.length / 3;
+        const begin = end;
+        // Between two lines the strip goes on without an area.
+        if (begin) end += 2;
+        for (let k = 0; k < count; k++, end += 2) {
+          const a = 3 * Math.max(k - 1, 0);
+          const b = 3 * Math.min(k + 1, count - 1);
+          const [x, y, z] = [points[3 * k], points[3 * k + 1], points[3 * k + 2]];
+          const [dx, dy, dz] = [points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]];
+          const [ex, ey, ez] = [eye[0] - x, eye[1] - y, eye[2] - z];
+          const [sx, sy, sz] = [dy * ez - dz * ey, dz * ex - dx * ez, dx * ey - dy * ex];
+          const half = width / 2 / Math.max(Math.hypot(sx, sy, sz), 1e-12);
+          const alpha = from + ((to - from) * k) / (count - 1);
+          corner(end, x - sx * half, y - sy * half, z - sz * half, colour, alpha);
+          corner(end + 1, x + sx * half, y + sy * half, z + sz * half, colour, alpha);
+        }
+        if (begin) {
+          sheet.copyWithin(7 * begin, 7 * (begin - 1), 7 * begin);
+          sheet.copyWithin(7 * (begin + 1), 7 * (begin + 2), 7 * (begin + 3));
+        }
       }
-      drawLoose(2 * count, gl.TRIANGLE_STRIP);
+      drawLoose(end, gl.TRIANGLE_STRIP);
     }
 
     // Begin a picture with `ratio` dots for a pixel of the page.
@@ -283,7 +277,7 @@
       gl.enable(gl.DEPTH_TEST);
     }
 
-    return { gl, shapes, solid, forget, draw, fan, ribbon, fit, begin, lay, shadows };
+    return { gl, POSES, shapes, solid, forget, draw, loose, fan, ribbons, fit, begin, lay, shadows };
   };
 
   Phasmid.drawing.look = look;

@@ -3,12 +3,13 @@
 
 (() => {
   const { unpacked, add, less, times, size, unit, along, hull, rgb, IDENTITY } = Phasmid.algebra;
-  const { coarse, merged } = Phasmid.meshes;
+  const { coarse, merged, SHAPES } = Phasmid.meshes;
   const WHITE = [1, 1, 1, 1];
-  // Detail, in shares of the robot's span: of shadows, and of both where the processor draws.
+  // Detail, in shares of the robot's span: of shadows, and of both where the processor draws, whose
+  // cost is that of the number of triangles.
   const SHADE = 1 / 40;
-  const ROUGH = 1 / 60;
-  const ROUGH_SHADE = 1 / 20;
+  const ROUGH = 1 / 24;
+  const ROUGH_SHADE = 1 / 10;
 
   // A scene's solids in a drawing, to be painted at poses that change.
   Phasmid.marks = (drawing, scene, { rough = false } = {}) => {
@@ -17,23 +18,55 @@
     const weight = scene.weight;
     const mesh = ({ vertices, faces }) => ({ vertices: unpacked(vertices), faces: unpacked(faces) });
     const exact = scene.meshes.map(mesh);
-    const shown = rough ? exact.map((one) => coarse(one, ROUGH * span)) : exact;
-    const shades = exact.map((one) => coarse(one, (rough ? ROUGH_SHADE : SHADE) * span));
-    // What moves together is one solid, so that there are few to draw; the trunk is link -1.
-    const pieces = [...new Set(scene.pieces.map(({ link }) => link))].map((link) => {
-      const own = scene.pieces.filter((piece) => piece.link === link);
-      const one = (meshes) => drawing.solid(merged(own.map(({ mesh, colour }) => ({ ...meshes[mesh], colour }))));
-      return { link, solid: one(shown), shade: one(shades) };
-    });
-    const uneven = scene.ground && drawing.solid(mesh(scene.ground));
+    // The trunk is link -1.
+    const links = [...new Set(scene.pieces.map(({ link }) => link))];
+    const whole = (meshes) => (link) =>
+      scene.pieces.filter((piece) => piece.link === link).map(({ mesh, colour }) => ({ ...meshes[mesh], colour }));
+    const detail = (cell) => flock(links.map(whole(cell ? exact.map((one) => coarse(one, cell * span)) : exact)));
+    const machines = { rough: rough && { solids: detail(ROUGH), shadows: detail(ROUGH_SHADE) }, fine: null };
+    const own = (fine) => (rough && !fine ? machines.rough : (machines.fine ??= { solids: detail(0), shadows: detail(SHADE) }));
+    const floor = Phasmid.floor(drawing, scene);
     const legColours = scene.legs.map(rgb);
     const forceColour = rgb(scene.force_colour);
     // Metres of an arrow for a newton.
     const perNewton = (scene.force_length * span) / weight;
 
+    const shafts = flock(scene.legs.map(() => [SHAPES.shaft]));
+    const heads = flock(scene.legs.map(() => [SHAPES.cone]));
+    const funnels = flock(legColours.map((colour) => [{ ...SHAPES.funnel, colour }]));
+
+    // Things that each move for themselves are one solid, as far as there is room for their poses:
+    // to draw few large ones costs less than many small ones.
+    function flock(things) {
+      const made = [];
+      for (let first = 0; first < things.length; first += drawing.POSES) {
+        const own = things.slice(first, first + drawing.POSES);
+        const meshes = own.flatMap((thing, part) => thing.map((one) => ({ ...one, part })));
+        made.push({ first, poses: new Float32Array(16 * own.length), solid: drawing.solid(merged(meshes)) });
+      }
+      return made;
+    }
+
+    // Each of the things at its pose; one that has none is left out, as a point.
+    function paint(flock, pose, colour, kind) {
+      for (const { first, poses, solid } of flock) {
+        poses.fill(0);
+        let some = false;
+        for (let k = 0; k < poses.length / 16; k++) {
+          const X = pose(first + k);
+          if (!X) continue;
+          poses.set(X, 16 * k);
+          some = true;
+        }
+        if (some) drawing.draw(solid, poses, colour, kind);
+      }
+    }
+
     function forget() {
-      for (const { solid, shade } of pieces) [solid, shade].forEach(drawing.forget);
-      if (uneven) drawing.forget(uneven);
+      const { rough: some, fine } = machines;
+      for (const flock of [some?.solids, some?.shadows, fine?.solids, fine?.shadows, shafts, heads, funnels])
+        for (const { solid } of flock || []) drawing.forget(solid);
+      floor.forget();
     }
 
     // What is in the way does not hide what is drawn meanwhile.
@@ -43,85 +76,85 @@
       gl.enable(gl.DEPTH_TEST);
     }
 
-    function ground(seen, colours, grid = true) {
-      const paint = [...colours.floor, grid ? 1 : 0];
-      drawing.lay(Boolean(uneven));
-      if (uneven) {
-        drawing.draw(uneven, IDENTITY, paint, "ground");
-        return;
-      }
-      const model = Float32Array.from(IDENTITY);
-      model[0] = model[5] = 1.05 * 2.4 * seen.distance;
-      [model[12], model[13], model[14]] = [seen.target[0], seen.target[1], scene.level];
-      over(() => drawing.draw(shapes.flat, model, paint, "ground"));
-    }
-
     // The poses of the trunk and of all links, in the world.
-    function shadow(X_body, X_links, colours) {
-      if (uneven) return;
-      const paint = [0, 0, 0, colours.dark ? 0.42 : 0.2]; // black, whatever the piece's colour is
-      drawing.shadows(scene.level, () => {
-        for (const { link, shade } of pieces) drawing.draw(shade, link < 0 ? X_body : X_links[link], paint, "plain");
-      });
+    const poseOf = (X_body, X_links) => (k) => (links[k] < 0 ? X_body : X_links[links[k]]);
+
+    function shadow(X_body, X_links, colours, fine = false) {
+      if (floor.uneven) return;
+      const black = [0, 0, 0, colours.dark ? 0.42 : 0.2]; // whatever the piece's own colour is
+      drawing.shadows(scene.level, () => paint(own(fine).shadows, poseOf(X_body, X_links), black, "plain"));
     }
 
-    function machine(X_body, X_links) {
+    function machine(X_body, X_links, fine = false) {
       gl.disable(gl.BLEND);
-      for (const { link, solid } of pieces) drawing.draw(solid, link < 0 ? X_body : X_links[link], WHITE, "lit");
+      paint(own(fine).solids, poseOf(X_body, X_links), WHITE, "lit");
     }
 
     function support(standing, safe, seen, colours) {
       const corners = hull(standing);
       if (corners.length < 3) return;
       const colour = safe ? colours.good : colours.bad;
+      const edge = (corner, k) => [...corner, ...corners[(k + 1) % corners.length]];
       gl.enable(gl.BLEND);
       over(() => {
         drawing.fan(corners, colour, 0.22);
-        corners.forEach((corner, k) =>
-          drawing.ribbon([...corner, ...corners[(k + 1) % corners.length]], 0.012 * span, colour, seen.eye, 0.9));
+        drawing.ribbons(
+          corners.map((corner, k) => ({ points: edge(corner, k), width: 0.012 * span, colour, from: 0.9 })), seen.eye);
       });
     }
 
-    // The way of a foot, its end in full colour.
-    function trail(points, leg, seen) {
+    // The ways of the feet, their ends in full colour.
+    function trails(ways, seen) {
       gl.enable(gl.BLEND);
       gl.depthMask(false);
-      drawing.ribbon(points, 0.022 * span, legColours[leg], seen.eye, 0.15, 0.95);
+      const look = { width: 0.022 * span, from: 0.15, to: 0.95 };
+      drawing.ribbons(ways.map((points, leg) => ({ ...look, points, colour: legColours[leg] })), seen.eye);
       gl.depthMask(true);
     }
 
-    // A force on a foot [N]; as in the still picture it lies over everything, and only its own
+    // Forces on the feet [N]; as in the still picture they lie over everything, and only their own
     // far sides are hidden.
-    function arrow(foot, newtons, colour = forceColour, thickness = 1) {
-      if (!(size(newtons) >= 0.01 * weight)) return;
-      const arrow = times(newtons, perNewton);
-      const length = size(arrow);
-      const head = Math.min(0.13 * span * Math.sqrt(thickness), 0.6 * length);
-      const neck = add(foot, times(arrow, (length - head) / length));
-      const paint = [...colour, 1];
+    function arrows(feet, forces, colour = forceColour, thickness = 1) {
+      const made = feet.map((foot, leg) => {
+        if (!(size(forces[leg]) >= 0.01 * weight)) return null;
+        const arrow = times(forces[leg], perNewton);
+        const length = size(arrow);
+        const head = Math.min(0.13 * span * Math.sqrt(thickness), 0.6 * length);
+        const neck = add(foot, times(arrow, (length - head) / length));
+        return {
+          shaft: along(foot, arrow, 0.018 * span * thickness, length - head),
+          head: along(neck, arrow, 0.05 * span * thickness, head),
+        };
+      });
       gl.disable(gl.BLEND);
       gl.enable(gl.CULL_FACE);
       over(() => {
-        drawing.draw(shapes.shaft, along(foot, arrow, 0.018 * span * thickness, length - head), paint, "lit");
-        drawing.draw(shapes.cone, along(neck, arrow, 0.05 * span * thickness, head), paint, "lit");
+        paint(shafts, (leg) => made[leg]?.shaft, [...colour, 1], "lit");
+        paint(heads, (leg) => made[leg]?.head, [...colour, 1], "lit");
       });
       gl.disable(gl.CULL_FACE);
     }
 
-    // Within it a force may lean from the ground's normal without slip.
-    function frictionCone(foot, normal, friction, leg, seen) {
+    // Within them forces may lean from the ground's normals without slip; where a foot has none,
+    // there is no cone.
+    function frictionCones(feet, normals, friction, seen) {
       const height = 0.5 * scene.force_length * span;
       const radius = Math.min(friction, 3) * height;
-      const model = along(foot, normal, radius, height);
+      const made = feet.map((foot, leg) => normals[leg] && along(foot, normals[leg], radius, height));
       gl.enable(gl.BLEND);
       gl.depthMask(false);
-      drawing.draw(shapes.funnel, model, [...legColours[leg], 0.16], "plain");
-      const rim = [];
-      for (let k = 0; k <= 32; k++) {
-        const [c, s] = [Math.cos((Math.PI * k) / 16), Math.sin((Math.PI * k) / 16)];
-        for (let i = 0; i < 3; i++) rim.push(model[i] * c + model[4 + i] * s + model[8 + i] + model[12 + i]);
-      }
-      drawing.ribbon(rim, 0.008 * span, legColours[leg], seen.eye, 0.8);
+      paint(funnels, (leg) => made[leg], [1, 1, 1, 0.16], "plain");
+      const rims = [];
+      made.forEach((X, leg) => {
+        if (!X) return;
+        const points = [];
+        for (let k = 0; k <= 32; k++) {
+          const [c, s] = [Math.cos((Math.PI * k) / 16), Math.sin((Math.PI * k) / 16)];
+          for (let i = 0; i < 3; i++) points.push(X[i] * c + X[4 + i] * s + X[8 + i] + X[12 + i]);
+        }
+        rims.push({ points, width: 0.008 * span, colour: legColours[leg], from: 0.8 });
+      });
+      drawing.ribbons(rims, seen.eye);
       gl.depthMask(true);
     }
 
@@ -136,12 +169,12 @@
       over(() => {
         drawing.draw(shapes.disc, upright(ground, 0.055 * span), [...colours.back, 1], "plain");
         drawing.draw(shapes.disc, upright(ground, 0.04 * span), paint, "plain");
-        drawing.ribbon([...ground, ...place], 0.01 * span, colour, seen.eye);
+        drawing.ribbons([{ points: [...ground, ...place], width: 0.01 * span, colour }], seen.eye);
         drawing.draw(shapes.ball, upright(place, 0.035 * span), paint, "plain");
       });
     }
 
-    return { span, legColours, forget, ground, shadow, machine, support, trail, arrow, frictionCone, centre };
+    return { span, legColours, forget, ground: floor.paint, shadow, machine, support, trails, arrows, frictionCones, centre };
   };
 
   // Numbers of the legs over a canvas, above their knees.

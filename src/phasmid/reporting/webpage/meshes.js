@@ -1,5 +1,5 @@
 "use strict";
-// Meshes made fewer and coarser, so that a picture costs little.
+// Simple shapes, and meshes made fewer and coarser, so that a picture costs little.
 
 (() => {
   const SIDES = 1024; // cells along an axis
@@ -40,23 +40,58 @@
     return { vertices: means, faces: Uint32Array.from(kept) };
   }
 
-  // Meshes as one, each with a colour of its own.
-  function merged(parts) {
-    const corners = parts.reduce((sum, { vertices }) => sum + vertices.length, 0);
-    const vertices = new Float32Array(corners);
-    const tints = new Uint8Array((4 * corners) / 3);
-    const faces = new Uint32Array(parts.reduce((sum, part) => sum + part.faces.length, 0));
+  // Meshes as one, each with a colour of its own, and a part that it is of.
+  function merged(meshes) {
+    const corners = meshes.reduce((sum, { vertices }) => sum + vertices.length, 0) / 3;
+    const vertices = new Float32Array(3 * corners);
+    const tints = new Uint8Array(4 * corners);
+    const parts = new Uint8Array(corners);
+    const faces = new Uint32Array(meshes.reduce((sum, mesh) => sum + mesh.faces.length, 0));
     let [v, f] = [0, 0];
-    for (const part of parts) {
-      vertices.set(part.vertices, v);
-      for (let k = 0; k < part.faces.length; k++) faces[f + k] = part.faces[k] + v / 3;
-      const tint = [...part.colour.map((share) => Math.round(255 * share)), 255];
-      for (let k = v / 3; k < (v + part.vertices.length) / 3; k++) tints.set(tint, 4 * k);
-      v += part.vertices.length;
-      f += part.faces.length;
+    for (const { colour = [1, 1, 1], part = 0, ...mesh } of meshes) {
+      vertices.set(mesh.vertices, 3 * v);
+      for (let k = 0; k < mesh.faces.length; k++) faces[f + k] = mesh.faces[k] + v;
+      const end = v + mesh.vertices.length / 3;
+      const tint = [...colour.map((share) => Math.round(255 * share)), 255];
+      for (let k = v; k < end; k++) tints.set(tint, 4 * k);
+      parts.fill(part, v, end);
+      v = end;
+      f += mesh.faces.length;
     }
-    return { vertices, faces, tints };
+    return { vertices, faces, tints, parts };
   }
 
-  Phasmid.meshes = { coarse, merged };
+  // A solid of revolution about z through radii at heights.
+  function turned(profile, sides) {
+    const vertices = [];
+    const faces = [];
+    profile.forEach(([radius, height]) => {
+      for (let k = 0; k < sides; k++) {
+        const angle = (2 * Math.PI * k) / sides;
+        vertices.push(radius * Math.cos(angle), radius * Math.sin(angle), height);
+      }
+    });
+    for (let ring = 0; ring + 1 < profile.length; ring++)
+      for (let k = 0; k < sides; k++) {
+        const a = ring * sides + k;
+        const b = ring * sides + ((k + 1) % sides);
+        faces.push(a, b, b + sides, a, b + sides, a + sides);
+      }
+    return { vertices: new Float32Array(vertices), faces: new Uint16Array(faces) };
+  }
+
+  const rings = Array.from({ length: 13 }, (_, k) => (Math.PI * k) / 12);
+  const SHAPES = {
+    shaft: turned([[0, 0], [1, 0], [1, 1], [0, 1]], 12),
+    cone: turned([[0, 0], [1, 0], [0, 1]], 16),
+    funnel: turned([[0, 0], [1, 1]], 32),
+    ball: turned(rings.map((angle) => [Math.sin(angle), -Math.cos(angle)]), 20),
+    disc: turned([[0, 0], [1, 0]], 32),
+    flat: {
+      vertices: new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0]),
+      faces: new Uint16Array([0, 1, 2, 0, 2, 3]),
+    },
+  };
+
+  Phasmid.meshes = { coarse, merged, SHAPES };
 })();

@@ -109,7 +109,7 @@
     marks.machine(X_body, X_links);
     if (shown("trails") && feet) paintTrails(here, places, seen);
     if (shown("forces") && forces && feet)
-      places.forEach((foot, leg) => marks.arrow(foot, between(forces, 3, legs, leg, here)));
+      marks.arrows(places, places.map((_, leg) => between(forces, 3, legs, leg, here)));
     if (shown("centre") && centre)
       marks.centre(
         add(between(centre, 3, 1, 0, here), body), body[2] + between(below, 1, 1, 0, here)[0], safe, seen, colours);
@@ -120,11 +120,12 @@
   function paintTrails(here, places, seen) {
     const begin = moment(Math.max(now - scene.trail, first)).frame;
     const stride = Math.max(1, Math.ceil((here.frame - begin) / 160));
-    places.forEach((place, leg) => {
+    const ways = places.map((place, leg) => {
       const points = [];
       for (let k = begin; k <= here.frame; k += stride) points.push(...vector(feet, k * legs + leg));
-      marks.trail([...points, ...place], leg, seen);
+      return [...points, ...place];
     });
+    marks.trails(ways, seen);
   }
 
   // ------------------------------------------------------------------ words beside it

@@ -40,10 +40,11 @@
     takeLink();
   }
 
-  // A link's setting is told once: what is changed later would be undone by a reload.
+  // A link's setting is told once: what is changed later would be undone by a reload. Until there
+  // is a robot to tell it to, it is kept.
   function takeLink() {
     const link = /^#s=([\w-]+=*)$/.exec(location.hash)?.[1];
-    if (!link) return;
+    if (!link || !connection.isOpen()) return;
     history.replaceState(null, "", location.pathname);
     const content = Phasmid.base64(new TextEncoder().encode(link));
     connection.ask({ do: "load", what: "setting", name: "link", content }).then((reply) => {

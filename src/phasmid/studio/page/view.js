@@ -89,7 +89,6 @@
     const X_body = new Float32Array(16);
     const X_body_link = new Float32Array(16);
     let X_links = [];
-    let points = [];
     const self = { begin, ask, get perSecond() { return perSecond(); }, spent: 0, count: 0 };
 
     function look() {
@@ -174,15 +173,15 @@
 
       drawing.begin(seen, colours);
       marks.ground(seen, colours, shown("grid"));
-      marks.shadow(X_body, X_links, colours);
+      marks.shadow(X_body, X_links, colours, fine);
       if (shown("support")) marks.support(feet.filter((_, leg) => down(leg)), safe, seen, colours);
-      marks.machine(X_body, X_links);
-      if (shown("trails")) frames.trails.forEach((trail, leg) => paintTrail(trail, feet[leg], leg, seen));
+      marks.machine(X_body, X_links, fine);
+      if (shown("trails")) marks.trails(feet.map(way), seen);
       if (shown("cones") && scene.friction > 0)
-        feet.forEach((foot, leg) => down(leg) && marks.frictionCone(foot, normal(foot), scene.friction, leg, seen));
-      if (shown("model"))
-        feet.forEach((foot, leg) => marks.arrow(foot, vector(row, "foot_force_model", leg), colours.model, 0.5));
-      if (shown("forces")) feet.forEach((foot, leg) => marks.arrow(foot, vector(row, "foot_force", leg)));
+        marks.frictionCones(feet, feet.map((foot, leg) => down(leg) && normal(foot)), scene.friction, seen);
+      const forces = (name) => feet.map((_, leg) => vector(row, name, leg));
+      if (shown("model")) marks.arrows(feet, forces("foot_force_model"), colours.model, 0.5);
+      if (shown("forces")) marks.arrows(feet, forces("foot_force"));
       if (shown("centre")) marks.centre(vector(row, "centre"), row[frames.at.below], safe, seen, colours);
       numbers.paint(shown("names"), seen, X_links);
       self.count += 1;
@@ -195,11 +194,12 @@
         still = setTimeout(() => requestAnimationFrame((later) => paint(later, true)), STILL);
     }
 
-    function paintTrail(trail, foot, leg, seen) {
-      points.length = 0;
-      for (const [x, y, z] of trail) points.push(x, y, z);
+    // Where a foot has been, and where it is.
+    function way(foot, leg) {
+      const points = [];
+      for (const [x, y, z] of frames.trails[leg]) points.push(x, y, z);
       points.push(...foot);
-      marks.trail(points, leg, seen);
+      return points;
     }
 
     // Where frames come faster than pictures, none is painted between them; then they get coarser.
