@@ -113,13 +113,15 @@ def measured(
     length = 60 * options.minutes
     begin, used, frames = time.monotonic(), time.process_time(), looker.frames
     next_doing, settled, early, done = begin + options.every, begin + min(60.0, length / 5), 0.0, 0
-    refused = 0
+    refused, course = 0, [memory()]
     live = stage._live
     simulated = live.now if live else 0.0
     while (now := time.monotonic()) < begin + length:
         time.sleep(0.2)
         if not early and now >= settled:
             early = memory()
+        if now >= begin + 60 * len(course):
+            course.append(memory())
         if not options.calm and now >= next_doing:
             next_doing, done = now + options.every, done + 1
             try:
@@ -135,6 +137,7 @@ def measured(
         "memory_early": round(early, 1),
         "memory_late": round(late, 1),
         "growth": round(late / early - 1, 4) if early else None,
+        "memory_each_minute": [round(one) for one in course],
         "events": len(looker.events),
         "faults": [event for event in looker.events if "unforeseen" in event],
         "done": done,
