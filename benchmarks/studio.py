@@ -5,6 +5,11 @@
 Everything but the browser: the stage walks as for three that look on, who now and then drive it,
 change its gait and its ground, push it and let it fall. Memory is that of the process after the
 first minute, or a fifth of the time, against that at the end.
+
+    python benchmarks/studio.py --browsers 1
+
+The command itself with so many pages in Chromium, which nobody sees and the processor draws: what
+each page's own strip says, each half second. It needs playwright.
 """
 
 from __future__ import annotations
@@ -12,6 +17,8 @@ from __future__ import annotations
 import argparse
 import json
 import random
+import statistics
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -85,7 +92,11 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[], metavar="FIELD=VALUE")
     parser.add_argument("--calm", action="store_true", help="only walk; nobody does anything")
     parser.add_argument("--every", type=float, default=5.0, help="seconds between two doings")
+    parser.add_argument("--browsers", type=int, default=0, help="pages of the real command")
     options = parser.parse_args()
+    if options.browsers:
+        print(json.dumps(seen(options)))
+        return
     looker, rng = Looker(), random.Random(1)
     with tempfile.TemporaryDirectory() as folder:
         stage = Stage(load_scenario(options.scenario), out=Path(folder), publish=looker.take)
@@ -114,7 +125,7 @@ def measured(
     begin, used, frames = time.monotonic(), time.process_time(), looker.frames
     next_doing, settled, early, done = begin + options.every, begin + min(60.0, length / 5), 0.0, 0
     refused, course = 0, [memory()]
-    live = stage._live
+    live = stage._hands.live
     simulated = live.now if live else 0.0
     while (now := time.monotonic()) < begin + length:
         time.sleep(0.2)
@@ -129,7 +140,7 @@ def measured(
             except PhasmidError:
                 refused += 1
     passed, late = time.monotonic() - begin, memory()
-    live = stage._live
+    live = stage._hands.live
     found: dict[str, Any] = {
         "wall": round(passed, 1),
         "frames_a_second": round((looker.frames - frames) / passed, 2),
@@ -146,6 +157,37 @@ def measured(
     if options.calm and live is not None:
         found["pace"] = round((live.now - simulated) / passed, 4)
     return found
+
+
+def seen(options: argparse.Namespace) -> dict[str, Any]:
+    """What pages in a browser say of themselves once the robot has walked for a while."""
+    from playwright.sync_api import sync_playwright
+
+    sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
+    from studio_page import chromium, studio, walked
+
+    with studio() as address, sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
+        pages = []
+        for _ in range(options.browsers):
+            pages.append(browser.new_page(viewport={"width": 1400, "height": 900}))
+            pages[-1].goto(address)
+        for page in pages:
+            walked(page)
+        told: list[dict[str, list[float]]] = [{"rate": [], "real": []} for _ in pages]
+        end = time.monotonic() + 60 * options.minutes
+        while time.monotonic() < end:
+            for page, own in zip(pages, told, strict=True):
+                for name, values in own.items():
+                    text = page.locator(f"#now-{name}").text_content() or ""
+                    values.append(float(text.rstrip("/s×")))
+            time.sleep(0.5)
+        browser.close()
+    return {
+        "frames_a_second": [round(statistics.mean(own["rate"]), 1) for own in told],
+        "least_frames": [min(own["rate"]) for own in told],
+        "pace": [round(statistics.mean(own["real"]), 3) for own in told],
+    }
 
 
 if __name__ == "__main__":

@@ -26,13 +26,10 @@ PATIENCE = 300
 
 def main():
     """Start the studio, look at it, end it."""
-    chromium = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if chromium is None:
-        sys.exit(f"no browser; one of {', '.join(BROWSERS)} is needed.")
     # There may be no graphics card: the processor draws.
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with studio() as address, sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=chromium, args=flags)
+        browser = driver.chromium.launch(executable_path=chromium(), args=flags)
         window = browser.new_page(viewport={"width": 1400, "height": 900}, color_scheme="light")
         window.goto(address)
         walked(window)
@@ -47,6 +44,14 @@ def main():
         window.wait_for_timeout(1500)
         window.locator("#below").screenshot(path=IMAGES / "studio-bench.png")
         browser.close()
+
+
+def chromium():
+    """The system's browser."""
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        sys.exit(f"no browser; one of {', '.join(BROWSERS)} is needed.")
+    return found
 
 
 @contextmanager

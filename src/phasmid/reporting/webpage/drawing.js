@@ -23,8 +23,9 @@
     in vec3 world; in vec4 own; out vec4 colour;
     uniform vec4 paint; uniform vec3 eye, light, middle, back, line; uniform float reach, uneven;`;
 
-  // What a piece of paint is for: as it is, lit, or ground with its grid. Each has a program of
-  // its own, as a processor that draws would follow all branches of one.
+  // What a piece of paint is for: as it is, lit, or ground with its grid; simpler ones of the last
+  // two are for where the processor draws. Each has a program of its own, as a processor would follow
+  // all branches of one.
   const FRAGMENTS = {
     plain: `${HEAD}
       void main() { colour = paint * own; }`,
@@ -38,6 +39,11 @@
         float bright = 0.34 + 0.26 * (0.5 + 0.5 * normal.z) + 0.56 * max(dot(normal, light), 0.0);
         float gloss = 0.16 * eighth * eighth * eighth + 0.10 * away * away * away;
         colour = vec4(paint.rgb * own.rgb * bright + gloss, 1.0);
+      }`,
+    shaded: `${HEAD}
+      void main() {
+        vec3 normal = normalize(cross(dFdx(world), dFdy(world)));
+        colour = vec4(paint.rgb * own.rgb * (0.5 + 0.15 * normal.z + 0.5 * max(dot(normal, light), 0.0)), 1.0);
       }`,
     ground: `${HEAD}
       void main() {
@@ -53,6 +59,16 @@
         if (uneven > 0.5) shade = 0.72 + 0.34 * max(dot(normalize(cross(dFdx(world), dFdy(world))), light), 0.0);
         else fade = smoothstep(0.35, 1.0, length(world.xy - middle.xy) / reach);
         colour = vec4(mix(mix(paint.rgb * shade, line, lines * paint.a), back, fade), 1.0);
+      }`,
+    grid: `${HEAD}
+      void main() {
+        vec2 tenths = world.xy * 10.0;
+        vec2 wide = fwidth(tenths);
+        vec2 near = clamp(1.1 - abs(fract(tenths - 0.5) - 0.5) / wide, 0.0, 1.0);
+        float lines = max(near.x, near.y) * min(0.2 / max(wide.x, wide.y), 0.65);
+        vec2 off = (world.xy - middle.xy) / reach;
+        float fade = clamp(1.15 * dot(off, off) - 0.15, 0.0, 1.0);
+        colour = vec4(mix(mix(paint.rgb, line, lines * paint.a), back, fade), 1.0);
       }`,
   };
 

@@ -8,7 +8,7 @@
   // Detail, in shares of the robot's span: of shadows, and of both where the processor draws, whose
   // cost is that of the number of triangles.
   const SHADE = 1 / 40;
-  const ROUGH = 1 / 24;
+  const ROUGH = 1 / 20;
   const ROUGH_SHADE = 1 / 10;
 
   // A scene's solids in a drawing, to be painted at poses that change.
@@ -24,8 +24,9 @@
       scene.pieces.filter((piece) => piece.link === link).map(({ mesh, colour }) => ({ ...meshes[mesh], colour }));
     const detail = (cell) => flock(links.map(whole(cell ? exact.map((one) => coarse(one, cell * span)) : exact)));
     const machines = { rough: rough && { solids: detail(ROUGH), shadows: detail(ROUGH_SHADE) }, fine: null };
+    const lit = (fine) => (rough && !fine ? "shaded" : "lit");
     const own = (fine) => (rough && !fine ? machines.rough : (machines.fine ??= { solids: detail(0), shadows: detail(SHADE) }));
-    const floor = Phasmid.floor(drawing, scene);
+    const floor = Phasmid.floor(drawing, scene, rough);
     const legColours = scene.legs.map(rgb);
     const forceColour = rgb(scene.force_colour);
     // Metres of an arrow for a newton.
@@ -87,7 +88,7 @@
 
     function machine(X_body, X_links, fine = false) {
       gl.disable(gl.BLEND);
-      paint(own(fine).solids, poseOf(X_body, X_links), WHITE, "lit");
+      paint(own(fine).solids, poseOf(X_body, X_links), WHITE, lit(fine));
     }
 
     function support(standing, safe, seen, colours) {
@@ -129,8 +130,8 @@
       gl.disable(gl.BLEND);
       gl.enable(gl.CULL_FACE);
       over(() => {
-        paint(shafts, (leg) => made[leg]?.shaft, [...colour, 1], "lit");
-        paint(heads, (leg) => made[leg]?.head, [...colour, 1], "lit");
+        paint(shafts, (leg) => made[leg]?.shaft, [...colour, 1], lit(false));
+        paint(heads, (leg) => made[leg]?.head, [...colour, 1], lit(false));
       });
       gl.disable(gl.CULL_FACE);
     }

@@ -5,7 +5,7 @@
   const { unpacked, product, pose, heading, size, less, cross, unit, rgb } = Phasmid.algebra;
   const CELL = 0.05; // metres
   const SMOOTH = 0.9; // frames a picture, above which none is painted between frames
-  const DEAR = 1.3; // frames a picture, above which pictures get coarser
+  const DEAR = 1.1; // frames a picture, above which pictures get coarser
   const COARSEST = 0.6; // dots for a pixel of the page
   const FINEST = 2; // the same, of a picture that stands still
   const STILL = 600; // milliseconds without another picture, after which it stands still
@@ -111,10 +111,23 @@
       if (first) camera.largest = 0;
     }
 
+    // Where the processor draws, a picture is begun at once, while the browser waits for its next
+    // turn to show one; never a second before that.
+    let unshown = false;
     function ask() {
       if (asked) return;
       asked = true;
-      requestAnimationFrame(paint);
+      if (!soft) requestAnimationFrame(paint);
+      else if (!unshown) {
+        unshown = true;
+        paint(performance.now());
+        requestAnimationFrame(() => {
+          unshown = false;
+          if (!asked) return;
+          asked = false;
+          ask();
+        });
+      }
     }
 
     const vector = (row, name, k = 0) => {
@@ -172,7 +185,7 @@
       const safe = row[frames.at.margin] >= 0;
 
       drawing.begin(seen, colours);
-      marks.ground(seen, colours, shown("grid"));
+      marks.ground(seen, colours, shown("grid"), fine);
       marks.shadow(X_body, X_links, colours, fine);
       if (shown("support")) marks.support(feet.filter((_, leg) => down(leg)), safe, seen, colours);
       marks.machine(X_body, X_links, fine);
