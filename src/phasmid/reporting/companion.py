@@ -11,7 +11,6 @@ import multiprocessing
 import os
 import pickle
 import queue
-import signal
 import subprocess
 import sys
 import tempfile
@@ -40,12 +39,10 @@ LARGEST = 256_000_000
 PATIENCE = 60.0
 """Longest time in which nothing comes from the second process before it is given up [s]."""
 
-START = """
-import signal
-signal.signal(signal.SIGINT, signal.SIG_IGN)
-from phasmid.reporting.companion import serve
-serve()
-"""
+START = (
+    "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
+    "from phasmid.reporting.companion import serve; serve()"
+)
 """What the second process runs; Ctrl-C is for the first one, which ends the second."""
 
 Told: TypeAlias = list[tuple[Any, type[Warning], str, int]]
@@ -142,8 +139,7 @@ class _Companion:
         with contextlib.suppress(Exception):
             _send(order, to)
             pickle.load(back)  # noqa: S301, our own process says that it is ready
-            while self._left:
-                name = self._left.pop()
+            while name := self._last():
                 _send(name, to)
                 answer = pickle.load(back)  # noqa: S301, our own process
                 if answer is not None:
@@ -151,14 +147,26 @@ class _Companion:
             self._well = True
         self._answers.put(None)
 
+    def _first(self) -> str:
+        """The next picture that is drawn here; nothing where none is left."""
+        try:
+            return self._left.popleft()
+        except IndexError:
+            return ""
+
+    def _last(self) -> str:
+        """The next picture for the second process; nothing where none is left."""
+        try:
+            return self._left.pop()
+        except IndexError:
+            return ""
+
     def drawn(self) -> All:
         """All pictures; those that the second process takes are not drawn here."""
         found: All = {}
         told: Told = []
-        with contextlib.suppress(IndexError):
-            while True:
-                name = self._left.popleft()
-                found[name] = self._gallery.drawn(name)
+        while name := self._first():
+            found[name] = self._gallery.drawn(name)
         while len(found) < len(self._gallery.names):
             answer = self._answer()
             if answer is None:

@@ -8,7 +8,8 @@ import matplotlib
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.lines import TICKDOWN, TICKLEFT, Line2D
+from matplotlib.lines import Line2D
+from matplotlib.markers import TICKDOWN, TICKLEFT
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 
@@ -41,12 +42,13 @@ class Grid(Artist):
             linewidth=settings["grid.linewidth"],
             capstyle=settings["lines.solid_capstyle"],
         )
+        mark: Any = TICKDOWN if self._upright else TICKLEFT
         self._ticks = Line2D(
             [],
             [],
             transform=across("tick1"),
             linestyle="none",
-            marker=TICKDOWN if self._upright else TICKLEFT,
+            marker=mark,
             color=settings[f"{name}tick.color"],
             markersize=settings[f"{name}tick.major.size"],
             markeredgewidth=settings[f"{name}tick.major.width"],
