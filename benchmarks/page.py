@@ -54,7 +54,7 @@ def main() -> None:
         jobs: dict[str, Callable[[], object]] = {
             "the page": lambda: page_beside(recording),
             "report(), the whole folder": lambda: report(recording, run, force=True),
-            "phasmid report FILE.nc": lambda: subprocess.run(  # noqa: S603
+            "phasmid report FILE.nc": lambda: subprocess.run(
                 [*command, "--out", str(run)], check=True
             ),
         }
