@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 from phasmid import load_scenario, plan, report, save_recording, simulate, summarise
 from phasmid.cores import cores
-from phasmid.reporting.companion import SWITCH, drawing
+from phasmid.reporting.companion import FREE, SWITCH, drawing, free_cores
 from phasmid.reporting.gallery import WALK, Gallery
 from phasmid.reporting.style import uncollected
 from phasmid.reporting.webpage import Picture, web_page
@@ -42,10 +42,8 @@ def main() -> None:
     size = len(rounds[0][0])
     print(f"{'all of the page':36}{sum(rounds[0][1].values()):8.2f}{whole:8.2f}")
     print(f"the page: {size / 1e6:.2f} MB; the goals are {LARGEST / 1e6:g} MB and {LONGEST:g} s\n")
-    count = f"cores: {cores()}"
-    if hasattr(os, "getloadavg"):
-        count += f", load of the last minute: {os.getloadavg()[0]:.1f}"
-    print(count)
+    told = f"cores: {cores()}, free in the last minute: {free_cores():.1f}"
+    print(told if free_cores() >= FREE else f"{told}, so that one process draws")
     print(f"{'clock [s]':36}{'first':>8}{'least':>8}")
     with TemporaryDirectory() as folder:
         file, run = Path(folder) / "paper.nc", Path(folder) / "run"

@@ -1,6 +1,7 @@
 """A second process helps to draw, and whatever becomes of it, the pictures are the same."""
 
 import multiprocessing
+import os
 import signal
 import sys
 import time
@@ -20,6 +21,7 @@ def two_cores(monkeypatch):
     """A machine of which nobody has shared out the cores."""
     monkeypatch.delenv(SWITCH)
     monkeypatch.setattr(companion, "cores", lambda: 2)
+    monkeypatch.setattr(companion, "free_cores", lambda: 1.0)
     monkeypatch.setattr(multiprocessing, "parent_process", lambda: None)
 
 
@@ -226,6 +228,9 @@ def test_a_second_process_is_started_only_where_it_helps(
         one.setattr(companion, "cores", lambda: 1)
         assert not helps(gallery)
     with monkeypatch.context() as one:
+        one.setattr(companion, "free_cores", lambda: 0.4)
+        assert not helps(gallery)
+    with monkeypatch.context() as one:
         one.setattr(multiprocessing, "parent_process", lambda: "a pool")
         assert not helps(gallery)
     for program in (None, "", "/opt/blender"):
@@ -242,6 +247,21 @@ def test_a_second_process_is_started_only_where_it_helps(
     assert not helps(gallery)
     with drawing(gallery) as draw:
         assert draw() == {name: expected[name] for name in FEW[:3]}
+
+
+def test_free_cores_are_those_that_the_load_leaves(monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 4)
+    monkeypatch.setattr(os, "getloadavg", lambda: (1.5, 9.0, 9.0), raising=False)
+    assert companion.free_cores() == 4 - 1.5
+
+    def untold():
+        raise OSError
+
+    monkeypatch.setattr(os, "getloadavg", untold)
+    assert companion.free_cores() == 4
+    # As on Windows.
+    monkeypatch.delattr(os, "getloadavg")
+    assert companion.free_cores() == 4
 
 
 @pytest.mark.usefixtures("two_cores")

@@ -33,6 +33,10 @@ SWITCH = "PHASMID_PROCESSES"
 FEWEST = 4
 """Pictures of which a second process takes enough to be worth its start."""
 
+FREE = 0.5
+"""Cores that must have been free, this process among the busy ones: a second process imports for a
+second before it helps, and on a busy machine would only take the time that this one needs."""
+
 LARGEST = 256_000_000
 """Bytes of a recording that is not copied for a second process."""
 
@@ -73,8 +77,8 @@ def drawing(gallery: Gallery) -> Iterator[Callable[[], All]]:
 def helps(gallery: Gallery) -> bool:
     """Whether a second process makes a gallery's pictures sooner ready.
 
-    It does where there is a second core, and where nobody shares out the cores already: neither the
-    user by `SWITCH` nor a pool of processes of which this one is a part.
+    It does where there is a second core with little else to do, and where nobody shares out the
+    cores already: neither the user by `SWITCH` nor a pool of processes of which this is a part.
     """
     # A program that Python is a part of would be started instead of Python.
     python = Path(sys.executable or "").stem.lower().startswith(("python", "pypy"))
@@ -82,11 +86,20 @@ def helps(gallery: Gallery) -> bool:
         python
         and not getattr(sys, "frozen", False)
         and cores() > 1
+        and free_cores() >= FREE
         and os.environ.get(SWITCH, "") != "1"
         and multiprocessing.parent_process() is None
         and len(gallery.names) >= FEWEST
         and gallery.recording.nbytes <= LARGEST
     )
+
+
+def free_cores() -> float:
+    """How many cores the machine had left in the last minute; all where it does not tell."""
+    count = float(os.cpu_count() or 1)
+    with contextlib.suppress(AttributeError, OSError):
+        return count - os.getloadavg()[0]
+    return count
 
 
 def _started(gallery: Gallery) -> _Companion | None:
