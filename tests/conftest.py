@@ -1,5 +1,6 @@
 """Shapes and types are checked at run time in all tests; hypothesis draws the same each time."""
 
+import os
 import signal
 
 import pytest
@@ -10,6 +11,9 @@ install_import_hook("phasmid", "type_checker.check")
 
 # Whoever starts the tests in the background lets them ignore Ctrl-C, which some of them are about.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# Tests run on all cores as it is; a second process for each report would only slow them down.
+os.environ["PHASMID_PROCESSES"] = "1"
 
 settings.register_profile("phasmid", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("phasmid")

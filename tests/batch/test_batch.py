@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tracemalloc
 
 import numpy as np
@@ -255,13 +256,13 @@ def test_all_cores_are_those_that_this_process_may_use(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # One core out of many: parts are then worked on in turn, whatever the machine has.
-    monkeypatch.setattr(series.os, "cpu_count", lambda: 64)
-    monkeypatch.setattr(series.os, "sched_getaffinity", lambda _: {3}, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {3}, raising=False)
     parts: list[tuple[int, int]] = []
     series.in_parts(lambda *part: parts.append(part), 4 * series.PART, None, largest=None)
     assert parts == [(0, 4 * series.PART)]
-    monkeypatch.delattr(series.os, "sched_getaffinity")
-    monkeypatch.setattr(series.os, "cpu_count", lambda: 2)
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
     parts.clear()
     series.in_parts(lambda *part: parts.append(part), 4 * series.PART, None, largest=None)
     assert sorted(parts) == [(0, 2 * series.PART), (2 * series.PART, 4 * series.PART)]

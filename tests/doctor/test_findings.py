@@ -1,5 +1,6 @@
 """What ``phasmid doctor`` says of each thing that is there, absent or broken."""
 
+import os
 import re
 import sys
 import tomllib
@@ -11,7 +12,6 @@ import numba
 import pytest
 from numba.core.caching import CacheImpl
 
-from phasmid.batch import series
 from phasmid.doctor import State, computing, examine, packages, showing
 from phasmid.video import probe
 
@@ -23,9 +23,9 @@ def test_the_machine_is_told_by_its_cores_and_memory(monkeypatch):
     monkeypatch.setattr(computing.platform, "system", lambda: "Linux")
     monkeypatch.setattr(computing.platform, "machine", lambda: "x86_64")
     monkeypatch.setattr(computing, "LIMIT", computing.Path("nowhere"))
-    monkeypatch.setattr(series.os, "sched_getaffinity", lambda _: {0, 3}, raising=False)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 3}, raising=False)
     assert computing.machine().what == "Linux x86_64, 2 cores, 16.0 GiB of memory"
-    monkeypatch.setattr(series.os, "sched_getaffinity", lambda _: {3})
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {3})
     monkeypatch.delattr(computing.os, "sysconf")
     assert computing.machine().what == "Linux x86_64, 1 core"
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from phasmid.cores import cores
 from phasmid.errors import InvalidInput
 
 PART = 4096
@@ -95,13 +95,6 @@ def in_parts(
     with ThreadPoolExecutor(min(int(threads), len(parts))) as pool:
         found = pool.map(lambda part: work(*part), parts)
         return min((sample for sample in found if sample is not None), default=None)
-
-
-def cores() -> int:
-    """How many cores this process may use, where the system tells, or how many there are."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _is_count(value: object) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import string
 import sys
@@ -130,11 +131,12 @@ def print_report(
     legs: tuple[int, ...] | None,
 ) -> None:
     """Print a recording's summary and what its folder holds, as the options say."""
-    from phasmid.reporting import print_summary, summarise
+    from phasmid.reporting import print_summary
 
     if options.quiet:
         return
-    print_summary(summarise(recording), legs=legs)
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    print_summary(summary, legs=legs)
     written = "recording.nc, summary.json, scenario.toml, robot.toml"
     written += ", commands.toml" if "commands" in recording.attrs else ""
     written += f"{', recording.mcap' if options.mcap else ''}"

@@ -19,7 +19,7 @@ LIMIT = Path("/sys/fs/cgroup/memory.max")
 
 def machine() -> Finding:
     """The system, its cores and its memory."""
-    from phasmid.batch.series import cores
+    from phasmid.cores import cores
 
     count = cores()
     told = [f"{platform.system()} {platform.machine()}", f"{count} core{'s' * (count != 1)}"]

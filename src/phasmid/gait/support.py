@@ -40,11 +40,15 @@ def support_margin(
     centre = _spread("centre_of_mass", numbers(centre_of_mass, "centre_of_mass"), (*batch, 2))
     standing = _spread("stance", stance, (*batch, legs))
     places = feet.reshape(-1, legs, 2)
-    # A walk has few patterns of standing feet, of each of which only those feet count.
-    patterns, which = np.unique(standing, axis=0, return_inverse=True)
+    # A walk has few patterns of standing feet, of each of which only those feet count; each lasts
+    # for many samples, so that it is sought among the first ones after a change alone.
+    changed = np.ones(len(standing), dtype=bool)
+    changed[1:] = (standing[1:] != standing[:-1]).any(axis=1)
+    patterns, which = np.unique(standing[changed], axis=0, return_inverse=True)
+    which = which.ravel()[np.cumsum(changed) - 1]
     margin = np.full(len(places), -np.inf)
     for number, pattern in enumerate(patterns):
-        rows = np.flatnonzero(which.ravel() == number)
+        rows = np.flatnonzero(which == number)
         margin[rows] = _margin(places[np.ix_(rows, np.flatnonzero(pattern))], centre[rows])
     return margin.reshape(batch)
 

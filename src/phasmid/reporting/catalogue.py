@@ -367,10 +367,20 @@ def drawn(recording: Recording) -> Iterator[tuple[str, FigureKind, Figure]]:
         Its file's stem, its kind, and the figure.
     """
     runs = gather([recording])
-    for kind in can_be_plotted(runs[0].recording):
+    for name, kind, legs in listed(runs[0]):
+        yield name, kind, kind.draw(runs, legs)
+
+
+def listed(run: Run) -> Iterator[tuple[str, FigureKind, tuple[int, ...]]]:
+    """What `drawn` draws.
+
+    Returns:
+        Of each figure its file's stem, its kind, and its legs' numbers, from 1.
+    """
+    for kind in can_be_plotted(run.recording):
         if kind.in_folder or kind.in_page:
-            for number, figure in enumerate(draw_groups(runs, kind)):
-                yield kind.name + suffix_of(number), kind, figure
+            for number, legs in enumerate(kind.groups(len(run.source.robot.legs))):
+                yield kind.name + suffix_of(number), kind, legs
 
 
 def save_figures(recording: Recording, folder: Path) -> list[Path]:

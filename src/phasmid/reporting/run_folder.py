@@ -7,11 +7,14 @@ import json
 import os
 import secrets
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
+from phasmid.reporting.companion import drawing
+from phasmid.reporting.gallery import WALK, Files, Gallery
 from phasmid.reporting.source import read_source
 from phasmid.reporting.style import uncollected
 from phasmid.reporting.summary import Summary, summarise
@@ -152,38 +155,45 @@ def _fill(
         (folder / "commands.toml").write_text(text, encoding="utf-8", newline="\n")
     if appearance is not None and appearance.name and appearance.parts:
         (folder / appearance.name).write_bytes(glb(appearance.parts))
+    if not figures:
+        _write_numbers(recording, folder)
+        return
+    gallery = Gallery(recording, appearance)
+    with drawing(gallery) as draw, uncollected():
+        summary = _write_numbers(recording, folder)
+        _write_pictures(gallery, draw(), summary, folder)
+
+
+def _write_numbers(recording: Recording, folder: Path) -> Summary:
+    """Write the recording and its summary."""
     save_recording(recording, folder / "recording.nc")
     summary = summarise(recording)
     text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8", newline="\n")
-    if figures:
-        with uncollected():
-            _draw(recording, summary, folder, appearance)
+    return summary
 
 
-def _draw(
-    recording: Recording, summary: Summary, folder: Path, appearance: Appearance | None
+def _write_pictures(
+    gallery: Gallery, drawn: Mapping[str, Files], summary: Summary, folder: Path
 ) -> None:
     """Write the figures and the page that shows them."""
-    from phasmid.reporting.catalogue import drawn
-    from phasmid.reporting.drawing import can_be_drawn, walk_picture
-    from phasmid.reporting.style import encoded_figure
     from phasmid.reporting.webpage import Picture, web_page
 
     place = folder / "figures"
     place.mkdir()
-    pictures, still = [], None
-    for name, kind, figure in drawn(recording):
-        svg = encoded_figure(figure, "svg")
+    pictures = []
+    for name, kind in gallery.kinds.items():
         if kind.in_folder:
-            (place / f"{name}.svg").write_bytes(svg)
-            (place / f"{name}.png").write_bytes(encoded_figure(figure, "png"))
+            for ending, content in drawn[name].items():
+                (place / f"{name}.{ending}").write_bytes(content)
         if kind.in_page:
-            pictures.append(Picture(name, kind.sentence, svg))
-    if can_be_drawn(recording):
-        still = encoded_figure(walk_picture(recording, appearance), "png")
-        (place / "walk.png").write_bytes(still)
-    page = web_page(recording, summary, pictures, still=still, appearance=appearance)
+            pictures.append(Picture(name, kind.sentence, drawn[name]["svg"]))
+    still = drawn[WALK]["png"] if WALK in drawn else None
+    if still is not None:
+        (place / f"{WALK}.png").write_bytes(still)
+    page = web_page(
+        gallery.recording, summary, pictures, still=still, appearance=gallery.appearance
+    )
     (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
 
 

@@ -79,6 +79,8 @@ def sheet(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as NewFigure
 
+    from phasmid.reporting.grid import Grid
+
     figure = NewFigure(figsize=(WIDTH, 1.0))
     FigureCanvasAgg(figure)
     place: dict[str, Any] = {"x": left, "va": "top", "ha": "left"}
@@ -90,24 +92,30 @@ def sheet(
     height = 1.15 + below + sum(rows)
     figure.set_figheight(height)
     subtitle.set_y(1 - 0.33 / height)
-    grid = figure.subplots(
+    grid = figure.add_gridspec(
         len(rows),
         columns,
-        sharex=share_x,
-        sharey=share_y,
-        squeeze=False,
-        gridspec_kw={"height_ratios": list(rows), "width_ratios": widths},
-    )
-    figure.subplots_adjust(
         left=left,
         right=right,
         top=1 - (0.88 + below) / height,
         bottom=0.47 / height,
         hspace=gap,
         wspace=space,
+        height_ratios=list(rows),
+        width_ratios=widths,
     )
+    axes: list[Axes] = []
+    for row in range(len(rows)):
+        for column in range(columns):
+            first = axes[0] if axes else None
+            shared = {"sharex": first if share_x else None, "sharey": first if share_y else None}
+            axes.append(figure.add_subplot(grid[row, column], **shared))
+            if share_x and row < len(rows) - 1:
+                Grid(axes[-1], "x")
+            if share_y and column > 0:
+                Grid(axes[-1], "y")
     figure.text(y=1 - 0.10 / height, s=title, fontsize=11.5, fontweight="bold", **place)
-    return Sheet(figure, list(grid.ravel()), columns, 1 - (0.43 + more) / height, left)
+    return Sheet(figure, axes, columns, 1 - (0.43 + more) / height, left)
 
 
 def name_row(axis: Axes, words: str) -> None:

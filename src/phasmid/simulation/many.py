@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 
 from phasmid.arguments import check_callable, check_type, described
-from phasmid.batch.series import cores
+from phasmid.cores import cores
 from phasmid.errors import FailedRuns, InvalidInput
 from phasmid.motion import Walk, plan
 from phasmid.recording import Recording

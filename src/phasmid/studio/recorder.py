@@ -44,6 +44,9 @@ NICENESS = 10
 PATIENCE = 5.0
 """Time in which a writer that is asked to end must have done so [s]."""
 
+ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PHASMID_PROCESSES": "1"}
+"""Environment of a writer, which leaves all cores but one to the live robot."""
+
 MOST_EVENTS = 10_000
 """Most sentences that a recording keeps."""
 
@@ -237,7 +240,7 @@ class Recorder:
             stderr=complaint,
             start_new_session=not IS_WINDOWS,
             creationflags=NEW_GROUP,
-            env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+            env={**os.environ, **ALONE},
         )
         with contextlib.suppress(OSError, AttributeError):
             os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
