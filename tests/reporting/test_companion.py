@@ -10,7 +10,7 @@ import pytest
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting import companion, report
-from phasmid.reporting.companion import SWITCH, drawing, helps
+from phasmid.reporting.companion import SWITCH, drawing, helps, standby
 from phasmid.reporting.gallery import WALK, Gallery
 
 FEW = ("fig15", "fig16", "gait-diagram", "power")
@@ -75,7 +75,7 @@ def test_pictures_of_the_second_process_are_the_same_to_the_byte(gallery, expect
         # All come from there: none is drawn here.
         monkeypatch.setattr(Gallery, "drawn", None)
         assert draw() == expected
-    assert second._process.poll() is not None
+    assert second._process.program.poll() is not None
 
 
 @pytest.mark.slow
@@ -142,7 +142,7 @@ def test_a_second_process_that_hangs_is_given_up(gallery, expected, monkeypatch)
         while len(second._left) == len(FEW):
             time.sleep(0.01)
         assert draw() == expected
-    assert second._process.poll() is not None
+    assert second._process.program.poll() is not None
 
 
 @pytest.mark.usefixtures("two_cores")
@@ -188,7 +188,7 @@ def test_ctrl_c_ends_both_processes_and_leaves_nothing(short_walk, tmp_path, mon
     with pytest.raises(KeyboardInterrupt):
         report(short_walk, tmp_path / "walk")
     assert list(tmp_path.iterdir()) == []
-    assert [second._process.poll() is None for second in seconds] == [False]
+    assert [second._process.program.poll() is None for second in seconds] == [False]
     assert not seconds[0]._talk.is_alive()
 
 
@@ -200,7 +200,7 @@ def test_ctrl_c_of_a_terminal_which_reaches_both_is_left_to_the_first(gallery, e
         # It has said that it is ready as soon as it takes a picture.
         while len(second._left) == len(FEW):
             time.sleep(0.01)
-        second._process.send_signal(signal.SIGINT)
+        second._process.program.send_signal(signal.SIGINT)
         second = left_to(draw)
         assert draw() == expected
         assert second._well
@@ -212,8 +212,42 @@ def test_the_second_process_ends_with_the_first(gallery):
         second = left_to(draw)
         second._talk.join(60)
         # As where the first one is killed.
-        second._process.stdin.close()
-        assert second._process.wait(60) == 0
+        second._process.orders.close()
+        assert second._process.program.wait(60) == 0
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_a_process_on_standby_is_the_one_that_draws(gallery, expected, monkeypatch):
+    with standby():
+        (ready,) = companion._ready
+        # It is wanted even where none would be started now.
+        monkeypatch.setattr(companion, "free_cores", lambda: 0.0)
+        with drawing(gallery) as draw:
+            second = left_to(draw)
+            assert second._process is ready
+            assert draw() == expected
+            assert second._well
+        assert ready.program.poll() is not None
+        # It helps once.
+        assert not helps(gallery)
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_a_process_on_standby_that_nobody_needs_ends(gallery, expected):
+    with standby():
+        (ready,) = companion._ready
+    assert ready.program.poll() is not None
+    assert companion._ready == []
+    with standby():
+        # Who dies before there is anything to draw is not missed.
+        companion._ready[0].kill()
+        with drawing(gallery) as draw:
+            assert draw() == expected
+
+
+def test_no_process_is_on_standby_where_somebody_shares_out_the_cores():
+    with standby():
+        assert companion._ready == []
 
 
 @pytest.mark.usefixtures("two_cores")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from phasmid.cli.walk import (
     add_report_options,
     check_film,
+    drawing_ahead,
     leg_numbers,
     own_appearance,
     print_report,
@@ -51,11 +52,15 @@ def told_damage() -> Iterator[list[DamagedRecording]]:
 
 def run(options: argparse.Namespace) -> int:
     """Report on the file that the options name; returns the exit status."""
+    with drawing_ahead(options):
+        return _reported(options)
+
+
+def _reported(options: argparse.Namespace) -> int:
     from phasmid.recording import load_recording
     from phasmid.reporting import check_folder, read_source
     from phasmid.robot import Appearance
     from phasmid.scenario import recorded_scenario
-    from phasmid.simulation import with_sensors
 
     path = Path(options.file)
     # Only a file's name has an ending.
@@ -72,6 +77,9 @@ def run(options: argparse.Namespace) -> int:
         # Read now, since the folder may be replaced.
         look = Appearance.of(look.parts, look.name)
     if "joint_position" in recording and "joint_position_measured" not in recording:
+        # Here, as it brings the whole locomotion engine with it.
+        from phasmid.simulation import with_sensors
+
         recording = with_sensors(scenario.replace(robot=robot), recording)
     write_report(recording, folder, options, look)
     print_report(recording, folder, options, legs)

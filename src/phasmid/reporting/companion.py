@@ -25,6 +25,7 @@ from typing import IO, Any, TypeAlias
 
 from phasmid.cores import cores
 from phasmid.reporting.gallery import Files, Gallery
+from phasmid.reporting.style import warm
 from phasmid.robot import Appearance
 
 SWITCH = "PHASMID_PROCESSES"
@@ -56,6 +57,19 @@ All: TypeAlias = dict[str, Files]
 
 
 @contextmanager
+def standby() -> Iterator[None]:
+    """Start the second process now, beside other work, so that it is ready for the next gallery."""
+    if willing():
+        with contextlib.suppress(OSError):
+            _ready.append(_Process())
+    try:
+        yield
+    finally:
+        while _ready:
+            _ready.pop().end()
+
+
+@contextmanager
 def drawing(gallery: Gallery) -> Iterator[Callable[[], All]]:
     """Start what helps to draw a gallery; the function that is given draws all its pictures.
 
@@ -74,11 +88,11 @@ def drawing(gallery: Gallery) -> Iterator[Callable[[], All]]:
         companion.end()
 
 
-def helps(gallery: Gallery) -> bool:
-    """Whether a second process makes a gallery's pictures sooner ready.
+def willing() -> bool:
+    """Whether there is a second core with little else to do, and Python can be started on it.
 
-    It does where there is a second core with little else to do, and where nobody shares out the
-    cores already: neither the user by `SWITCH` nor a pool of processes of which this is a part.
+    It is not where somebody shares out the cores already: the user by `SWITCH`, or a pool of
+    processes of which this is a part.
     """
     # A program that Python is a part of would be started instead of Python.
     python = Path(sys.executable or "").stem.lower().startswith(("python", "pypy"))
@@ -89,9 +103,13 @@ def helps(gallery: Gallery) -> bool:
         and free_cores() >= FREE
         and os.environ.get(SWITCH, "") != "1"
         and multiprocessing.parent_process() is None
-        and len(gallery.names) >= FEWEST
-        and gallery.recording.nbytes <= LARGEST
     )
+
+
+def helps(gallery: Gallery) -> bool:
+    """Whether a second process makes a gallery's pictures sooner ready."""
+    enough = len(gallery.names) >= FEWEST and gallery.recording.nbytes <= LARGEST
+    return enough and (bool(_ready) or willing())
 
 
 def free_cores() -> float:
@@ -113,19 +131,14 @@ def _started(gallery: Gallery) -> _Companion | None:
     return None
 
 
-class _Companion:
-    """The second process as the first one sees it, by way of a thread that talks with it."""
+class _Process:
+    """The second process: what it is told, what it answers, and what it says besides."""
 
-    def __init__(self, gallery: Gallery, order: object) -> None:
-        self._gallery = gallery
-        # The picture of the robot takes longest; the second process begins at that end.
-        self._left = deque(gallery.names)
-        self._answers: queue.SimpleQueue[tuple[str, Files, Told] | None] = queue.SimpleQueue()
-        self._well = False
+    def __init__(self) -> None:
         self._words = tempfile.TemporaryFile()  # noqa: SIM115, it is read at the end
         places = [str(Path(place).resolve()) for place in sys.path if place]
         try:
-            self._process = subprocess.Popen(  # noqa: S603
+            self.program = subprocess.Popen(  # noqa: S603
                 [sys.executable, "-P", "-c", START],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -136,6 +149,41 @@ class _Companion:
         except BaseException:
             self._words.close()
             raise
+        assert self.program.stdin is not None
+        assert self.program.stdout is not None
+        self.orders, self.answers = self.program.stdin, self.program.stdout
+
+    def kill(self) -> None:
+        """Let it do no more; whoever waits for an answer gets none."""
+        self.program.kill()
+        self.program.wait()
+
+    def end(self, *, aloud: bool = False) -> None:
+        """End it, and say what it said where that is wanted."""
+        self.kill()
+        for stream in (self.orders, self.answers):
+            with contextlib.suppress(OSError):
+                stream.close()
+        if aloud:
+            self._words.seek(0)
+            sys.stderr.write(self._words.read().decode(errors="replace"))
+        self._words.close()
+
+
+_ready: list[_Process] = []
+"""Processes that were started before there was anything to draw."""
+
+
+class _Companion:
+    """The second process as the first one sees it, by way of a thread that talks with it."""
+
+    def __init__(self, gallery: Gallery, order: object) -> None:
+        self._gallery = gallery
+        # The picture of the robot takes longest; the second process begins at that end.
+        self._left = deque(gallery.names)
+        self._answers: queue.SimpleQueue[tuple[str, Files, Told] | None] = queue.SimpleQueue()
+        self._well = False
+        self._process = _ready.pop() if _ready else _Process()
         self._talk = threading.Thread(target=self._converse, args=(order,), daemon=True)
         try:
             self._talk.start()
@@ -145,9 +193,7 @@ class _Companion:
 
     def _converse(self, order: object) -> None:
         """Hand over pictures to draw, one at a time, until none is left."""
-        to, back = self._process.stdin, self._process.stdout
-        assert to is not None
-        assert back is not None
+        to, back = self._process.orders, self._process.answers
         # Whatever goes wrong there, what is not answered is drawn here.
         with contextlib.suppress(Exception):
             _send(order, to)
@@ -205,17 +251,9 @@ class _Companion:
     def end(self) -> None:
         """End the second process; what it said is said here, unless it died over it."""
         self._process.kill()
-        self._process.wait()
         if self._talk.ident is not None:
             self._talk.join(PATIENCE)
-        for stream in (self._process.stdin, self._process.stdout):
-            assert stream is not None
-            with contextlib.suppress(OSError):
-                stream.close()
-        if self._well:
-            self._words.seek(0)
-            sys.stderr.write(self._words.read().decode(errors="replace"))
-        self._words.close()
+        self._process.end(aloud=self._well)
 
 
 def _send(thing: object, stream: IO[bytes]) -> None:
@@ -230,6 +268,7 @@ def serve() -> None:
         os.dup2(2, 1)
         orders = sys.stdin.buffer
         gc.disable()
+        warm()
         recording, look = pickle.load(orders)  # noqa: S301, of the process that started this one
         gallery = Gallery(recording, None if look is None else Appearance.of(*look))
         _send(True, answers)

@@ -21,7 +21,7 @@ from phasmid.reporting.steps import intervals
 from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled
 from phasmid.robot import Appearance
 
-DPI = 150
+DPI = 120
 AZIMUTH, ELEVATION = math.radians(-56.0), math.radians(27.0)
 UNEVEN_AZIMUTH = math.radians(-118.0)
 """From where uneven ground is seen: from behind, whence stairs show their risers."""

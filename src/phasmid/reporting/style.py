@@ -94,6 +94,17 @@ def styled() -> Iterator[None]:
             yield
 
 
+def warm() -> None:
+    """Import and read all that a first figure needs, before there is one."""
+    from matplotlib.figure import Figure as Drawing
+
+    with styled():
+        figure = Drawing()
+        figure.subplots().set_title("a")
+    for kind in ("svg", "png"):
+        encoded_figure(figure, kind)
+
+
 @contextmanager
 def uncollected() -> Iterator[None]:
     """Look for no garbage meanwhile: of a dozen figures' objects that is a tenth of the time."""
