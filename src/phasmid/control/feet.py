@@ -15,6 +15,13 @@ from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STI
 from phasmid.control.swing import plant, raise_foot, steer
 from phasmid.control.trunk import approach, ride
 
+STOPS = 0.08
+"""For as long the body goes on at its speed that is to come to rest [s]."""
+
+TRIES, NEARER = 4, 0.012
+"""How often the neutral place of a foot is moved towards the body, and how far each time [m], where
+a pose has it out of reach."""
+
 FROZEN = 0.7
 """Part of the swing from which on its landing place stays."""
 
@@ -41,7 +48,7 @@ SEARCH, SEARCH_AFTER = 0.005, 0.08
 def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
     """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
     mean, there, then, kept = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    v, goal = state.speed[2].copy(), np.empty(3)
+    v, goal, rest = state.speed[2].copy(), np.empty(3), np.empty(3)
     for i in range(3):
         goal[i] = state.clock[6] * order.velocity[i]
     approach(v, goal, 0, model.radius, tuning.acceleration * left)
@@ -50,6 +57,8 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     ride(state.path, mean, left, there)
     # That the walk may become faster until then is not certain.
     ride(state.path, state.speed[2], left, kept)
+    # Nor that it goes on at all.
+    ride(state.path, state.speed[2], min(left, STOPS), rest)
     ride(there, v, order.gait[0] * order.gait[1] / 2, then)
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
     c, s = math.cos(then[2]), math.sin(then[2])
@@ -59,13 +68,19 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     share, g, z = within(state.region[leg], dx, dy, 0.0), state.ground[3], order.landing[leg]
     c, s = math.cos(there[2]), math.sin(there[2])
     flat = not math.isfinite(z)
-    for attempt in range(4):
+    # From the neutral place towards the body, where it will be.
+    inward_x = state.pose[0, 0] + state.sway[3, 0] - nx
+    inward_y = state.pose[0, 1] + state.sway[3, 1] - ny
+    size = max(math.sqrt(inward_x * inward_x + inward_y * inward_y), 1e-6)
+    for attempt in range(4 + TRIES + 1):
         # The region is round about what is reached; near its corners it is asked for itself.
-        px, py = nx + share * dx, ny + share * dy
+        nearer = NEARER * (attempt - 3) / size if 4 <= attempt < 4 + TRIES else 0.0
+        px, py = nx + share * dx + nearer * inward_x, ny + share * dy + nearer * inward_y
         x, y = there[0] + c * px - s * py, there[1] + s * px + c * py
         if flat:
             z = g[0] + g[1] * x + g[2] * y
         certain = is_landing(state, model, tuning, leg, kept, x, y, z)
+        certain = certain and is_landing(state, model, tuning, leg, rest, x, y, z)
         if certain and is_landing(state, model, tuning, leg, there, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
