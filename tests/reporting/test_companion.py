@@ -147,6 +147,7 @@ def test_a_second_process_that_hangs_is_given_up(gallery, expected, monkeypatch)
 
 @pytest.mark.usefixtures("two_cores")
 def test_warnings_and_words_of_the_second_process_are_told(gallery, monkeypatch, capfd):
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
     lines = "warnings.warn(f'a word on {name}'); print('by the way')"
     monkeypatch.setattr(companion, "START", changed_start(lines))
     with drawing(gallery) as draw:
@@ -243,6 +244,28 @@ def test_a_process_on_standby_that_nobody_needs_ends(gallery, expected):
         companion._ready[0].kill()
         with drawing(gallery) as draw:
             assert draw() == expected
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_a_copy_of_this_process_leaves_the_one_on_standby_alone(gallery, monkeypatch):
+    with standby():
+        (ready,) = companion._ready
+        monkeypatch.setattr(companion, "free_cores", lambda: 0.0)
+        assert helps(gallery)
+        with monkeypatch.context() as one:
+            one.setattr(os, "getpid", lambda: -1)
+            assert not helps(gallery)
+            assert companion._waiting() is None
+        assert ready.program.poll() is None
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_a_report_needs_no_terminal(gallery, expected, monkeypatch):
+    with drawing(gallery) as draw:
+        left_to(draw)
+        monkeypatch.setattr(sys, "stderr", None)
+        assert draw() == expected
+    monkeypatch.undo()
 
 
 def test_no_process_is_on_standby_where_somebody_shares_out_the_cores():

@@ -41,6 +41,9 @@ second before it helps, and on a busy machine would only take the time that this
 LARGEST = 256_000_000
 """Bytes of a recording that is not copied for a second process."""
 
+UNSTARTED = (OSError, RuntimeError, ValueError)
+"""What may go wrong where a process is started; then there is none."""
+
 PATIENCE = 60.0
 """Longest time in which nothing comes from the second process before it is given up [s]."""
 
@@ -60,13 +63,13 @@ All: TypeAlias = dict[str, Files]
 def standby() -> Iterator[None]:
     """Start the second process now, beside other work, so that it is ready for the next gallery."""
     if willing():
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(*UNSTARTED):
             _ready.append(_Process())
     try:
         yield
     finally:
-        while _ready:
-            _ready.pop().end()
+        while waiting := _waiting():
+            waiting.end()
 
 
 @contextmanager
@@ -109,7 +112,7 @@ def willing() -> bool:
 def helps(gallery: Gallery) -> bool:
     """Whether a second process makes a gallery's pictures sooner ready."""
     enough = len(gallery.names) >= FEWEST and gallery.recording.nbytes <= LARGEST
-    return enough and (bool(_ready) or willing())
+    return enough and (any(one.is_ours for one in _ready) or willing())
 
 
 def free_cores() -> float:
@@ -126,7 +129,7 @@ def _started(gallery: Gallery) -> _Companion | None:
         return None
     look = gallery.appearance
     order = gallery.recording, None if look is None else (dict(look.parts), look.name)
-    with contextlib.suppress(OSError, RuntimeError, ValueError):
+    with contextlib.suppress(*UNSTARTED):
         return _Companion(gallery, order)
     return None
 
@@ -135,11 +138,15 @@ class _Process:
     """The second process: what it is told, what it answers, and what it says besides."""
 
     def __init__(self) -> None:
+        self._owner = os.getpid()
         self._words = tempfile.TemporaryFile()  # noqa: SIM115, it is read at the end
-        places = [str(Path(place).resolve()) for place in sys.path if place]
+        places = [
+            str(Path(place).absolute()) for place in sys.path if place and isinstance(place, str)
+        ]
         try:
             self.program = subprocess.Popen(  # noqa: S603
-                [sys.executable, "-P", "-c", START],
+                # Unbuffered, as it is killed and not ended: what it prints would be lost.
+                [sys.executable, "-P", "-u", "-c", START],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=self._words,
@@ -153,6 +160,11 @@ class _Process:
         assert self.program.stdout is not None
         self.orders, self.answers = self.program.stdin, self.program.stdout
 
+    @property
+    def is_ours(self) -> bool:
+        """Whether this process started it, and not one that this is a copy of."""
+        return self._owner == os.getpid()
+
     def kill(self) -> None:
         """Let it do no more; whoever waits for an answer gets none."""
         self.program.kill()
@@ -164,14 +176,25 @@ class _Process:
         for stream in (self.orders, self.answers):
             with contextlib.suppress(OSError):
                 stream.close()
-        if aloud:
+        if aloud and sys.stderr is not None:
             self._words.seek(0)
-            sys.stderr.write(self._words.read().decode(errors="replace"))
+            # A terminal that is gone must not cost the report.
+            with contextlib.suppress(OSError, ValueError):
+                sys.stderr.write(self._words.read().decode(errors="replace"))
         self._words.close()
 
 
 _ready: list[_Process] = []
 """Processes that were started before there was anything to draw."""
+
+
+def _waiting() -> _Process | None:
+    """One of them, which waits no longer; None where there is none of this process's own."""
+    for one in _ready:
+        if one.is_ours:
+            _ready.remove(one)
+            return one
+    return None
 
 
 class _Companion:
@@ -183,7 +206,7 @@ class _Companion:
         self._left = deque(gallery.names)
         self._answers: queue.SimpleQueue[tuple[str, Files, Told] | None] = queue.SimpleQueue()
         self._well = False
-        self._process = _ready.pop() if _ready else _Process()
+        self._process = _waiting() or _Process()
         self._talk = threading.Thread(target=self._converse, args=(order,), daemon=True)
         try:
             self._talk.start()
@@ -232,8 +255,9 @@ class _Companion:
                 break
             name, found[name], complaints = answer
             told += complaints
+        registry: dict[Any, Any] = {}
         for complaint in told:
-            warnings.warn_explicit(*complaint)
+            warnings.warn_explicit(*complaint, registry=registry)
         for name in self._gallery.names:
             if name not in found:
                 found[name] = self._gallery.drawn(name)

@@ -200,14 +200,19 @@
 
   let plotted = 0;
   let late = 0;
+  let due = false;
   // Nothing is asked for where nothing came: a browser without a graphics card has no time for that.
   function askPlots() {
     clearTimeout(late);
     const wait = plotted + PLOTS_EVERY - performance.now();
     if (wait > 0) late = setTimeout(askPlots, wait);
-    else {
-      plotted = performance.now();
-      requestAnimationFrame(plots.paint);
+    else if (!due) {
+      due = true;
+      requestAnimationFrame(() => {
+        due = false;
+        plotted = performance.now();
+        plots.paint();
+      });
     }
   }
 

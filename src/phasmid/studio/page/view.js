@@ -120,13 +120,13 @@
       if (!soft) requestAnimationFrame(paint);
       else if (!unshown) {
         unshown = true;
-        paint(performance.now());
         requestAnimationFrame(() => {
           unshown = false;
           if (!asked) return;
           asked = false;
           ask();
         });
+        paint(performance.now());
       }
     }
 
@@ -202,9 +202,11 @@
       shownAt.push(stamp);
       while (shownAt[0] < stamp - 1000) shownAt.shift();
       clearTimeout(still);
+      const latest = self.count;
       if (smooth && (moves || eases)) ask();
       else if (!fine && ratio < FINEST)
-        still = setTimeout(() => requestAnimationFrame((later) => paint(later, true)), STILL);
+        still = setTimeout(
+          () => requestAnimationFrame((later) => self.count === latest && paint(later, true)), STILL);
     }
 
     // Where a foot has been, and where it is.
@@ -251,6 +253,8 @@
       colours = look();
       ask();
     });
+    // Frames that came while nobody looked were not missed.
+    document.addEventListener("visibilitychange", () => (painted = frames.count));
     new ResizeObserver(ask).observe(canvas);
     return self;
   };
