@@ -77,7 +77,7 @@ def test_it_opens_the_page_and_ends_at_a_signal_as_it_should(
     assert b"<!doctype html>" in page.lower()
     told = capsys.readouterr().out.splitlines()
     assert told == [
-        f"The robot walks at {address}",
+        f"The robot is at {address}",
         "Ctrl-C ends it.",
         "phasmid: the studio is closed.",
     ]

@@ -99,7 +99,7 @@ def tell_of_compiling() -> None:
     from phasmid.control.step import tick
 
     if not is_compiled(tick):
-        told = "compiling the controller, once for this machine: about 40 s"
+        told = "compiling the controller, once for this machine: a minute or two"
         print(f"phasmid: {told}", file=sys.stderr, flush=True)
 
 

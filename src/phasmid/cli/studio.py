@@ -77,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _show(address: str, options: argparse.Namespace) -> None:
     """Tell the address, and open it."""
-    print(f"The robot walks at {plain(address)}\nCtrl-C ends it.", flush=True)
+    print(f"The robot is at {plain(address)}\nCtrl-C ends it.", flush=True)
     if not options.no_open and has_display():
         # Some browsers are waited for until they have started.
         Thread(target=webbrowser.open, args=(address,), daemon=True).start()

@@ -13,6 +13,8 @@ from concurrent.futures import Future, InvalidStateError
 from pathlib import Path
 from typing import Any
 
+from phasmid.compiled import is_compiled
+from phasmid.control.step import tick
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
@@ -43,6 +45,9 @@ FRAMES = 30.0
 
 LONGEST_TURN = 0.05
 """The clock is looked at, and requests are answered, after as long at the latest [s]."""
+
+COMPILES = "The controller is being compiled, once for this machine: a minute or two."
+"""What is told until the robot first moves, where that is so."""
 
 LYING = 2.0
 """Time for which a robot that fell is shown as it lies [s]."""
@@ -81,7 +86,7 @@ class Stage:
         self._playing = True
         self._sentence, self._notice, self._state = "", "", dict[str, Any]()
         self._back_at, self._faults_at = math.inf, -math.inf
-        self._litter = False
+        self._litter = self._compiles = False
         self._viewers, self._wants_frame, self._next_frame = 0, True, 0.0
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="stage", daemon=True)
@@ -142,6 +147,7 @@ class Stage:
     # The thread ----------------------------------------------------------------------------------
 
     def _run(self) -> None:
+        self._compiles = not is_compiled(tick)
         self._tell_setting()
         self._tell_state()
         while not self._closing.is_set():
@@ -213,6 +219,7 @@ class Stage:
         while due > 0 and live.trouble is None:
             before = live.now
             live.advance(min(due, part))
+            self._compiles = False
             due -= part
             pacing.done(time.monotonic(), live.now, live.now - before)
             if time.monotonic() >= now + 1 / FRAMES:
@@ -393,7 +400,7 @@ class Stage:
             "pace": self._pacing.factor,
             "recording": recording,
             "status": live.status if live else "is being built",
-            "sentence": self._sentence or self._notice,
+            "sentence": self._sentence or self._notice or (COMPILES if self._compiles else ""),
             "lost": sorted(hands.lost),
             "dead": sorted(hands.dead),
         }
