@@ -134,7 +134,7 @@ $(READY): pyproject.toml requirements/dev.txt
 			echo "== setting up $(VENV) with uv"; \
 			uv venv --quiet --python "$$("$$python" -c "import sys; print(sys.executable)")" "$(VENV)"; \
 		else \
-			echo "== setting up $(VENV) with pip (about a minute the first time)"; \
+			echo "== setting up $(VENV) with pip (some minutes the first time)"; \
 			"$$python" -m venv "$(VENV)" || { \
 				echo "$$python cannot make a virtual environment; on Debian and Ubuntu, install python3-venv." >&2; \
 				rm -rf "$(VENV)"; exit 1; \

@@ -150,14 +150,13 @@
       buffers.forEach((buffer) => gl.deleteBuffer(buffer));
     }
 
-    const shapes = {};
-    for (const [name, mesh] of Object.entries(SHAPES)) shapes[name] = solid(mesh);
+    const shapes = { ball: solid(SHAPES.ball), disc: solid(SHAPES.disc), flat: solid(SHAPES.flat) };
 
     // Lines and surfaces that change with each picture: place and colour of each corner.
-    const sheets = gl.createVertexArray();
+    const loose = gl.createVertexArray();
     const looseBuffer = gl.createBuffer();
     let sheet = new Float32Array(7 * 512);
-    gl.bindVertexArray(sheets);
+    gl.bindVertexArray(loose);
     gl.bindBuffer(gl.ARRAY_BUFFER, looseBuffer);
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 28, 0);
@@ -179,7 +178,7 @@
     function drawLoose(count, how) {
       const at = use("plain");
       gl.vertexAttrib1f(2, 0);
-      gl.bindVertexArray(sheets);
+      gl.bindVertexArray(loose);
       gl.bindBuffer(gl.ARRAY_BUFFER, looseBuffer);
       gl.bufferData(gl.ARRAY_BUFFER, sheet.subarray(0, 7 * count), gl.STREAM_DRAW);
       gl.uniformMatrix4fv(at.models, false, IDENTITY);
@@ -202,16 +201,12 @@
       if (sheet.length < 7 * corners) sheet = new Float32Array(14 * corners);
     }
 
-    // Corners of any kind: the place of each, its colour, and its opacity.
-    function loose(corners, how) {
-      room(corners.length);
-      corners.forEach(([place, colour, alpha], k) => corner(k, place[0], place[1], place[2], colour, alpha));
-      drawLoose(corners.length, how);
-    }
-
     // A surface through points, the first of which sees all the others.
-    const fan = (points, colour, alpha) =>
-      loose(points.map((point) => [point, colour, alpha]), gl.TRIANGLE_FAN);
+    function fan(points, colour, alpha) {
+      room(points.length);
+      points.forEach((point, k) => corner(k, point[0], point[1], point[2], colour, alpha));
+      drawLoose(points.length, gl.TRIANGLE_FAN);
+    }
 
     // Lines of some width that face the eye, each through numbers three by three; they fade from
     // one opacity to another.
@@ -293,7 +288,7 @@
       gl.enable(gl.DEPTH_TEST);
     }
 
-    return { gl, POSES, shapes, solid, forget, draw, loose, fan, ribbons, fit, begin, lay, shadows };
+    return { gl, POSES, shapes, solid, forget, draw, fan, ribbons, fit, begin, lay, shadows };
   };
 
   Phasmid.drawing.look = look;
