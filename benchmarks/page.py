@@ -11,22 +11,18 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from phasmid import load_scenario, plan, report, save_recording, simulate, summarise
 from phasmid.cores import cores
-from phasmid.reporting.companion import FREE, SWITCH, drawing, free_cores, standby
-from phasmid.reporting.gallery import WALK, Gallery
+from phasmid.reporting.companion import FREE, SWITCH, drawing, free_cores
+from phasmid.reporting.gallery import WALK, File, Gallery
 from phasmid.reporting.style import uncollected
 from phasmid.reporting.webpage import Picture, web_page
 
 ROUNDS = 3
-READY = 5.0
-"""A walk takes longer than a second process to get ready [s]."""
-
 LARGEST, LONGEST = 5e6, 3.0
 """The goals for the page of the paper's run: bytes, and seconds of two cores with nothing else."""
 
@@ -62,44 +58,42 @@ def main() -> None:
         }
         for what, job in jobs.items():
             print_clock(what, job)
-        # As after a walk, beside which the second process got ready.
-        for what in list(jobs)[:2]:
-            print_clock(f"{what}, after a walk", jobs[what], ahead=READY)
         os.environ[SWITCH] = "1"
         for what, job in jobs.items():
             print_clock(f"{what}, one process", job)
 
 
-def print_clock(what: str, job: Callable[[], object], *, ahead: float = 0.0) -> None:
+def print_clock(what: str, job: Callable[[], object]) -> None:
     """Print how long a job takes by the clock, at first and at the least.
 
     Args:
         what: It is called.
         job: What is done.
-        ahead: For how long the second process may get ready before that [s].
     """
     spent = []
     for _ in range(ROUNDS):
-        with standby() if ahead else nullcontext():
-            time.sleep(ahead)
-            begin = time.perf_counter()
-            job()
-            spent.append(time.perf_counter() - begin)
+        begin = time.perf_counter()
+        job()
+        spent.append(time.perf_counter() - begin)
     print(f"{what:36}{spent[0]:8.2f}{min(spent):8.2f}")
 
 
 def page_beside(recording) -> str:
     """The page as `report` makes it, with a second process where there is a second core."""
     gallery = Gallery(recording)
-    with drawing(gallery) as draw, uncollected():
+    with uncollected(), drawing(gallery) as draw:
         summary = summarise(recording)
-        drawn = draw()
-        pictures = [
-            Picture(name, kind.sentence, drawn[name]["svg"])
-            for name, kind in gallery.kinds.items()
-            if kind.in_page
-        ]
-        return web_page(recording, summary, pictures, still=drawn[WALK]["png"])
+        drawn = draw(gallery.of_page)
+        return web_page(recording, summary, pictures(gallery, drawn), still=drawn[WALK])
+
+
+def pictures(gallery: Gallery, drawn: Mapping[File, bytes]) -> list[Picture]:
+    """The page's figures."""
+    return [
+        Picture(name, kind.sentence, drawn[name, "svg"])
+        for name, kind in gallery.kinds.items()
+        if kind.in_page
+    ]
 
 
 def page_of(recording) -> tuple[bytes, dict[str, float]]:
@@ -113,18 +107,15 @@ def page_of(recording) -> tuple[bytes, dict[str, float]]:
         times[what] = time.process_time() - begin
         return made
 
-    def figures():
-        return [
-            Picture(name, kind.sentence, gallery.drawn(name)["svg"])
-            for name, kind in gallery.kinds.items()
-            if kind.in_page
-        ]
+    def draw(files):
+        return {file: gallery.drawn(file) for file in files}
 
     summary = timed("summary", lambda: summarise(recording))
-    pictures = timed("figures, as SVG and some as PNG", figures)
-    still = timed("picture of the robot", lambda: gallery.drawn(WALK)["png"])
+    drawn = timed("figures", lambda: draw(gallery.of_page[:-1]))
+    still = timed("picture of the robot", lambda: gallery.drawn(WALK))
     page = timed(
-        "replay, data and HTML", lambda: web_page(recording, summary, pictures, still=still)
+        "replay, data and HTML",
+        lambda: web_page(recording, summary, pictures(gallery, drawn), still=still),
     )
     return page.encode(), times
 

@@ -4,16 +4,18 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 import time
+import warnings
 
 import pytest
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting import companion, report
-from phasmid.reporting.companion import SWITCH, drawing, helps, standby
+from phasmid.reporting.companion import SWITCH, drawing, helps
 from phasmid.reporting.gallery import WALK, Gallery
 
-FEW = ("fig15", "fig16", "gait-diagram", "power")
+FEW = tuple((name, "svg") for name in ("fig15", "fig16", "gait-diagram", "power"))
 
 
 @pytest.fixture
@@ -23,20 +25,22 @@ def two_cores(monkeypatch):
     monkeypatch.setattr(companion, "cores", lambda: 2)
     monkeypatch.setattr(companion, "free_cores", lambda: 1.0)
     monkeypatch.setattr(multiprocessing, "parent_process", lambda: None)
+    # Those of a pool of tests, which only wait.
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
 
 
 @pytest.fixture
 def gallery(short_walk):
     """A few pictures that are quickly drawn."""
     few = Gallery(short_walk)
-    few.names = FEW
+    few.of_page, few.of_folder = FEW, ()
     return few
 
 
 @pytest.fixture(scope="module")
 def expected(short_walk):
     """What one process draws."""
-    return {name: Gallery(short_walk).drawn(name) for name in FEW}
+    return {file: Gallery(short_walk).drawn(file) for file in FEW}
 
 
 def contents(folder):
@@ -49,23 +53,25 @@ def left_to(draw):
     """Wait until the second process has taken all pictures, or has ended."""
     second = draw.__self__
     until = time.monotonic() + 60
-    while second._left and second._talk.is_alive() and time.monotonic() < until:
+    while any(second._left) and second._talk.is_alive() and time.monotonic() < until:
         time.sleep(0.01)
     return second
 
 
-def changed_start(lines):
-    """A second process in which something else happens when it draws."""
-    return f"""
-import os, sys, warnings
-from phasmid.reporting import companion, gallery
-drawn = gallery.Gallery.drawn
-def changed(self, name):
-    {lines}
-    return drawn(self, name)
-gallery.Gallery.drawn = changed
-companion.serve()
-"""
+def only_there(monkeypatch, change):
+    """Let something else happen when the second process draws, given a picture's name."""
+    here, drawn = os.getpid(), Gallery.drawn
+
+    def changed(self, file):
+        if os.getpid() != here:
+            change(file[0])
+        return drawn(self, file)
+
+    monkeypatch.setattr(Gallery, "drawn", changed)
+
+
+def raising(name):
+    raise ValueError(name)
 
 
 @pytest.mark.usefixtures("two_cores")
@@ -74,8 +80,35 @@ def test_pictures_of_the_second_process_are_the_same_to_the_byte(gallery, expect
         second = left_to(draw)
         # All come from there: none is drawn here.
         monkeypatch.setattr(Gallery, "drawn", None)
-        assert draw() == expected
-    assert second._process.program.poll() is not None
+        assert draw(FEW) == expected
+    assert not second._process.is_alive()
+
+
+def test_a_figures_second_file_does_not_depend_on_its_first(short_walk):
+    both = Gallery(short_walk)
+    for name in ("fig12", "fig16"):
+        for ending in ("svg", "png"):
+            file = (name, ending)
+            assert both.drawn(file) == Gallery(short_walk).drawn(file)
+
+
+@pytest.mark.usefixtures("two_cores")
+def test_files_that_come_after_the_page_are_drawn_by_the_second_process_too(
+    gallery, expected, monkeypatch
+):
+    gallery.of_folder = (("fig15", "png"), ("fig16", "png"))
+    later = {file: Gallery(gallery.recording).drawn(file) for file in gallery.of_folder}
+    with drawing(gallery) as draw:
+        left_to(draw)
+        with monkeypatch.context() as away:
+            away.setattr(Gallery, "drawn", None)
+            assert draw(FEW) == expected
+            assert draw(gallery.of_folder) == later
+    # Or by the first one, where the second is busy or dead.
+    with drawing(gallery) as draw:
+        draw.__self__._process.kill()
+        assert draw(FEW) == expected
+        assert draw(gallery.of_folder) == later
 
 
 @pytest.mark.slow
@@ -83,19 +116,20 @@ def test_pictures_of_the_second_process_are_the_same_to_the_byte(gallery, expect
 def test_a_folder_is_the_same_to_the_byte_with_and_without_a_second_process(
     short_walk, tmp_path, monkeypatch
 ):
-    talks = []
-    begin = companion._Companion._converse
+    came = []
+    answer = companion._Companion._answer
 
-    def converse(self, order):
-        begin(self, order)
-        talks.append(self._well)
+    def noted(self):
+        came.append(answer(self))
+        return came[-1]
 
-    monkeypatch.setattr(companion._Companion, "_converse", converse)
+    monkeypatch.setattr(companion._Companion, "_answer", noted)
     report(short_walk, tmp_path / "two")
-    assert talks == [True]
+    # The last word, that no more comes, is not waited for.
+    assert came
+    assert None not in came
     monkeypatch.setenv(SWITCH, "1")
     report(short_walk, tmp_path / "one")
-    assert talks == [True]
     one, two = (contents(tmp_path / name) for name in ("one", "two"))
     # Five figures of two files each, the robot, the page, and four files of text and numbers.
     assert len(one) == 5 * 2 + 1 + 1 + 4
@@ -103,73 +137,70 @@ def test_a_folder_is_the_same_to_the_byte_with_and_without_a_second_process(
 
 
 @pytest.mark.usefixtures("two_cores")
-def test_what_cannot_be_started_is_not_missed(gallery, expected, monkeypatch, tmp_path):
-    monkeypatch.setattr(sys, "executable", str(tmp_path / "python3"))
+def test_what_cannot_be_started_is_not_missed(gallery, expected, monkeypatch):
+    def none_left(*_):
+        raise BlockingIOError
+
+    monkeypatch.setattr(os, "fork", none_left)
     assert helps(gallery)
     with drawing(gallery) as draw:
-        assert draw() == expected
+        assert draw(FEW) == expected
 
 
 @pytest.mark.usefixtures("two_cores")
 @pytest.mark.parametrize(
-    "start",
+    "change",
     [
-        "raise SystemExit('no phasmid here')",
-        changed_start("os._exit(3)"),
-        changed_start("name == 'gait-diagram' and os._exit(3)"),
-        changed_start("raise ValueError(name)"),
+        lambda _: os._exit(3),
+        lambda name: os._exit(3) if name == "gait-diagram" else None,
+        raising,
     ],
-    ids=["at once", "at its first picture", "at its second picture", "at none, but none drawn"],
+    ids=["at its first picture", "at its second picture", "at none, but none drawn"],
 )
 def test_a_second_process_that_dies_leaves_its_pictures_to_the_first(
-    gallery, expected, monkeypatch, capfd, start
+    gallery, expected, monkeypatch, capfd, change
 ):
-    monkeypatch.setattr(companion, "START", start)
+    only_there(monkeypatch, change)
     with drawing(gallery) as draw:
         left_to(draw)
-        assert draw() == expected
-    # Its last words are no concern of the user, who has all pictures.
+        assert draw(FEW) == expected
+    # It has no last words for the user, who has all pictures.
     assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.usefixtures("two_cores")
-@pytest.mark.skipif(sys.platform == "win32", reason="processes cannot be stopped there")
 def test_a_second_process_that_hangs_is_given_up(gallery, expected, monkeypatch):
-    monkeypatch.setattr(companion, "START", changed_start("import time; time.sleep(1000)"))
+    only_there(monkeypatch, lambda _: time.sleep(1000))
     monkeypatch.setattr(companion, "PATIENCE", 0.5)
     with drawing(gallery) as draw:
         second = draw.__self__
-        while len(second._left) == len(FEW):
+        while len(second._left[0]) == len(FEW):
             time.sleep(0.01)
-        assert draw() == expected
-    assert second._process.program.poll() is not None
+        assert draw(FEW) == expected
+    assert not second._process.is_alive()
 
 
 @pytest.mark.usefixtures("two_cores")
-def test_warnings_and_words_of_the_second_process_are_told(gallery, monkeypatch, capfd):
-    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
-    lines = "warnings.warn(f'a word on {name}'); print('by the way')"
-    monkeypatch.setattr(companion, "START", changed_start(lines))
+def test_warnings_of_the_second_process_are_told(gallery, monkeypatch):
+    only_there(monkeypatch, lambda name: warnings.warn(f"a word on {name}", stacklevel=1))
     with drawing(gallery) as draw:
         left_to(draw)
         with pytest.warns(UserWarning, match="a word on") as caught:
-            draw()
-    assert sorted(str(w.message) for w in caught) == [f"a word on {name}" for name in sorted(FEW)]
-    # What is printed there stands in nobody's way.
-    assert capfd.readouterr().err == "by the way\n" * len(FEW)
+            draw(FEW)
+    words = [f"a word on {name}" for name, _ in sorted(FEW)]
+    assert sorted(str(w.message) for w in caught) == words
 
 
 @pytest.mark.usefixtures("two_cores")
 def test_an_error_is_raised_as_if_there_were_one_process(gallery, monkeypatch):
-    def fail(self, name):
-        raise InvalidInput(f"{name} cannot be drawn.")
+    def fail(self, file):
+        raise InvalidInput(f"{file[0]} cannot be drawn.")
 
-    monkeypatch.setattr(companion, "START", changed_start("raise ValueError(name)"))
     monkeypatch.setattr(Gallery, "drawn", fail)
     with drawing(gallery) as draw:
         left_to(draw)
         with pytest.raises(InvalidInput, match="cannot be drawn"):
-            draw()
+            draw(FEW)
 
 
 @pytest.mark.usefixtures("two_cores")
@@ -181,30 +212,33 @@ def test_ctrl_c_ends_both_processes_and_leaves_nothing(short_walk, tmp_path, mon
         start(self, *arguments)
         seconds.append(self)
 
-    def interrupted(self, name):
-        signal.raise_signal(signal.SIGINT)
+    here = os.getpid()
+
+    def interrupted(self, file):
+        if os.getpid() == here:
+            signal.raise_signal(signal.SIGINT)
+        time.sleep(1000)
 
     monkeypatch.setattr(companion._Companion, "__init__", started)
     monkeypatch.setattr(Gallery, "drawn", interrupted)
     with pytest.raises(KeyboardInterrupt):
         report(short_walk, tmp_path / "walk")
     assert list(tmp_path.iterdir()) == []
-    assert [second._process.program.poll() is None for second in seconds] == [False]
+    assert [second._process.is_alive() for second in seconds] == [False]
     assert not seconds[0]._talk.is_alive()
 
 
 @pytest.mark.usefixtures("two_cores")
-@pytest.mark.skipif(sys.platform == "win32", reason="a signal to one process ends it there")
-def test_ctrl_c_of_a_terminal_which_reaches_both_is_left_to_the_first(gallery, expected):
+def test_ctrl_c_of_a_terminal_which_reaches_both_is_left_to_the_first(
+    gallery, expected, monkeypatch
+):
     with drawing(gallery) as draw:
-        second = draw.__self__
-        # It has said that it is ready as soon as it takes a picture.
-        while len(second._left) == len(FEW):
-            time.sleep(0.01)
-        second._process.program.send_signal(signal.SIGINT)
-        second = left_to(draw)
-        assert draw() == expected
-        assert second._well
+        os.kill(draw.__self__._process.pid, signal.SIGINT)
+        left_to(draw)
+        # All come from there: it lives on.
+        with monkeypatch.context() as away:
+            away.setattr(Gallery, "drawn", None)
+            assert draw(FEW) == expected
 
 
 @pytest.mark.usefixtures("two_cores")
@@ -213,70 +247,13 @@ def test_the_second_process_ends_with_the_first(gallery):
         second = left_to(draw)
         second._talk.join(60)
         # As where the first one is killed.
-        second._process.orders.close()
-        assert second._process.program.wait(60) == 0
+        second._link.close()
+        second._process.join(60)
+        assert second._process.exitcode == 0
 
 
 @pytest.mark.usefixtures("two_cores")
-def test_a_process_on_standby_is_the_one_that_draws(gallery, expected, monkeypatch):
-    with standby():
-        (ready,) = companion._ready
-        # It is wanted even where none would be started now.
-        monkeypatch.setattr(companion, "free_cores", lambda: 0.0)
-        with drawing(gallery) as draw:
-            second = left_to(draw)
-            assert second._process is ready
-            assert draw() == expected
-            assert second._well
-        assert ready.program.poll() is not None
-        # It helps once.
-        assert not helps(gallery)
-
-
-@pytest.mark.usefixtures("two_cores")
-def test_a_process_on_standby_that_nobody_needs_ends(gallery, expected):
-    with standby():
-        (ready,) = companion._ready
-    assert ready.program.poll() is not None
-    assert companion._ready == []
-    with standby():
-        # Who dies before there is anything to draw is not missed.
-        companion._ready[0].kill()
-        with drawing(gallery) as draw:
-            assert draw() == expected
-
-
-@pytest.mark.usefixtures("two_cores")
-def test_a_copy_of_this_process_leaves_the_one_on_standby_alone(gallery, monkeypatch):
-    with standby():
-        (ready,) = companion._ready
-        monkeypatch.setattr(companion, "free_cores", lambda: 0.0)
-        assert helps(gallery)
-        with monkeypatch.context() as one:
-            one.setattr(os, "getpid", lambda: -1)
-            assert not helps(gallery)
-            assert companion._waiting() is None
-        assert ready.program.poll() is None
-
-
-@pytest.mark.usefixtures("two_cores")
-def test_a_report_needs_no_terminal(gallery, expected, monkeypatch):
-    with drawing(gallery) as draw:
-        left_to(draw)
-        monkeypatch.setattr(sys, "stderr", None)
-        assert draw() == expected
-    monkeypatch.undo()
-
-
-def test_no_process_is_on_standby_where_somebody_shares_out_the_cores():
-    with standby():
-        assert companion._ready == []
-
-
-@pytest.mark.usefixtures("two_cores")
-def test_a_second_process_is_started_only_where_it_helps(
-    gallery, expected, short_walk, monkeypatch
-):
+def test_a_second_process_is_started_only_where_it_helps(gallery, expected, monkeypatch):
     assert helps(gallery)
     with monkeypatch.context() as one:
         one.setenv(SWITCH, "1")
@@ -290,20 +267,16 @@ def test_a_second_process_is_started_only_where_it_helps(
     with monkeypatch.context() as one:
         one.setattr(multiprocessing, "parent_process", lambda: "a pool")
         assert not helps(gallery)
-    for program in (None, "", "/opt/blender"):
-        with monkeypatch.context() as one:
-            one.setattr(sys, "executable", program)
-            assert not helps(gallery)
     with monkeypatch.context() as one:
-        one.setattr(sys, "frozen", True, raising=False)
+        one.setattr(threading, "active_count", lambda: 2)
         assert not helps(gallery)
     with monkeypatch.context() as one:
-        one.setattr(companion, "LARGEST", short_walk.nbytes - 1)
+        one.setattr(sys, "platform", "darwin")
         assert not helps(gallery)
-    gallery.names = FEW[:3]
+    gallery.of_page = FEW[:3]
     assert not helps(gallery)
     with drawing(gallery) as draw:
-        assert draw() == {name: expected[name] for name in FEW[:3]}
+        assert draw(FEW[:3]) == {file: expected[file] for file in FEW[:3]}
 
 
 def test_free_cores_are_those_that_the_load_leaves(monkeypatch):
@@ -322,8 +295,11 @@ def test_free_cores_are_those_that_the_load_leaves(monkeypatch):
 
 
 @pytest.mark.usefixtures("two_cores")
-def test_the_picture_that_takes_longest_is_the_first_of_the_second_process(short_walk):
+def test_the_picture_that_takes_longest_is_the_first_of_the_second_process(
+    short_walk, monkeypatch
+):
+    monkeypatch.setattr(companion._Companion, "_converse", lambda self: None)
     gallery = Gallery(short_walk)
-    assert gallery.names == (*gallery.kinds, WALK)
+    assert gallery.of_page == (*((name, "svg") for name in gallery.kinds), WALK)
     with drawing(gallery) as draw:
         assert draw.__self__._last() == WALK

@@ -70,15 +70,14 @@ def run(options: argparse.Namespace) -> int:
         faults=options.fault or [],
     )
     try:
-        with walk.drawing_ahead(options):
-            quiet = options.quiet or options.keys
-            with keyboard, walk.progress_bar(scenario.duration, quiet=quiet) as progress:
-                trouble = driving.record(log, progress=progress, force=options.force)
-            if trouble and trouble.ending.name == "STOPPED":
-                print(f"phasmid: {trouble.sentence}\n{walk.later(log)}", file=sys.stderr)
-                return 130
-            recording = with_sensors(driving.scenario, load_recording(log))
-            walk.write_report(recording, folder, options, walk.own_appearance(robot))
+        quiet = options.quiet or options.keys
+        with keyboard, walk.progress_bar(scenario.duration, quiet=quiet) as progress:
+            trouble = driving.record(log, progress=progress, force=options.force)
+        if trouble and trouble.ending.name == "STOPPED":
+            print(f"phasmid: {trouble.sentence}\n{walk.later(log)}", file=sys.stderr)
+            return 130
+        recording = with_sensors(driving.scenario, load_recording(log))
+        walk.write_report(recording, folder, options, walk.own_appearance(robot))
     except KeyboardInterrupt:
         if log.exists():
             print(f"phasmid: stopped.\n{walk.later(log)}", file=sys.stderr)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from phasmid.cli.walk import (
     add_report_options,
     check_film,
-    drawing_ahead,
     leg_numbers,
     own_appearance,
     print_report,
@@ -52,11 +51,6 @@ def told_damage() -> Iterator[list[DamagedRecording]]:
 
 def run(options: argparse.Namespace) -> int:
     """Report on the file that the options name; returns the exit status."""
-    with drawing_ahead(options):
-        return _reported(options)
-
-
-def _reported(options: argparse.Namespace) -> int:
     from phasmid.recording import load_recording
     from phasmid.reporting import check_folder, read_source
     from phasmid.robot import Appearance

@@ -9,7 +9,7 @@ import string
 import sys
 import tomllib
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
@@ -61,18 +61,17 @@ def run(options: argparse.Namespace) -> int:
         for sentence in idle_fields(scenario):
             print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     try:
-        with drawing_ahead(options):
-            with progress_bar(scenario.duration, quiet=options.quiet) as progress:
-                trouble = record(scenario, walk, log, progress=progress, force=options.force)
-            if trouble and trouble.ending.name == "STOPPED":
-                # Who stops a run wants its end: numbers and pictures can be made later.
-                print(f"phasmid: {trouble.sentence}\n{later(log)}", file=sys.stderr)
-                return 130
-            recording = with_sensors(scenario, load_recording(log))
-            if options.check_time_step and not trouble:
-                refinement = time_step_refinement(scenario, walk)
-                recording.attrs |= refinement.attributes() if refinement else {}
-            write_report(recording, folder, options, own_appearance(walk.robot))
+        with progress_bar(scenario.duration, quiet=options.quiet) as progress:
+            trouble = record(scenario, walk, log, progress=progress, force=options.force)
+        if trouble and trouble.ending.name == "STOPPED":
+            # Who stops a run wants its end: numbers and pictures can be made later.
+            print(f"phasmid: {trouble.sentence}\n{later(log)}", file=sys.stderr)
+            return 130
+        recording = with_sensors(scenario, load_recording(log))
+        if options.check_time_step and not trouble:
+            refinement = time_step_refinement(scenario, walk)
+            recording.attrs |= refinement.attributes() if refinement else {}
+        write_report(recording, folder, options, own_appearance(walk.robot))
     except KeyboardInterrupt:
         if log.exists():
             print(f"phasmid: stopped.\n{later(log)}", file=sys.stderr)
@@ -103,13 +102,6 @@ def own_appearance(robot: Robot) -> Appearance | None:
 
     look = robot.appearance
     return None if look is None or look.name.removesuffix(".glb") in preset_names() else look
-
-
-def drawing_ahead(options: argparse.Namespace) -> AbstractContextManager[None]:
-    """Get ready, beside what is done meanwhile, for the figures that the options want."""
-    from phasmid.reporting import standby
-
-    return nullcontext() if options.no_figures else standby()
 
 
 def write_report(

@@ -8,7 +8,6 @@ from phasmid.reporting.catalogue import (
     plot,
     save_figures,
 )
-from phasmid.reporting.companion import standby
 from phasmid.reporting.data_file import check_export, export
 from phasmid.reporting.drawing import draw_robot, walk_picture
 from phasmid.reporting.figures import normal_force_figure, torque_figure, trajectory_figure
@@ -34,7 +33,6 @@ __all__ = [
     "read_source",
     "report",
     "save_figures",
-    "standby",
     "summarise",
     "torque_figure",
     "trajectory_figure",

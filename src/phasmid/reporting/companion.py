@@ -6,27 +6,22 @@ It only ever helps: pictures that it does not deliver, for whatever reason, are 
 from __future__ import annotations
 
 import contextlib
-import gc
 import multiprocessing
 import os
-import pickle
 import queue
-import subprocess
+import signal
 import sys
-import tempfile
 import threading
-import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
-from typing import IO, Any, TypeAlias
+from multiprocessing.connection import Connection
+from typing import Any, TypeAlias
 
 from phasmid.cores import cores
-from phasmid.reporting.gallery import Files, Gallery
+from phasmid.reporting.gallery import File, Gallery
 from phasmid.reporting.style import warm
-from phasmid.robot import Appearance
 
 SWITCH = "PHASMID_PROCESSES"
 """Environment variable by which ``1`` keeps all drawing in the process that reports."""
@@ -35,55 +30,32 @@ FEWEST = 4
 """Pictures of which a second process takes enough to be worth its start."""
 
 FREE = 0.5
-"""Cores that must have been free, this process among the busy ones: a second process imports for a
-second before it helps, and on a busy machine would only take the time that this one needs."""
-
-LARGEST = 256_000_000
-"""Bytes of a recording that is not copied for a second process."""
-
-UNSTARTED = (OSError, RuntimeError, ValueError)
-"""What may go wrong where a process is started; then there is none."""
+"""Cores that must have been free, this process among the busy ones: on a busy machine a second
+process would only take the time that this one needs."""
 
 PATIENCE = 60.0
 """Longest time in which nothing comes from the second process before it is given up [s]."""
 
-START = (
-    "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); "
-    "from phasmid.reporting.companion import serve; serve()"
-)
-"""What the second process runs; Ctrl-C is for the first one, which ends the second."""
-
 Told: TypeAlias = list[tuple[Any, type[Warning], str, int]]
 """Warnings: message, kind, file and line."""
 
-All: TypeAlias = dict[str, Files]
+Files: TypeAlias = dict[File, bytes]
+
+Draw: TypeAlias = Callable[[Sequence[File]], Files]
 
 
 @contextmanager
-def standby() -> Iterator[None]:
-    """Start the second process now, beside other work, so that it is ready for the next gallery."""
-    if willing():
-        with contextlib.suppress(*UNSTARTED):
-            _ready.append(_Process())
-    try:
-        yield
-    finally:
-        while waiting := _waiting():
-            waiting.end()
+def drawing(gallery: Gallery) -> Iterator[Draw]:
+    """Start what helps to draw a gallery; the function that is given draws files of it.
 
-
-@contextmanager
-def drawing(gallery: Gallery) -> Iterator[Callable[[], All]]:
-    """Start what helps to draw a gallery; the function that is given draws all its pictures.
-
-    Between the two there may be other work, beside which the second process gets ready.
+    Before it is called there may be other work, beside which the second process draws.
 
     Args:
         gallery: The pictures.
     """
     companion = _started(gallery)
     if companion is None:
-        yield lambda: {name: gallery.drawn(name) for name in gallery.names}
+        yield lambda files: {file: gallery.drawn(file) for file in files}
         return
     try:
         yield companion.drawn
@@ -91,28 +63,22 @@ def drawing(gallery: Gallery) -> Iterator[Callable[[], All]]:
         companion.end()
 
 
-def willing() -> bool:
-    """Whether there is a second core with little else to do, and Python can be started on it.
+def helps(gallery: Gallery) -> bool:
+    """Whether a second process makes a gallery's pictures sooner ready.
 
-    It is not where somebody shares out the cores already: the user by `SWITCH`, or a pool of
-    processes of which this is a part.
+    It is a copy of this one, with all that was imported and read. That is cheap and safe on Linux,
+    as long as no other thread is at work, whose locks would be copied with it. The cores may be
+    shared out already: by the user with `SWITCH`, or to a pool of processes of which this is one.
     """
-    # A program that Python is a part of would be started instead of Python.
-    python = Path(sys.executable or "").stem.lower().startswith(("python", "pypy"))
     return (
-        python
-        and not getattr(sys, "frozen", False)
+        sys.platform == "linux"
+        and len(gallery.of_page) >= FEWEST
         and cores() > 1
         and free_cores() >= FREE
         and os.environ.get(SWITCH, "") != "1"
         and multiprocessing.parent_process() is None
+        and threading.active_count() == 1
     )
-
-
-def helps(gallery: Gallery) -> bool:
-    """Whether a second process makes a gallery's pictures sooner ready."""
-    enough = len(gallery.names) >= FEWEST and gallery.recording.nbytes <= LARGEST
-    return enough and (any(one.is_ours for one in _ready) or willing())
 
 
 def free_cores() -> float:
@@ -127,188 +93,128 @@ def _started(gallery: Gallery) -> _Companion | None:
     """The second process; None where it would not help, or cannot be started."""
     if not helps(gallery):
         return None
-    look = gallery.appearance
-    order = gallery.recording, None if look is None else (dict(look.parts), look.name)
-    with contextlib.suppress(*UNSTARTED):
-        return _Companion(gallery, order)
-    return None
-
-
-class _Process:
-    """The second process: what it is told, what it answers, and what it says besides."""
-
-    def __init__(self) -> None:
-        self._owner = os.getpid()
-        self._words = tempfile.TemporaryFile()  # noqa: SIM115, it is read at the end
-        places = [
-            str(Path(place).absolute()) for place in sys.path if place and isinstance(place, str)
-        ]
-        try:
-            self.program = subprocess.Popen(  # noqa: S603
-                # Unbuffered, as it is killed and not ended: what it prints would be lost.
-                [sys.executable, "-P", "-u", "-c", START],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=self._words,
-                env=os.environ | {"PYTHONPATH": os.pathsep.join(places)},
-                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-            )
-        except BaseException:
-            self._words.close()
-            raise
-        assert self.program.stdin is not None
-        assert self.program.stdout is not None
-        self.orders, self.answers = self.program.stdin, self.program.stdout
-
-    @property
-    def is_ours(self) -> bool:
-        """Whether this process started it, and not one that this is a copy of."""
-        return self._owner == os.getpid()
-
-    def kill(self) -> None:
-        """Let it do no more; whoever waits for an answer gets none."""
-        self.program.kill()
-        self.program.wait()
-
-    def end(self, *, aloud: bool = False) -> None:
-        """End it, and say what it said where that is wanted."""
-        self.kill()
-        for stream in (self.orders, self.answers):
-            with contextlib.suppress(OSError):
-                stream.close()
-        if aloud and sys.stderr is not None:
-            self._words.seek(0)
-            # A terminal that is gone must not cost the report.
-            with contextlib.suppress(OSError, ValueError):
-                sys.stderr.write(self._words.read().decode(errors="replace"))
-        self._words.close()
-
-
-_ready: list[_Process] = []
-"""Processes that were started before there was anything to draw."""
-
-
-def _waiting() -> _Process | None:
-    """One of them, which waits no longer; None where there is none of this process's own."""
-    for one in _ready:
-        if one.is_ours:
-            _ready.remove(one)
-            return one
+    # Imported once, and not by both.
+    warm()
+    with contextlib.suppress(OSError, RuntimeError):
+        return _Companion(gallery)
     return None
 
 
 class _Companion:
     """The second process as the first one sees it, by way of a thread that talks with it."""
 
-    def __init__(self, gallery: Gallery, order: object) -> None:
+    def __init__(self, gallery: Gallery) -> None:
         self._gallery = gallery
         # The picture of the robot takes longest; the second process begins at that end.
-        self._left = deque(gallery.names)
-        self._answers: queue.SimpleQueue[tuple[str, Files, Told] | None] = queue.SimpleQueue()
-        self._well = False
-        self._process = _waiting() or _Process()
-        self._talk = threading.Thread(target=self._converse, args=(order,), daemon=True)
+        self._left = [deque(gallery.of_page), deque(gallery.of_folder)]
+        self._found: Files = {}
+        self._answers: queue.SimpleQueue[tuple[File, bytes, Told] | None] = queue.SimpleQueue()
+        copying = multiprocessing.get_context("fork")
+        self._link, other = copying.Pipe()
+        self._process = copying.Process(
+            target=_serve, args=(gallery, other, self._link), daemon=True
+        )
+        self._talk = threading.Thread(target=self._converse, daemon=True)
         try:
+            with warnings.catch_warnings(), _undisturbed():
+                # The threads that Python finds are numpy's, which knows how to be copied.
+                warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
+                self._process.start()
             self._talk.start()
         except BaseException:
             self.end()
             raise
+        finally:
+            other.close()
 
-    def _converse(self, order: object) -> None:
+    def _converse(self) -> None:
         """Hand over pictures to draw, one at a time, until none is left."""
-        to, back = self._process.orders, self._process.answers
         # Whatever goes wrong there, what is not answered is drawn here.
         with contextlib.suppress(Exception):
-            _send(order, to)
-            pickle.load(back)  # noqa: S301, our own process says that it is ready
-            while name := self._last():
-                _send(name, to)
-                answer = pickle.load(back)  # noqa: S301, our own process
+            while file := self._last():
+                self._link.send(file)
+                answer = self._link.recv()
                 if answer is not None:
-                    self._answers.put((name, *answer))
-            self._well = True
+                    self._answers.put((file, *answer))
         self._answers.put(None)
 
-    def _first(self) -> str:
-        """The next picture that is drawn here; nothing where none is left."""
-        try:
-            return self._left.popleft()
-        except IndexError:
-            return ""
+    def _last(self) -> File | None:
+        """The next file for the second process; None where none is left."""
+        for left in self._left:
+            with contextlib.suppress(IndexError):
+                return left.pop()
+        return None
 
-    def _last(self) -> str:
-        """The next picture for the second process; nothing where none is left."""
-        try:
-            return self._left.pop()
-        except IndexError:
-            return ""
+    def _is_ours(self, file: File) -> bool:
+        """Whether a file is drawn here, as the second process did not take it."""
+        for left in self._left:
+            with contextlib.suppress(ValueError):
+                left.remove(file)
+                return True
+        return False
 
-    def drawn(self) -> All:
-        """All pictures; those that the second process takes are not drawn here."""
-        found: All = {}
+    def drawn(self, files: Sequence[File]) -> Files:
+        """Files of the gallery; those that the second process takes are not drawn here."""
+        for file in files:
+            if self._is_ours(file):
+                self._found[file] = self._gallery.drawn(file)
         told: Told = []
-        while name := self._first():
-            found[name] = self._gallery.drawn(name)
-        while len(found) < len(self._gallery.names):
+        while any(file not in self._found for file in files):
             answer = self._answer()
             if answer is None:
                 break
-            name, found[name], complaints = answer
+            file, self._found[file], complaints = answer
             told += complaints
         registry: dict[Any, Any] = {}
         for complaint in told:
             warnings.warn_explicit(*complaint, registry=registry)
-        for name in self._gallery.names:
-            if name not in found:
-                found[name] = self._gallery.drawn(name)
-        return found
+        for file in files:
+            if file not in self._found:
+                self._found[file] = self._gallery.drawn(file)
+        return {file: self._found[file] for file in files}
 
-    def _answer(self) -> tuple[str, Files, Told] | None:
-        """The next picture of the second process; None where no more comes."""
-        until = time.monotonic() + PATIENCE
-        while time.monotonic() < until:
-            # In short spans, between which Windows lets Ctrl-C through.
-            with contextlib.suppress(queue.Empty):
-                return self._answers.get(timeout=0.2)
+    def _answer(self) -> tuple[File, bytes, Told] | None:
+        """The next file of the second process; None where no more comes."""
+        with contextlib.suppress(queue.Empty):
+            return self._answers.get(timeout=PATIENCE)
         return None
 
     def end(self) -> None:
-        """End the second process; what it said is said here, unless it died over it."""
-        self._process.kill()
+        """End the second process, whatever it does."""
+        if self._process.pid is not None:
+            self._process.kill()
+            self._process.join()
         if self._talk.ident is not None:
             self._talk.join(PATIENCE)
-        self._process.end(aloud=self._well)
+        self._link.close()
 
 
-def _send(thing: object, stream: IO[bytes]) -> None:
-    pickle.dump(thing, stream, protocol=5)
-    stream.flush()
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let Ctrl-C wait; a process that is started meanwhile never hears it, and ends with ours."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def serve() -> None:
-    """Be the second process: draw what standard input names until it ends."""
-    # Nothing that a library prints may come between the answers.
-    with os.fdopen(os.dup(1), "wb") as answers:
-        os.dup2(2, 1)
-        orders = sys.stdin.buffer
-        gc.disable()
-        warm()
-        recording, look = pickle.load(orders)  # noqa: S301, of the process that started this one
-        gallery = Gallery(recording, None if look is None else Appearance.of(*look))
-        _send(True, answers)
-        with contextlib.suppress(EOFError):
-            while True:
-                name = pickle.load(orders)  # noqa: S301, the same
-                _send(_answer(gallery, name), answers)
+def _serve(gallery: Gallery, link: Connection, other: Connection) -> None:
+    """Be the second process: draw what is asked for until the first one ends."""
+    # Its end would be kept open here, and never be seen to close.
+    other.close()
+    with contextlib.suppress(Exception):
+        while True:
+            link.send(_answer(gallery, link.recv()))
 
 
-def _answer(gallery: Gallery, name: str) -> tuple[Files, Told] | None:
-    """A picture and the warnings that came of it; None where it could not be drawn."""
+def _answer(gallery: Gallery, file: File) -> tuple[bytes, Told] | None:
+    """A file and the warnings that came of it; None where it could not be drawn."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            files = gallery.drawn(name)
+            content = gallery.drawn(file)
         except Exception:
             # The process that asks draws it once more, and there the error is at its place.
             return None
-    return files, [(w.message, w.category, w.filename, w.lineno) for w in caught]
+    return content, [(w.message, w.category, w.filename, w.lineno) for w in caught]

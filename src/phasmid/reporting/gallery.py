@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TypeAlias
 
 from phasmid.recording import Recording
 from phasmid.reporting.catalogue import listed
 from phasmid.reporting.drawing import can_be_drawn, walk_picture
 from phasmid.reporting.runs import gather
-from phasmid.reporting.style import encoded_figure
+from phasmid.reporting.style import Figure, encoded_figure
 from phasmid.robot import Appearance
 
-Files: TypeAlias = Mapping[str, bytes]
-"""A picture by the endings of its files, ``svg`` and ``png``."""
+File: TypeAlias = tuple[str, str]
+"""A picture's name and its file's ending, ``svg`` or ``png``."""
 
-WALK = "walk"
-"""Name of the picture of the robot."""
+WALK: File = ("walk", "png")
+"""The picture of the robot."""
 
 
 class Gallery:
@@ -28,7 +27,8 @@ class Gallery:
 
     Attributes:
         kinds: Of each figure by the stem of its file, in the page's order.
-        names: Of all pictures, that of the robot last.
+        of_page: What the page shows, the picture of the robot last.
+        of_folder: What the folder has besides.
     """
 
     def __init__(self, recording: Recording, appearance: Appearance | None = None) -> None:
@@ -37,20 +37,27 @@ class Gallery:
         sheets = list(listed(self._runs[0]))
         self.kinds = {name: kind for name, kind, _ in sheets}
         self._legs = {name: legs for name, _, legs in sheets}
-        self.names = (*self.kinds, *([WALK] if can_be_drawn(recording) else []))
+        self._figures: dict[str, Figure] = {}
+        robot = [WALK] if can_be_drawn(recording) else []
+        self.of_page: tuple[File, ...] = (*((name, "svg") for name in self.kinds), *robot)
+        self.of_folder: tuple[File, ...] = tuple(
+            (name, "png") for name, kind in self.kinds.items() if kind.in_folder
+        )
 
-    def drawn(self, name: str) -> Files:
+    def drawn(self, file: File) -> bytes:
         """Draw a picture.
 
         Args:
-            name: One of `names`.
+            file: Of `of_page` or `of_folder`.
         """
-        if name == WALK:
-            picture = walk_picture(self.recording, self.appearance)
-            return {"png": encoded_figure(picture, "png")}
-        kind = self.kinds[name]
-        figure = kind.draw(self._runs, self._legs[name])
-        files = {"svg": encoded_figure(figure, "svg")}
-        if kind.in_folder:
-            files["png"] = encoded_figure(figure, "png")
-        return files
+        name, ending = file
+        if file == WALK:
+            return encoded_figure(walk_picture(self.recording, self.appearance), ending)
+        figure = self._figures.pop(name, None)
+        if figure is None:
+            kind = self.kinds[name]
+            figure = kind.draw(self._runs, self._legs[name])
+            if kind.in_folder:
+                # The other of its two files is drawn later.
+                self._figures[name] = figure
+        return encoded_figure(figure, ending)

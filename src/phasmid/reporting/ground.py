@@ -170,6 +170,8 @@ class _Cover:
     def __init__(self, solid: Mesh, terrain: Ground) -> None:
         from PIL import Image, ImageFilter
 
+        # From above only what faces up is seen.
+        solid = solid.front(np.array([0.0, 0.0, 1.0]))
         self._low = solid.corners[..., :2].min(axis=(0, 1)) - 0.1
         span = float((solid.corners[..., :2].max(axis=(0, 1)) + 0.1 - self._low).max())
         self._scale = MAP / span

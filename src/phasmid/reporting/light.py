@@ -20,7 +20,7 @@ TILE = 10
 class ShadowMap:
     """What the light sees, so that the rest can lie in shadow."""
 
-    RESOLUTION = 1400
+    RESOLUTION = 1000
 
     def __init__(self, mesh: Mesh) -> None:
         mesh = mesh.front(LIGHT)

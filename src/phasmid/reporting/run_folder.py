@@ -7,14 +7,13 @@ import json
 import os
 import secrets
 import shutil
-from collections.abc import Mapping
 from pathlib import Path
 
 from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
-from phasmid.reporting.companion import drawing
-from phasmid.reporting.gallery import WALK, Files, Gallery
+from phasmid.reporting.companion import Draw, drawing
+from phasmid.reporting.gallery import WALK, Gallery
 from phasmid.reporting.source import read_source
 from phasmid.reporting.style import uncollected
 from phasmid.reporting.summary import Summary, summarise
@@ -159,9 +158,9 @@ def _fill(
         _write_numbers(recording, folder)
         return
     gallery = Gallery(recording, appearance)
-    with drawing(gallery) as draw, uncollected():
+    with uncollected(), drawing(gallery) as draw:
         summary = _write_numbers(recording, folder)
-        _write_pictures(gallery, draw(), summary, folder)
+        _write_pictures(gallery, draw, summary, folder)
 
 
 def _write_numbers(recording: Recording, folder: Path) -> Summary:
@@ -173,28 +172,26 @@ def _write_numbers(recording: Recording, folder: Path) -> Summary:
     return summary
 
 
-def _write_pictures(
-    gallery: Gallery, drawn: Mapping[str, Files], summary: Summary, folder: Path
-) -> None:
-    """Write the figures and the page that shows them."""
+def _write_pictures(gallery: Gallery, draw: Draw, summary: Summary, folder: Path) -> None:
+    """Write the page, and the figures that the folder has as files."""
     from phasmid.reporting.webpage import Picture, web_page
 
-    place = folder / "figures"
-    place.mkdir()
-    pictures = []
-    for name, kind in gallery.kinds.items():
-        if kind.in_folder:
-            for ending, content in drawn[name].items():
-                (place / f"{name}.{ending}").write_bytes(content)
-        if kind.in_page:
-            pictures.append(Picture(name, kind.sentence, drawn[name]["svg"]))
-    still = drawn[WALK]["png"] if WALK in drawn else None
-    if still is not None:
-        (place / f"{WALK}.png").write_bytes(still)
+    drawn = draw(gallery.of_page)
+    pictures = [
+        Picture(name, kind.sentence, drawn[name, "svg"])
+        for name, kind in gallery.kinds.items()
+        if kind.in_page
+    ]
     page = web_page(
-        gallery.recording, summary, pictures, still=still, appearance=gallery.appearance
+        gallery.recording, summary, pictures, still=drawn.get(WALK), appearance=gallery.appearance
     )
     (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
+    drawn |= draw(gallery.of_folder)
+    place = folder / "figures"
+    place.mkdir()
+    for (name, ending), content in drawn.items():
+        if (name, ending) == WALK or gallery.kinds[name].in_folder:
+            (place / f"{name}.{ending}").write_bytes(content)
 
 
 def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> None:

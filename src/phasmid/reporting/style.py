@@ -7,7 +7,7 @@ import io
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -185,11 +185,28 @@ def shrunk(text: Text, width: float, least: float) -> None:
 
 def _width(text: Text, words: str) -> float:
     """Pixels that a text takes with some words in it."""
-    before = text.get_text()
-    text.set_text(words)
-    width = float(text.get_window_extent().width)
-    text.set_text(before)
-    return width
+    figure: Any = text.get_figure(root=True)
+    return _pixels(words, text.get_fontproperties().copy(), float(figure.dpi))
+
+
+@lru_cache(maxsize=4096)
+def _pixels(words: str, font: Any, dpi: float) -> float:
+    """Pixels across of words, of which a run's figures have many in common."""
+    ruler = _ruler(dpi)
+    ruler.set_fontproperties(font)
+    ruler.set_text(words)
+    return float(ruler.get_window_extent().width)
+
+
+@cache
+def _ruler(dpi: float) -> Text:
+    """A text that is never drawn."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure as Drawing
+
+    figure = Drawing(dpi=dpi)
+    FigureCanvasAgg(figure)
+    return figure.text(0, 0, "")
 
 
 NO_DATES: dict[str, dict[str, Any]] = {
