@@ -295,9 +295,7 @@ def test_free_cores_are_those_that_the_load_leaves(monkeypatch):
 
 
 @pytest.mark.usefixtures("two_cores")
-def test_the_picture_that_takes_longest_is_the_first_of_the_second_process(
-    short_walk, monkeypatch
-):
+def test_the_picture_that_takes_longest_is_the_first_of_the_second_process(short_walk, monkeypatch):
     monkeypatch.setattr(companion._Companion, "_converse", lambda self: None)
     gallery = Gallery(short_walk)
     assert gallery.of_page == (*((name, "svg") for name in gallery.kinds), WALK)

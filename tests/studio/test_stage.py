@@ -2,8 +2,10 @@
 
 import json
 import os
+import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,6 +33,7 @@ from phasmid.studio.messages import (
 from phasmid.studio.meter import Meter
 from phasmid.studio.pacing import MOST_BEHIND, Pacing
 from phasmid.studio.setting import setting_of
+from phasmid.studio.stage import _give_back
 from staging import staged
 
 
@@ -407,3 +410,19 @@ def test_fields_are_read_in_a_setting_as_they_were_written():
     setting = setting_of(load_scenario("paper"))
     moved = replace(setting, pose=(0.01, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert field_of("body_x").value(moved) == 10.0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only there memory is kept")
+def test_memory_between_things_that_stay_is_given_back():
+    def resident():
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return pages * os.sysconf("SC_PAGE_SIZE")
+
+    # Blocks too small to be mapped one by one; those that stay keep the others from being freed.
+    blocks = [b"x" * (50_000 + k) for k in range(2000)]
+    kept = blocks[::100]
+    del blocks
+    before = resident()
+    _give_back()
+    # Of those that are gone at least all pages but the first and the last of each span.
+    assert before - resident() > 0.9 * (2000 - len(kept)) * 50_000
