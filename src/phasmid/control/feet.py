@@ -15,6 +15,9 @@ from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STI
 from phasmid.control.swing import plant, raise_foot, steer
 from phasmid.control.trunk import approach, ride
 
+STOPS = 0.08
+"""For as long the body goes on at its speed that is to come to rest [s]."""
+
 TRIES, NEARER = 4, 0.012
 """How often the neutral place of a foot is moved towards the body, and how far each time [m], where
 a pose has it out of reach."""
@@ -45,7 +48,7 @@ SEARCH, SEARCH_AFTER = 0.005, 0.08
 def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
     """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
     mean, there, then, kept = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    v, goal = state.speed[2].copy(), np.empty(3)
+    v, goal, rest = state.speed[2].copy(), np.empty(3), np.empty(3)
     for i in range(3):
         goal[i] = state.clock[6] * order.velocity[i]
     approach(v, goal, 0, model.radius, tuning.acceleration * left)
@@ -54,6 +57,9 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     ride(state.path, mean, left, there)
     # That the walk may become faster until then is not certain.
     ride(state.path, state.speed[2], left, kept)
+    # Nor that it goes on at all: in its usual pose a robot has that room within its limits.
+    poses = np.abs(state.pose[0]).max() > 0.0 or np.abs(state.pose[3]).max() > 0.0
+    ride(state.path, state.speed[2], min(left, STOPS), rest)
     ride(there, v, order.gait[0] * order.gait[1] / 2, then)
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
     c, s = math.cos(then[2]), math.sin(then[2])
@@ -75,6 +81,7 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
         if flat:
             z = g[0] + g[1] * x + g[2] * y
         certain = is_landing(state, model, tuning, leg, kept, x, y, z)
+        certain &= not poses or is_landing(state, model, tuning, leg, rest, x, y, z)
         if certain and is_landing(state, model, tuning, leg, there, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
