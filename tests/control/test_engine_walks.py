@@ -189,3 +189,18 @@ def test_contact_in_the_second_half_of_a_swing_ends_it_there():
     assert engine.state.leg[0] == 0
     assert 0 < height - engine.state.foot[0, 2] < 0.006
     engine.order.touch[0] = -1
+
+
+def test_a_robot_that_stands_does_not_step_for_what_it_learns_of_the_ground():
+    engine = engine_of("phantomx-ax")
+    drive(engine, [(0.0, Command())], 0.1)
+    assert engine.is_standing
+    # As where the slope that it felt turns out to be none.
+    engine.state.foot[:, 0] += 2e-3
+    drive(engine, [(0.0, Command())], 1.0)
+    assert engine.is_standing
+    engine.state.foot[:, 0] += 3e-3
+    seen = drive(engine, [(0.0, Command())], 4.0)
+    assert not seen.stance.all()
+    assert engine.is_standing
+    assert np.abs(seen.feet_in_body[-1] - neutral_feet(engine.robot))[:, :2].max() < 6e-4

@@ -12,8 +12,9 @@ from phasmid.control.limbs import margin_of
 from phasmid.control.reach import is_reached, speed_share, wave
 from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
 
-HOME = 5e-4
-"""A foot nearer than this to its neutral place need not step there [m]."""
+HOME, LEFT = 5e-4, 4e-3
+"""A foot nearer than this to its neutral place need not step there [m]; and than this where the
+robot stands already, since feet seem to move as it learns how the ground lies."""
 
 LEAN_AFTER, LEAN_SPEED, FARTHEST_LEAN = 0.1, 0.04, 0.08
 """How long a lift waits before the body leans [s], how fast [m/s] and how far it does [m]."""
@@ -281,10 +282,10 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     """
     legs, clock, gait = len(state.leg), state.clock, order.gait
     moving = is_asked_to_move(state, order)
-    away = False
+    away, near = False, LEFT if state.mode[0] == STILL else HOME
     for leg in range(legs):
         if order.used[leg]:
-            away = away or state.leg[leg] != STANCE or from_home(state, model, leg) > HOME
+            away = away or state.leg[leg] != STANCE or from_home(state, model, leg) > near
         elif state.leg[leg] != HELD:
             away = True
     if not (moving or away):
