@@ -41,16 +41,17 @@ def main() -> None:
     wanted = options.only.split(",") if options.only else STUDIES
     if unknown := set(wanted) - set(STUDIES) - {"page"}:
         sys.exit(f"--only knows {', '.join(STUDIES)}, not {', '.join(unknown)}")
-    told = {}
+    files = {name: options.results / f"{name}.json" for name in STUDIES}
     for name in STUDIES:
-        path = options.results / f"{name}.json"
         if name in wanted:
-            study.save(path, measured(name, options))
-        if not path.exists():
-            sys.exit(f"{path} is missing; run without --only first")
-        # Always by way of the file, so that a page is the same whether measured now or read.
-        told[name] = json.loads(path.read_text("utf-8"))
-    write(told)
+            study.save(files[name], measured(name, options))
+    if missing := [name for name, path in files.items() if not path.exists()]:
+        sys.exit(
+            f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not in "
+            f"{options.results}, so that no page is written; try --only {','.join(missing)}"
+        )
+    # Always by way of the files, so that a page is the same whether measured now or read.
+    write({name: json.loads(path.read_text("utf-8")) for name, path in files.items()})
 
 
 def arguments() -> argparse.Namespace:
@@ -70,6 +71,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--duration", type=float, default=30.0, help="of a sequence [s]")
     parser.add_argument("--seeds", type=int, default=WHOLE["seeds"], help="of each ground")
     parser.add_argument("--kinds", default=",".join(ground.GROUNDS), help="of ground")
+    parser.add_argument("--modes", default=",".join(ground.MODES), help="of walking on it")
     parser.add_argument("--legs", type=int, default=6, help="whose servos die")
     return parser.parse_args()
 
@@ -85,7 +87,8 @@ def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
         cases = sequences.cases(options.sequences, options.simulated, options.duration)
         return study.run(sequences.measure, cases, many, name)
     if name == "terrain":
-        cases = ground.cases(options.seeds, tuple(options.kinds.split(",")))
+        kinds, modes = tuple(options.kinds.split(",")), tuple(options.modes.split(","))
+        cases = ground.cases(options.seeds, kinds, modes)
         return study.run(ground.measure, cases, many, name)
     if name == "levelling":
         return study.run(ground.levelling, [{"slope_deg": 10.0}], one, name)

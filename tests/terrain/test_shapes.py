@@ -188,3 +188,10 @@ def test_a_height_map_in_millimetres_is_guessed(unit, hint):
     with pytest.raises(InvalidInput) as caught:
         HeightMap(unit * 60.0 * np.eye(3), 0.01, 0.0)
     assert caught.value.hint.startswith(hint)
+
+
+@pytest.mark.parametrize("shape", [*CURVED, *LEVEL], ids=lambda s: type(s).__name__)
+def test_ground_that_faces_up_has_an_upright_normal_everywhere(shape):
+    ground = Ground(shape, 0.7, yaw=0.3)
+    is_upright = bool((ground.normal(*places(4000)) == [0.0, 0.0, 1.0]).all())
+    assert ground.faces_up == is_upright == (shape in LEVEL)

@@ -46,7 +46,7 @@ class TrueSenses:
         rows = data.sensordata[: 4 * legs].reshape(legs, 4)
         self._touch, self._force = rows[:, 0], rows[:, 1:]
         self._foot = data.sensordata[4 * legs : 7 * legs].reshape(legs, 3)
-        self._level = run.ground.is_level
+        self._upright = run.ground.faces_up
         self._duty: np.ndarray | None = None
         if run.scenario.simulation.drive == "servo":
             rows = run.drive.state.reshape(len(FIELDS), legs, 3)
@@ -65,7 +65,7 @@ class TrueSenses:
             running: Which servos have not died, shape (L, 3).
             velocity_before: Of the body a step earlier, world axes [m/s], shape (3,).
         """
-        if self._level:
+        if self._upright:
             normal_force = self._force[:, 2].copy()
         else:
             normal = self._run.ground.normal(self._foot[:, 0], self._foot[:, 1])

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.terrain.flat import Flat
-from phasmid.terrain.shape import Places, Shape
+from phasmid.terrain.shape import Blocky, Places, Shape
 
 HIGHEST_FRICTION = 10.0
 """Coefficients of friction above this one are refused."""
@@ -72,6 +72,11 @@ class Ground:
     def is_level(self) -> bool:
         """Whether it is level at height 0 everywhere."""
         return isinstance(self.shape, Flat)
+
+    @property
+    def faces_up(self) -> bool:
+        """Whether its normal is upright everywhere, as far as it has one."""
+        return isinstance(self.shape, Flat | Blocky)
 
     def surface(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
