@@ -74,3 +74,9 @@ def test_cases_side_by_side_are_told_in_their_order():
 
 def divmod_of(a, b):
     return {"whole": a // b}
+
+
+def test_a_foot_that_cannot_go_on_stands_on_what_it_has_met(monkeypatch):
+    """On this ground a robot once stayed for good where a foot had met a block as it rose."""
+    monkeypatch.setattr(ground, "DRIVE", "servo")
+    assert ground.measure("blocks", 60, "feeling and dynamics", 4)["passed"]

@@ -331,13 +331,15 @@ def update(
         if state.leg[leg] != STANCE and state.leg[leg] != HELD:
             # Where the joints are, and not where the curve is, is surely within reach.
             foot_at_joints(state, model, leg, arm)
-        if state.leg[leg] in (STANCE, PROBING, SETTLING):
-            # Farther down it may not reach; it stands there.
+        stopped = state.leg[leg] == SWING and state.swing[leg, 2] == 0.0
+        if state.leg[leg] in (STANCE, PROBING, SETTLING) or (stopped and order.touch[leg] == 1):
+            # Farther down it may not reach, or nor does it go straight: where it has ground it
+            # stands.
             plant(state, leg)
             state.leg[leg] = STANCE
             state.swing[leg] = 0.0
-        elif state.leg[leg] == SWING and state.swing[leg, 2] == 0.0 and order.touch[leg] == 0:
-            # Nor does it go straight: it looks for the ground where it is.
+        elif stopped:
+            # It looks for ground where it is.
             land_here(state, model, tuning, leg)
         elif state.leg[leg] == SWING:
             state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
