@@ -39,8 +39,13 @@ def main() -> None:
     """Measure and write the page."""
     options = arguments()
     wanted = options.only.split(",") if options.only else STUDIES
-    if unknown := set(wanted) - set(STUDIES) - {"page"}:
-        sys.exit(f"--only knows {', '.join(STUDIES)}, not {', '.join(unknown)}")
+    for option, given, known in (
+        ("only", wanted, (*STUDIES, "page")),
+        ("kinds", options.kinds.split(","), ground.GROUNDS),
+        ("modes", options.modes.split(","), ground.MODES),
+    ):
+        if unknown := set(given) - set(known):
+            sys.exit(f"--{option} knows {', '.join(known)}, not {', '.join(unknown)}")
     files = {name: options.results / f"{name}.json" for name in STUDIES}
     for name in STUDIES:
         if name in wanted:

@@ -197,10 +197,40 @@ def test_a_robot_that_stands_does_not_step_for_what_it_learns_of_the_ground():
     assert engine.is_standing
     # As where the slope that it felt turns out to be none.
     engine.state.foot[:, 0] += 2e-3
-    drive(engine, [(0.0, Command())], 1.0)
+    seen = drive(engine, [(0.0, Command())], 0.5)
+    assert seen.stance.all()
     assert engine.is_standing
     engine.state.foot[:, 0] += 3e-3
     seen = drive(engine, [(0.0, Command())], 4.0)
     assert not seen.stance.all()
     assert engine.is_standing
     assert np.abs(seen.feet_in_body[-1] - neutral_feet(engine.robot))[:, :2].max() < 6e-4
+
+
+def stopped_twice(touch, retreat=0.0):
+    """A walk in which nothing can be moved at two updates, and the feet that swung then."""
+    engine = core_engine(load_robot("phantomx-ax"))
+    engine._start()
+    drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
+    swinging = np.flatnonzero(engine.state.leg == SWING)
+    assert len(swinging) == 3
+    engine.state.retreat[swinging] = retreat
+    # A standing leg that may not go on.
+    stays = int(np.flatnonzero(engine.state.leg == STANCE)[0])
+    limits = engine._model.limits[stays].copy()
+    doings = []
+    for k in range(2):
+        engine._model.limits[stays] = limits + 9.0
+        engine.order.touch[swinging] = touch
+        q = engine.state.q[0].copy()
+        assert tick(engine._numbers, engine._codes, 6, 0.005) == 3
+        np.testing.assert_array_equal(engine.state.q[0], q)
+        doings.append(engine.state.leg[swinging].tolist())
+    engine._model.limits[stays] = limits
+    return engine, swinging, doings
+
+
+def test_a_foot_that_cannot_go_on_goes_straight_then_stands_or_looks_for_the_ground():
+    for touch, then in ((1, STANCE), (0, PROBING), (-1, PROBING)):
+        engine, swinging, doings = stopped_twice(touch)
+        assert doings == [[SWING] * 3, [then] * 3]

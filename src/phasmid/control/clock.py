@@ -12,7 +12,7 @@ from phasmid.control.limbs import margin_of
 from phasmid.control.reach import is_reached, speed_share, wave
 from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
 
-HOME, LEFT = 5e-4, 4e-3
+HOME, STAYS = 5e-4, 4e-3
 """A foot nearer than this to its neutral place need not step there [m]; and than this where the
 robot stands already, since feet seem to move as it learns how the ground lies."""
 
@@ -282,7 +282,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     """
     legs, clock, gait = len(state.leg), state.clock, order.gait
     moving = is_asked_to_move(state, order)
-    away, near = False, LEFT if state.mode[0] == STILL else HOME
+    away, near = False, STAYS if state.mode[0] == STILL else HOME
     for leg in range(legs):
         if order.used[leg]:
             away = away or state.leg[leg] != STANCE or from_home(state, model, leg) > near

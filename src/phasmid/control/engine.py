@@ -287,7 +287,7 @@ class LocomotionEngine:
 
     @property
     def is_standing(self) -> bool:
-        """Whether all feet stand at their neutral places, and the body rests over them."""
+        """Whether all feet stand, near to their neutral places, and the body rests over them."""
         return bool(self.state.mode[0] == STILL and np.abs(self.state.speed).max() < 1e-4)
 
     @property

@@ -18,6 +18,9 @@ from phasmid.control.trunk import approach, ride
 STOPS = 0.08
 """For as long the body goes on at its speed that is to come to rest [s]."""
 
+POSED = 1e-3
+"""A pose farther than this from the usual one takes of the legs' reach [m, rad]."""
+
 TRIES, NEARER = 4, 0.012
 """How often the neutral place of a foot is moved towards the body, and how far each time [m], where
 a pose has it out of reach."""
@@ -58,7 +61,7 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     # That the walk may become faster until then is not certain.
     ride(state.path, state.speed[2], left, kept)
     # Nor that it goes on at all: in its usual pose a robot has that room within its limits.
-    poses = np.abs(state.pose[0]).max() > 0.0 or np.abs(state.pose[3]).max() > 0.0
+    poses = np.abs(state.pose[0]).max() > POSED or np.abs(state.pose[3]).max() > POSED
     ride(state.path, state.speed[2], min(left, STOPS), rest)
     ride(there, v, order.gait[0] * order.gait[1] / 2, then)
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
@@ -81,7 +84,8 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
         if flat:
             z = g[0] + g[1] * x + g[2] * y
         certain = is_landing(state, model, tuning, leg, kept, x, y, z)
-        certain &= not poses or is_landing(state, model, tuning, leg, rest, x, y, z)
+        if poses:
+            certain = certain and is_landing(state, model, tuning, leg, rest, x, y, z)
         if certain and is_landing(state, model, tuning, leg, there, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
@@ -105,12 +109,14 @@ def look_down(state: Any, model: Any, tuning: Any, leg: int, depth: float) -> No
 
 
 @internal
-def land_here(state: Any, model: Any, tuning: Any, leg: int) -> None:
-    """Let a foot go straight down from rest, to as far below the ground as it may look for it."""
+def land_here(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None:
+    """Let a foot go straight down from rest, and beyond the ground where it feels for it."""
     plant(state, leg)
     state.leg[leg] = PROBING
     g, foot = state.ground[3], state.foot[leg]
-    depth = foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1]) + tuning.landing_depth
+    depth = foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1])
+    if order.touch[leg] >= 0:
+        depth += tuning.landing_depth
     look_down(state, model, tuning, leg, max(depth, 0.0))
 
 

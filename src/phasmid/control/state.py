@@ -112,7 +112,8 @@ class State(NamedTuple):
         landing: Where each foot lands, or has, in odom [m], shape (L, 3).
         motion: Velocity and acceleration of the feet in odom, shape (2, L, 3).
         q: Joint angles, speeds and accelerations [rad, s], shape (3, L, 3).
-        retreat: 1 while a swinging foot draws back from an obstacle, shape (L,).
+        retreat: 1 while a swinging foot draws back from an obstacle, 2 or more where it was stopped
+            on that way, 0 else, shape (L,).
         body: Rotation of the body in odom, shape (3, 3).
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).

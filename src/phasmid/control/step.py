@@ -331,18 +331,20 @@ def update(
         if state.leg[leg] != STANCE and state.leg[leg] != HELD:
             # Where the joints are, and not where the curve is, is surely within reach.
             foot_at_joints(state, model, leg, arm)
-        stopped = state.leg[leg] == SWING and state.swing[leg, 2] == 0.0
+        swings = state.leg[leg] == SWING
+        # One that draws back goes straight before it is stopped.
+        stopped = swings and state.swing[leg, 2] == 0.0 and state.retreat[leg] != 1.0
         if state.leg[leg] in (STANCE, PROBING, SETTLING) or (stopped and order.touch[leg] == 1):
-            # Farther down it may not reach, or nor does it go straight: where it has ground it
-            # stands.
+            # Farther down it may not reach, and straight on it does not go either: it stands.
             plant(state, leg)
             state.leg[leg] = STANCE
             state.swing[leg] = 0.0
         elif stopped:
-            # It looks for ground where it is.
-            land_here(state, model, tuning, leg)
-        elif state.leg[leg] == SWING:
+            # It looks for the ground where it is.
+            land_here(state, model, order, tuning, leg)
+        elif swings:
             state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
+            state.retreat[leg] *= 2.0
             for i in range(3):
                 state.line[0, leg, i] = state.foot[leg, i]
                 state.line[1, leg, i] = state.line[2, leg, i] = 0.0

@@ -120,6 +120,8 @@ class _Companion:
                 # The threads that Python finds are numpy's, which knows how to be copied.
                 warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
                 self._process.start()
+            # Only what the second process holds may keep the link open.
+            other.close()
             self._talk.start()
         except BaseException:
             self.end()
@@ -176,7 +178,11 @@ class _Companion:
     def _answer(self) -> tuple[File, bytes, Told] | None:
         """The next file of the second process; None where no more comes."""
         with contextlib.suppress(queue.Empty):
-            return self._answers.get(timeout=PATIENCE)
+            answer = self._answers.get(timeout=PATIENCE)
+            if answer is None:
+                # Whoever asks once more need not wait.
+                self._answers.put(None)
+            return answer
         return None
 
     def end(self) -> None:

@@ -185,7 +185,7 @@ def shrunk(text: Text, width: float, least: float) -> None:
 
 def _width(text: Text, words: str) -> float:
     """Pixels that a text takes with some words in it."""
-    figure: Any = text.get_figure(root=True)
+    figure: Any = text.figure
     return _pixels(words, text.get_fontproperties().copy(), float(figure.dpi))
 
 

@@ -447,4 +447,4 @@ def _give_back() -> None:
     if sys.platform == "linux":
         # Another C library than GNU's lacks it.
         with contextlib.suppress(OSError, AttributeError):
-            ctypes.CDLL(None).malloc_trim(0)
+            ctypes.CDLL(None).malloc_trim(ctypes.c_size_t(0))
