@@ -5,6 +5,9 @@ import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, Observation
+from phasmid.control.feet import land_here
+from phasmid.control.state import PROBING, STANCE, SWING
+from phasmid.control.step import tick
 from phasmid.gait import GAITS, load_gait
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import load_robot, preset_names
@@ -208,29 +211,43 @@ def test_a_robot_that_stands_does_not_step_for_what_it_learns_of_the_ground():
 
 
 def stopped_twice(touch, retreat=0.0):
-    """A walk in which nothing can be moved at two updates, and the feet that swung then."""
+    """What the swinging feet of a walk do after one and two updates at which nothing can move."""
     engine = core_engine(load_robot("phantomx-ax"))
     engine._start()
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
     swinging = np.flatnonzero(engine.state.leg == SWING)
     assert len(swinging) == 3
-    engine.state.retreat[swinging] = retreat
+    if retreat:
+        # Drawing back a foot does not rise besides.
+        engine.state.retreat[swinging], engine.state.swing[swinging, 2] = retreat, 0.0
     # A standing leg that may not go on.
     stays = int(np.flatnonzero(engine.state.leg == STANCE)[0])
-    limits = engine._model.limits[stays].copy()
+    memory = engine._memory
+    limits = memory.model.limits[stays].copy()
     doings = []
-    for k in range(2):
-        engine._model.limits[stays] = limits + 9.0
+    for _ in range(2):
+        memory.model.limits[stays] = limits + 9.0
         engine.order.touch[swinging] = touch
         q = engine.state.q[0].copy()
-        assert tick(engine._numbers, engine._codes, 6, 0.005) == 3
+        assert tick(memory.numbers, memory.codes, 6, 0.005) == 3
         np.testing.assert_array_equal(engine.state.q[0], q)
         doings.append(engine.state.leg[swinging].tolist())
-    engine._model.limits[stays] = limits
-    return engine, swinging, doings
+    memory.model.limits[stays] = limits
+    return doings
 
 
 def test_a_foot_that_cannot_go_on_goes_straight_then_stands_or_looks_for_the_ground():
     for touch, then in ((1, STANCE), (0, PROBING), (-1, PROBING)):
-        engine, swinging, doings = stopped_twice(touch)
-        assert doings == [[SWING] * 3, [then] * 3]
+        assert stopped_twice(touch) == [[SWING] * 3, [then] * 3]
+    # So does one that draws back, which goes straight anyhow.
+    assert stopped_twice(1, retreat=1.0) == [[SWING] * 3, [STANCE] * 3]
+
+
+@pytest.mark.parametrize(("touch", "least", "most"), [(-1, -1e-9, 1e-9), (0, -0.06, -0.02)])
+def test_a_foot_that_nobody_feels_goes_down_to_the_ground_and_no_deeper(touch, least, most):
+    engine = core_engine(load_robot("phantomx-ax"))
+    drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
+    memory, leg = engine._memory, int(np.flatnonzero(engine.state.leg == SWING)[0])
+    memory.order.touch[leg] = touch
+    land_here(memory.state, memory.model, memory.order, memory.tuning, leg)
+    assert least <= engine.state.landing[leg, 2] <= most
