@@ -192,7 +192,7 @@ def size(told: dict[str, list[study.Case]]) -> str:
     run = {
         "directions": (len(straight), WHOLE["directions"]),
         "sequences": (len(told["sequences"]), WHOLE["sequences"] + WHOLE["simulated"]),
-        "seeds of each ground": (len({r["seed"] for r in told["terrain"]}), WHOLE["seeds"]),
+        "seeds of some ground": (min(seeds_of(told["terrain"])), WHOLE["seeds"]),
         "cases of dead servos": (len(told["failures"]), 36),
     }
     small = [f"{n} of {whole} {what}" for what, (n, whole) in run.items() if n < whole]
@@ -202,6 +202,11 @@ def size(told: dict[str, list[study.Case]]) -> str:
         f"\n\n**This is a small run**: {', '.join(small)}. It shows the way that things go, and "
         "is no proof of them."
     )
+
+
+def seeds_of(results: list[study.Case]) -> list[int]:
+    """Of each ground and way of walking, how many seeds were run."""
+    return [len(runs) for runs in study.grouped(results, "kind", "size", "mode").values()]
 
 
 def machine() -> str:
@@ -252,22 +257,24 @@ def of_sequences(results: list[study.Case]) -> str:
 
 def of_terrain(results: list[study.Case], levelled: study.Case) -> str:
     """Text, table and pictures of unknown ground."""
-    seeds = len({run["seed"] for run in results})
+    counts = seeds_of(results)
+    least, most = min(counts), max(counts)
+    seeds = f"{most} seeds each" if least == most else f"{least} to {most} seeds each"
     lines = []
-    for kind in ("blocks", "hills"):
+    for kind in ("blocks", "hills", "slope"):
         if any(run["kind"] == kind for run in results):
-            unit = ground.GROUNDS[kind][2]
+            unit = f" {ground.GROUNDS[kind][2]}".replace(" °", "°")
             passed = ground.largest_passed(results, kind)
-            each = ", ".join(f"{mode} {size:g} {unit}" for mode, size in passed.items())
+            each = ", ".join(f"{mode} {size:g}{unit}" for mode, size in passed.items())
             lines.append(
                 f"- {kind}, passed by {100 * ground.PASSED:.0f} % of the seeds or more: {each};"
             )
             half = ground.largest_passed(results, kind, 0.5)
-            each = ", ".join(f"{mode} {size:g} {unit}" for mode, size in half.items())
+            each = ", ".join(f"{mode} {size:g}{unit}" for mode, size in half.items())
             lines.append(f"  by half of them: {each}.")
     return (
         f"The ground begins {220} to {320} mm ahead and is turned by up to 20° to either "
-        f"side, by the seed, as are its heights; {seeds} seeds each. The controller knows nothing "
+        f"side, by the seed, as are its heights; {seeds}. The controller knows nothing "
         f"of it. A `{ground.ROBOT}` on ideal servos is told {1000 * ground.SPEED:.0f} mm/s ahead, "
         f"tripod, a cycle of {ground.PERIOD:g} s, steps of {1000 * ground.STEP_HEIGHT:.0f} mm. It "
         f"comes through if it makes {1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, "
