@@ -40,8 +40,10 @@ Told: TypeAlias = list[tuple[Any, type[Warning], str, int]]
 """Warnings: message, kind, file and line."""
 
 Files: TypeAlias = dict[File, bytes]
+"""Contents of files by picture and ending."""
 
 Draw: TypeAlias = Callable[[Sequence[File]], Files]
+"""Draws those files of a gallery that are named."""
 
 
 @contextmanager
