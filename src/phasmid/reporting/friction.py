@@ -74,7 +74,7 @@ def friction_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             if number >= len(legs) - columns:
                 shaded = "   (shaded: stance)" if alone and "stance" in parts[0].recording else ""
                 axis.set_xlabel(f"time [s]{shaded}")
-                axis.xaxis.set_visible(True)
+                axis.xaxis.set_tick_params(labelbottom=True)
         drawing.axes[0].set_ylim(0.0, 1.12 * highest)
         if len(parts[0].time) > 1:
             drawing.axes[0].set_xlim(parts[0].time[0], parts[0].time[-1])

@@ -8,7 +8,7 @@ from phasmid.recording import Recording
 from phasmid.reporting.catalogue import listed
 from phasmid.reporting.drawing import can_be_drawn, walk_picture
 from phasmid.reporting.runs import gather
-from phasmid.reporting.style import Figure, encoded_figure
+from phasmid.reporting.style import Figure, encoded_figure, styled
 from phasmid.robot import Appearance
 
 File: TypeAlias = tuple[str, str]
@@ -50,6 +50,10 @@ class Gallery:
         Args:
             file: Of `of_page` or `of_folder`.
         """
+        with styled():
+            return self._drawn(file)
+
+    def _drawn(self, file: File) -> bytes:
         name, ending = file
         if file == WALK:
             return encoded_figure(walk_picture(self.recording, self.appearance), ending)

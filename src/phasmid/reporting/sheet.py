@@ -79,7 +79,7 @@ def sheet(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as NewFigure
 
-    from phasmid.reporting.grid import Grid
+    from phasmid.reporting.axis import Panel
 
     figure = NewFigure(figsize=(WIDTH, 1.0))
     FigureCanvasAgg(figure)
@@ -109,11 +109,11 @@ def sheet(
         for column in range(columns):
             first = axes[0] if axes else None
             shared = {"sharex": first if share_x else None, "sharey": first if share_y else None}
-            axes.append(figure.add_subplot(grid[row, column], **shared))
+            axes.append(figure.add_subplot(grid[row, column], axes_class=Panel, **shared))
             if share_x and row < len(rows) - 1:
-                Grid(axes[-1], "x")
+                axes[-1].xaxis.set_tick_params(labelbottom=False)
             if share_y and column > 0:
-                Grid(axes[-1], "y")
+                axes[-1].yaxis.set_tick_params(labelleft=False)
     figure.text(y=1 - 0.10 / height, s=title, fontsize=11.5, fontweight="bold", **place)
     return Sheet(figure, axes, columns, 1 - (0.43 + more) / height, left)
 

@@ -6,7 +6,7 @@ import gc
 import io
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -87,10 +87,13 @@ def styled() -> Iterator[None]:
     """Draw and save in phasmid's style, whatever the user's own settings are."""
     import matplotlib
 
+    found: Any = matplotlib.rcParams
+    # To set one, even to what it is, takes its time.
+    other = {name: value for name, value in _settings().items() if found[name] != value}
     with warnings.catch_warnings():
         # A name in a script that the font lacks is shown as boxes; that is no reason to complain.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        with matplotlib.rc_context(_settings()):
+        with matplotlib.rc_context(other) if other else nullcontext():
             yield
 
 
@@ -99,7 +102,7 @@ def warm() -> None:
     from matplotlib.figure import Figure as Drawing
 
     with styled():
-        figure = Drawing()
+        figure = Drawing(figsize=(1.0, 1.0))
         figure.subplots().set_title("a")
     for kind in ("svg", "png"):
         encoded_figure(figure, kind)
@@ -140,24 +143,25 @@ def wrapped(text: Text, parts: Sequence[str], width: float) -> int:
         The number of lines.
     """
     whole = " · ".join(parts)
-    smaller = 0.99 * width / max(_width(text, whole), 1.0)
-    if 0.92 < smaller < 1:
-        text.set_fontsize(smaller * float(text.get_fontsize()))
-    if _width(text, whole) <= width:
+    if not _fits(text, whole, width) and _fits(text, whole, 1.08 * width):
+        smaller = 0.99 * width / text_width(text, whole)
+        if smaller > 0.92:
+            text.set_fontsize(smaller * float(text.get_fontsize()))
+    if _fits(text, whole, width):
         text.set_text(whole)
         return 1
     lines = [""]
     for number, part in enumerate(parts):
         part += " ·" if number < len(parts) - 1 else ""
-        for piece in [part] if _width(text, part) <= width else part.split(" "):
+        for piece in [part] if _fits(text, part, width) else part.split(" "):
             longer = f"{lines[-1]} {piece}".lstrip()
-            if _width(text, longer) <= width:
+            if _fits(text, longer, width):
                 lines[-1] = longer
                 continue
             lines.append("")
             # A word that is wider than a line is broken.
             for letter in piece:
-                if _width(text, lines[-1] + letter) > width:
+                if not _fits(text, lines[-1] + letter, width):
                     lines.append("")
                 lines[-1] += letter
     lines = [line.removesuffix(" ·") for line in lines if line]
@@ -174,17 +178,66 @@ def shrunk(text: Text, width: float, least: float) -> None:
         least: Size of letters below which words are cut off instead [pt].
     """
     whole = text.get_text()
-    scale = width / max(_width(text, whole), 1.0)
-    if scale < 1:
-        text.set_fontsize(max(0.99 * scale * float(text.get_fontsize()), least))
-        kept = len(whole)
-        while kept and _width(text, text.get_text()) > width:
-            kept = min(kept - 1, int(0.95 * kept))
-            text.set_text(f"{whole[:kept].rstrip()} …")
+    if _fits(text, whole, width):
+        return
+    scale = width / text_width(text, whole)
+    text.set_fontsize(max(0.99 * scale * float(text.get_fontsize()), least))
+    kept = len(whole)
+    while kept and not _fits(text, text.get_text(), width):
+        kept = min(kept - 1, int(0.95 * kept))
+        text.set_text(f"{whole[:kept].rstrip()} …")
 
 
-def _width(text: Text, words: str) -> float:
-    """Pixels that a text takes with some words in it."""
+def _fits(text: Text, words: str, width: float) -> bool:
+    """Whether words of a text keep within a width; only where that is in doubt are they set."""
+    figure: Any = text.figure
+    font = text.get_fontproperties().copy()
+    advances = _advances(font, float(figure.dpi))
+    about = sum(advances[letter] for letter in words)
+    if LEAST_SET * about > width:
+        return False
+    return bool(MOST_SET * about <= width or text_width(text, words) <= width)
+
+
+LEAST_SET, MOST_SET = 0.65, 1.25
+"""Widths of words, in widths of their letters, between which they are whichever letters meet."""
+
+
+class _Advances(dict[str, float]):
+    """Pixels from a letter to the next one; NaN for letters that are not set one by one."""
+
+    def __init__(self, face: Any) -> None:
+        super().__init__()
+        self._face = face
+
+    def __missing__(self, letter: str) -> float:
+        code = ord(letter)
+        # Latin letters, punctuation and the signs of mathematics.
+        own = (code < 0x300 or 0x2000 <= code < 0x2300) and self._face.get_char_index(code)
+        self[letter] = (
+            float(self._face.load_char(code).linearHoriAdvance) / 65536 if own else np.nan
+        )
+        return self[letter]
+
+
+@lru_cache(maxsize=64)
+def _advances(font: Any, dpi: float) -> _Advances:
+    """Those of a font."""
+    from matplotlib.font_manager import findfont
+    from matplotlib.ft2font import FT2Font
+
+    face: Any = FT2Font(findfont(font))
+    face.set_size(font.get_size_in_points(), dpi)
+    return _Advances(face)
+
+
+def text_width(text: Text, words: str) -> float:
+    """Pixels that a text takes with some words in it.
+
+    Args:
+        text: Of a figure; it is left as it is.
+        words: One line.
+    """
     figure: Any = text.figure
     return _pixels(words, text.get_fontproperties().copy(), float(figure.dpi))
 
