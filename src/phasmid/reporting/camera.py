@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -86,10 +86,10 @@ def rasterise(
     index = np.full(height * width, -1, dtype=np.int32)
     nearest = np.full(height * width, -np.inf)
     # Rows whose middles lie between the corners.
-    across, down = corners[..., 0], corners[..., 1]
-    top = np.maximum(np.ceil(down.min(axis=1) - 0.5).astype(int), 0)
-    bottom = np.minimum(np.floor(down.max(axis=1) + 0.5).astype(int), height)
-    beside = (across.max(axis=1) < 0) | (across.min(axis=1) > width)
+    across, down = (np.sort(corners[..., k], axis=1) for k in range(2))
+    top = np.maximum(np.ceil(down[:, 0] - 0.5).astype(int), 0)
+    bottom = np.minimum(np.floor(down[:, 2] + 0.5).astype(int), height)
+    beside = (across[:, 2] < 0) | (across[:, 0] > width)
     seen = np.flatnonzero((top < bottom) & ~beside)
     rows = (bottom - top)[seen]
     # Many triangles are small: as many as fit a processor's cache are looked at together.
@@ -116,31 +116,64 @@ def _covered(
     rows = bottom - top
     of = np.repeat(np.arange(len(rows)), rows)
     row = _counted(rows) + top[of]
-    # A row of pixels runs through a triangle from one of its edges to another.
+    # A row of pixels runs through a triangle from its longest edge, between the upmost and the
+    # lowest corner, to one of the others, above or below the third corner.
     y = row + 0.5
-    left, right = np.full(len(of), np.inf), np.full(len(of), -np.inf)
-    left_near, right_near = np.zeros(len(of)), np.zeros(len(of))
-    for start, end in ((0, 1), (1, 2), (2, 0)):
-        (ax, ay, an), (bx, by, bn) = corners[:, start].T, corners[:, end].T
-        fall = by - ay
-        part = (y - ay[of]) / np.where(np.abs(fall) < LEVEL, np.nan, fall)[of]
-        crossed = (part >= 0) & (part <= 1)
-        x, near = ax[of] + part * (bx - ax)[of], an[of] + part * (bn - an)[of]
-        farther = crossed & (x < left)
-        left, left_near = np.where(farther, x, left), np.where(farther, near, left_near)
-        farther = crossed & (x > right)
-        right, right_near = np.where(farther, x, right), np.where(farther, near, right_near)
-    first = np.clip(np.ceil(left - 0.5), 0, width).astype(int)
-    after = np.clip(np.floor(right + 0.5), 0, width).astype(int)
+    up, middle, low = _downwards(*np.moveaxis(corners[..., :2], (1, 2), (0, 1)))
+    short, slope = np.concatenate([_line(up, middle), _line(middle, low)], axis=1)
+    other = of + len(corners) * (y >= middle[1][of])
+    one = short[other] + slope[other] * y
+    long, slope = _line(up, low)
+    two = long[of] + slope[of] * y
+    first = np.clip(np.ceil(np.minimum(one, two) - 0.5), 0, width).astype(int)
+    after = np.clip(np.floor(np.maximum(one, two) + 0.5), 0, width).astype(int)
     hit = np.flatnonzero(after > first)
-    first, left, left_near = first[hit], left[hit], left_near[hit]
-    counts, span = after[hit] - first, np.maximum(right[hit] - left, 1e-12)
-    slope = (right_near[hit] - left_near) / span
-    of, row = of[hit], row[hit] * width
-    begin = left_near + slope * (first + 0.5 - left)
+    first, row, of = first[hit], row[hit], of[hit]
+    counts = after[hit] - first
+    near, over_x, over_y = _plane(corners)
+    begin = near[of] + over_x[of] * (first + 0.5) + over_y[of] * y[hit]
     step = _counted(counts)
     spread = np.repeat(np.arange(len(counts)), counts)
-    return of[spread], (row + first)[spread] + step, begin[spread] + step * slope[spread]
+    whose = of[spread]
+    return whose, (row * width + first)[spread] + step, begin[spread] + step * over_x[whose]
+
+
+Points: TypeAlias = Float[np.ndarray, "2 triangles"]
+"""Pixel across and pixel down of a corner of each triangle."""
+
+
+def _downwards(a: Points, b: Points, c: Points) -> tuple[Points, Points, Points]:
+    """The corners from above to below."""
+    a, b = _in_order(a, b)
+    b, c = _in_order(b, c)
+    a, b = _in_order(a, b)
+    return a, b, c
+
+
+def _in_order(a: Points, b: Points) -> tuple[Points, Points]:
+    """Two corners, the upper one first."""
+    wrong = a[1] > b[1]
+    return np.where(wrong, b, a), np.where(wrong, a, b)
+
+
+def _line(start: Points, end: Points) -> Float[np.ndarray, "2 triangles"]:
+    """Pixel across of an edge at pixel down 0, and its slope."""
+    across, fall = end - start
+    is_level = np.abs(fall) < LEVEL
+    slope = np.where(is_level, 0.0, across / np.where(is_level, 1.0, fall))
+    return np.stack([start[0] - slope * start[1], slope])
+
+
+def _plane(corners: Float[np.ndarray, "triangles 3 3"]) -> Float[np.ndarray, "3 triangles"]:
+    """Nearness of triangles at pixel (0, 0), and its slopes across and down."""
+    (ax, ay, an), (bx, by, bn), (cx, cy, cn) = np.moveaxis(corners, 0, -1)
+    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    # What is seen edge on covers no pixel but by chance, and is as near as its first corner.
+    is_thin = np.abs(area) < LEVEL
+    share = np.where(is_thin, 0.0, 1.0 / np.where(is_thin, 1.0, area))
+    over_x = ((bn - an) * (cy - ay) - (cn - an) * (by - ay)) * share
+    over_y = ((cn - an) * (bx - ax) - (bn - an) * (cx - ax)) * share
+    return np.stack([an - over_x * ax - over_y * ay, over_x, over_y])
 
 
 def _counted(counts: Int[np.ndarray, " parts"]) -> Int[np.ndarray, " all"]:

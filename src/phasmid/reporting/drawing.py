@@ -94,6 +94,8 @@ def draw_robot(
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as NewFigure
 
+    from phasmid.reporting.raster import Raster
+
     source, recording = read_source(recording, appearance), finite_part(recording)
     gait = gait and "stance" in recording.data_vars
     times = np.asarray(recording["time"].values)
@@ -101,7 +103,8 @@ def draw_robot(
     if trail is None:
         trail = 2 * source.scenario.stride.period
     wide, tall = 10.0, 5.4
-    strip = 0.55 + 0.145 * len(source.robot.legs) if gait else 0.0
+    # Of whole pixels, so that those of the picture above it are those of the file.
+    strip = round((0.55 + 0.145 * len(source.robot.legs)) * DPI) / DPI if gait else 0.0
     size = (int(wide * DPI), int(tall * DPI))
     with styled():
         figure = NewFigure(figsize=(wide, tall + strip), dpi=DPI)
@@ -114,8 +117,7 @@ def draw_robot(
         marks = _trails(recording, source, now, trail, view, lowest)
         terrain = source.scenario.load_terrain()
         seen = picture(solid, joined([*marks, _nothing()]), view, terrain)
-        image = np.ascontiguousarray(np.rint(255 * seen).astype(np.uint8))
-        axis.imshow(image, interpolation="none", aspect="auto", extent=(0, size[0], size[1], 0))
+        Raster(axis, np.rint(255 * seen).astype(np.uint8))
         _draw_forces(axis, recording, source, view, now)
         _label_legs(axis, recording, source, view, now)
         if gait:

@@ -51,7 +51,8 @@ def ground(
     width, height = view.size
     image = np.ones((3, height * width))
     middle = solid.corners.mean(axis=(0, 1))
-    size = float(np.ptp(solid.corners[..., :2], axis=(0, 1)).max())
+    low, high = solid.extent()
+    size = float((high - low)[:2].max())
     near = np.zeros((height, width))
     if not terrain.is_level:
         mesh = landscape(terrain, middle[:2], FARTHEST * size)
@@ -63,8 +64,8 @@ def ground(
         _seen(view, slice(top, min(top + ROWS, height)), terrain, near, middle, size)
         for top in range(0, height, ROWS)
     ]
-    low = min(points[:, 2].min(initial=0.0) for _, _, _, points in seen)
-    high = max(points[:, 2].max(initial=0.0) for _, _, _, points in seen)
+    lowest = min(points[:, 2].min(initial=0.0) for _, _, _, points in seen)
+    highest = max(points[:, 2].max(initial=0.0) for _, _, _, points in seen)
     cover = _Cover(solid, terrain)
     for place, reach, fade, points in seen:
         # The ground under one pixel, so that a line keeps its width on paper.
@@ -77,7 +78,7 @@ def ground(
             bright = _brightness(normals) / _brightness(np.array([[0.0, 0.0, 1.0]]))
             # What lies low is a little darker, and an edge is a line: the eye has little else to
             # tell a step by that it looks onto from above.
-            bright *= 1 - LOWEST_SHADE * (high - points[:, 2]) / max(high - low, 0.02)
+            bright *= 1 - LOWEST_SHADE * (highest - points[:, 2]) / max(highest - lowest, 0.02)
             bright *= 1 - EDGE_SHADE * edges[place]
             if not isinstance(terrain.shape, Blocky):
                 # On hills finer lines show the shape.
@@ -89,7 +90,8 @@ def ground(
         lit = shadows.light(points, blur=0.010, bias=0.0005, taps=16)
         dim = np.minimum(0.34 * (1 - lit) + 0.34 * cover.over(points), 0.62)
         colour = np.clip((colour + dim * (SHADE[:, None] - colour)) * bright, 0, 1)
-        image[:, place] = 1.0 + fade * (colour - 1.0)
+        for part, faded in zip(image, 1.0 + fade * (colour - 1.0), strict=True):
+            part[place] = faded
     return np.moveaxis(image.reshape(3, height, width), 0, -1), near
 
 
@@ -119,7 +121,8 @@ def _seen(
     fade = left * np.sqrt(left) * np.clip(edge / 0.07, 0, 1) * below
     found = np.flatnonzero(fade > 0.004)
     reach, fade = reach.ravel()[found], fade.ravel()[found]
-    points = view.at(rays.reshape(-1, 3)[found], reach)
+    rays = np.stack([rays[..., k].ravel()[found] for k in range(3)]).T
+    points = view.at(rays, reach)
     return found + rows.start * width, reach, fade, points
 
 
@@ -172,8 +175,9 @@ class _Cover:
 
         # From above only what faces up is seen.
         solid = solid.front(np.array([0.0, 0.0, 1.0]))
-        self._low = solid.corners[..., :2].min(axis=(0, 1)) - 0.1
-        span = float((solid.corners[..., :2].max(axis=(0, 1)) + 0.1 - self._low).max())
+        low, high = (end[:2] for end in solid.extent())
+        self._low = low - 0.1
+        span = float((high + 0.1 - self._low).max())
         self._scale = MAP / span
         self._hidden = np.zeros((MAP, MAP))
         heights = (

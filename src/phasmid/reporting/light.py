@@ -34,8 +34,12 @@ class ShadowMap:
         seen[..., :2] = (seen[..., :2] - self._low) * self._scale
         near = rasterise(seen, self.RESOLUTION, self.RESOLUTION)[1]
         self._near = near.astype(np.float32)
-        tiles = self._near.reshape(self.RESOLUTION // TILE, TILE, self.RESOLUTION // TILE, TILE)
-        self._tiles = tiles.min(axis=(1, 3)), tiles.max(axis=(1, 3))
+        count = self.RESOLUTION // TILE
+        rows = self._near.reshape(count, TILE, self.RESOLUTION)
+        self._tiles = (
+            rows.min(axis=1).reshape(count, count, TILE).min(axis=2),
+            rows.max(axis=1).reshape(count, count, TILE).max(axis=2),
+        )
         self._around: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def light(self, points: np.ndarray, blur: float, bias: float, taps: int) -> np.ndarray:
@@ -69,7 +73,8 @@ class ShadowMap:
             # The map's rim is empty, so that what lies beyond it is lit.
             across = np.clip(across_0 + np.float32(radius * np.cos(turn)), 0, last)
             down = np.clip(down_0 + np.float32(radius * np.sin(turn)), 0, last)
-            reached += self._near[down.astype(np.int32), across.astype(np.int32)] <= depth
+            place = down.astype(np.int32) * self.RESOLUTION + across.astype(np.int32)
+            reached += self._near.ravel()[place] <= depth
         lit[within[edge]] = reached / taps
         return lit.reshape(points.shape[:-1])
 

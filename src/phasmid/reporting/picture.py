@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from phasmid.reporting.camera import View, rasterise
 from phasmid.reporting.ground import ground
@@ -44,24 +44,59 @@ def picture(
     places = view.project(corners)
     places[..., :2] *= FINE
     index, near = rasterise(places, width * FINE, height * FINE)
-    hit = np.flatnonzero(index >= 0)
-    which, near = index.ravel()[hit], near.ravel()[hit]
-    rows, columns = np.divmod(hit, width * FINE)
-    pixel = rows // FINE * width + columns // FINE
-    seen = near >= (1 - SUNK) * before.ravel()[pixel]
-    rows, columns, which, near, pixel = (
-        array[seen] for array in (rows, columns, which, near, pixel)
-    )
-    fine = np.take(colours.T, which, axis=1)
+    which, near, pixel, part = _patches(index, near, before)
+    colour = np.take(colours.T, which, axis=1)
     lit = which < count
-    rays = view.rays((columns[lit] + 0.5) / FINE, (rows[lit] + 0.5) / FINE)
-    points = view.at(rays, 1 / near[lit])
-    fine[:, lit] = shade(solid, which[lit], points, view, shadows)
-    # Of each pixel the finer ones that show the ground have its colour.
-    share = np.bincount(pixel, minlength=width * height) / FINE**2
-    things = np.stack([np.bincount(pixel, part, minlength=width * height) for part in fine])
-    image = floor.reshape(-1, 3).T * (1 - share) + things / FINE**2
+    down, across = np.divmod(pixel[lit], width)
+    points = view.at(view.rays(across + 0.5, down + 0.5), 1 / near[lit])
+    colour[:, lit] = shade(solid, which[lit], points, view, shadows)
+    # What is left of a pixel shows the ground.
+    share = np.bincount(pixel, part, minlength=width * height)
+    things = np.stack([np.bincount(pixel, part * one, minlength=width * height) for one in colour])
+    image = floor.reshape(-1, 3).T * (1 - share) + things
     return np.moveaxis(image.reshape(3, height, width), 0, -1)
+
+
+def _patches(
+    index: Int[np.ndarray, "down across"],
+    near: Float[np.ndarray, "down across"],
+    before: Float[np.ndarray, "height width"],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What is shaded once: a triangle in a pixel, in however many of the finer ones it is seen.
+
+    Args:
+        index: The nearest triangle of each finer pixel, -1 where there is none.
+        near: Its nearness.
+        before: Nearness of the ground.
+
+    Returns:
+        Triangle, nearness, pixel, and part of the pixel, of each patch.
+    """
+    width = before.shape[1]
+    rows, columns = np.divmod(np.flatnonzero(index >= 0), width * FINE)
+    is_hit = np.zeros(before.size, dtype=bool)
+    is_hit[rows // FINE * width + columns // FINE] = True
+    pixels = np.flatnonzero(is_hit)
+    rows, columns = np.divmod(pixels, width)
+    finer = [
+        (FINE * rows + down) * width * FINE + FINE * columns + across
+        for down in range(FINE)
+        for across in range(FINE)
+    ]
+    index, near = index.ravel()[finer], near.ravel()[finer]
+    index = np.where(near >= (1 - SUNK) * before.ravel()[pixels], index, -1)
+    patches = []
+    for k, own in enumerate(index):
+        is_new = own >= 0
+        for earlier in index[:k]:
+            is_new &= earlier != own
+        at = np.flatnonzero(is_new)
+        same = index[k:, at] == own[at]
+        count = same.sum(axis=0)
+        mean = np.sum(near[k:, at], axis=0, where=same) / count
+        patches.append((own[at], mean, pixels[at], count / FINE**2))
+    which, near, pixel, part = (np.concatenate(parts) for parts in zip(*patches, strict=True))
+    return which, near, pixel, part
 
 
 def shade(

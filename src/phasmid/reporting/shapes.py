@@ -25,6 +25,11 @@ class Mesh:
         """The mesh moved by a pose."""
         return Mesh(self.corners @ X[:3, :3].T + X[:3, 3], self.colours)
 
+    def extent(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+        """The least and the largest coordinates [m]."""
+        parts = [self.corners[..., k] for k in range(3)]
+        return np.array([part.min() for part in parts]), np.array([part.max() for part in parts])
+
     def outward(self) -> Float[np.ndarray, "triangles 3"]:
         """Vectors out of the triangles, as long as twice their areas [m²]."""
         a, b, c = np.moveaxis(self.corners, 1, 0)
