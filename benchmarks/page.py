@@ -20,7 +20,7 @@ from phasmid.cores import cores
 from phasmid.reporting.companion import FREE, SWITCH, drawing, free_cores
 from phasmid.reporting.gallery import WALK, File, Gallery
 from phasmid.reporting.style import uncollected
-from phasmid.reporting.webpage import Picture, web_page
+from phasmid.reporting.webpage import Page, Picture
 
 ROUNDS = 3
 LARGEST, LONGEST = 5e6, 3.0
@@ -82,9 +82,9 @@ def page_beside(recording) -> str:
     """The page as `report` makes it, with a second process where there is a second core."""
     gallery = Gallery(recording)
     with uncollected(), drawing(gallery) as draw:
-        summary = summarise(recording)
+        page = Page(recording, summarise(recording))
         drawn = draw(gallery.of_page)
-        return web_page(recording, summary, pictures(gallery, drawn), still=drawn[WALK])
+        return page.html(pictures(gallery, drawn), drawn[WALK])
 
 
 def pictures(gallery: Gallery, drawn: Mapping[File, bytes]) -> list[Picture]:
@@ -115,7 +115,7 @@ def page_of(recording) -> tuple[bytes, dict[str, float]]:
     still = timed("picture of the robot", lambda: gallery.drawn(WALK))
     page = timed(
         "replay, data and HTML",
-        lambda: web_page(recording, summary, pictures(gallery, drawn), still=still),
+        lambda: Page(recording, summary).html(pictures(gallery, drawn), still),
     )
     return page.encode(), times
 

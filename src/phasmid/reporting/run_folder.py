@@ -174,18 +174,17 @@ def _write_numbers(recording: Recording, folder: Path) -> Summary:
 
 def _write_pictures(gallery: Gallery, draw: Draw, summary: Summary, folder: Path) -> None:
     """Write the page, and the figures that the folder has as files."""
-    from phasmid.reporting.webpage import Picture, web_page
+    from phasmid.reporting.webpage import Page, Picture
 
+    page = Page(gallery.recording, summary, gallery.appearance)
     drawn = draw(gallery.of_page)
     pictures = [
         Picture(name, kind.sentence, drawn[name, "svg"])
         for name, kind in gallery.kinds.items()
         if kind.in_page
     ]
-    page = web_page(
-        gallery.recording, summary, pictures, still=drawn.get(WALK), appearance=gallery.appearance
-    )
-    (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
+    text = page.html(pictures, drawn.get(WALK))
+    (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
     drawn |= draw(gallery.of_folder)
     place = folder / "figures"
     place.mkdir()

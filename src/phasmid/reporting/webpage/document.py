@@ -47,63 +47,73 @@ class Picture:
     svg: bytes
 
 
-def web_page(
-    recording: Recording,
-    summary: Summary,
-    pictures: Sequence[Picture],
-    *,
-    still: bytes | None = None,
-    appearance: Appearance | None = None,
-) -> str:
+class Page:
     """A recording's page: replay, numbers, figures and data in one file without a network.
+
+    What needs no picture is made at once, so that the pictures can be drawn beside it.
 
     Args:
         recording: A simulation, an analysis or a robot's log; it carries its robot and scenario.
         summary: What `phasmid.reporting.summarise` says of it.
-        pictures: Its figures, in order.
-        still: A ``.png`` of the robot, for paper and for browsers that do not play.
         appearance: The robot's meshes, where they do not come with phasmid.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
     """
-    source = read_source(recording, appearance)
-    kept = finite_part(recording)
-    scene = replay(kept, source) if can_be_drawn(recording) else None
-    sections = [
-        ("replay", "Replay", player(source, scene, still)),
-        ("summary", "Summary", _summary(summary)),
-        ("claims", "Claims and warnings", _claims(list(claims(summary)), summary)),
-        ("figures", "Figures", _figures(pictures)),
-        ("data", "Data, files and how to repeat it", _data(recording, summary, source)),
-    ]
-    sections = [section for section in sections if section[2]]
-    links = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title, _ in sections)
-    style = "".join(map(own_text, ("colours.css", "style.css")))
-    script = "".join(map(own_text, (*DRAWING, "player.js")))
-    policy = (
-        f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
-        f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
-    )
-    words = headline(summary)
-    version = attribute(recording, "phasmid_version")
-    return Template(own_text("template.html")).substitute(
-        policy=policy,
-        title=escape(f"{words} · phasmid"),
-        style=style,
-        script=script,
-        kind="Report of a run" if summary["run"].get("kind") else "Report of a recording",
-        headline=escape(words),
-        sentence=escape(sentence(summary, source)),
-        links=f"<ul>{links}</ul>",
-        sections="\n".join(
-            f'<section id="{name}" aria-labelledby="{name}-title">'
-            f'<h2 id="{name}-title">{title}</h2>\n{content}\n</section>'
-            for name, title, content in sections
-        ),
-        footer=escape(f"Written by phasmid {version}".strip() + ". This file needs no network."),
-        scene=json_block(scene),
-    )
+
+    def __init__(
+        self, recording: Recording, summary: Summary, appearance: Appearance | None = None
+    ) -> None:
+        self._source = read_source(recording, appearance)
+        kept = finite_part(recording)
+        self._summary = summary
+        self._scene = replay(kept, self._source) if can_be_drawn(recording) else None
+        self._block = json_block(self._scene)
+        self._data = _data(recording, summary, self._source)
+        self._version = attribute(recording, "phasmid_version")
+
+    def html(self, pictures: Sequence[Picture], still: bytes | None = None) -> str:
+        """All of the page.
+
+        Args:
+            pictures: Its figures, in order.
+            still: A ``.png`` of the robot, for paper and for browsers that do not play.
+        """
+        summary = self._summary
+        sections = [
+            ("replay", "Replay", player(self._source, self._scene, still)),
+            ("summary", "Summary", _summary(summary)),
+            ("claims", "Claims and warnings", _claims(list(claims(summary)), summary)),
+            ("figures", "Figures", _figures(pictures)),
+            ("data", "Data, files and how to repeat it", self._data),
+        ]
+        sections = [section for section in sections if section[2]]
+        links = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title, _ in sections)
+        style = "".join(map(own_text, ("colours.css", "style.css")))
+        script = "".join(map(own_text, (*DRAWING, "player.js")))
+        policy = (
+            f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
+            f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
+        )
+        words = headline(summary)
+        footer = f"Written by phasmid {self._version}".strip() + ". This file needs no network."
+        return Template(own_text("template.html")).substitute(
+            policy=policy,
+            title=escape(f"{words} · phasmid"),
+            style=style,
+            script=script,
+            kind="Report of a run" if summary["run"].get("kind") else "Report of a recording",
+            headline=escape(words),
+            sentence=escape(sentence(summary, self._source)),
+            links=f"<ul>{links}</ul>",
+            sections="\n".join(
+                f'<section id="{name}" aria-labelledby="{name}-title">'
+                f'<h2 id="{name}-title">{title}</h2>\n{content}\n</section>'
+                for name, title, content in sections
+            ),
+            footer=escape(footer),
+            scene=self._block,
+        )
 
 
 def own_text(name: str) -> str:

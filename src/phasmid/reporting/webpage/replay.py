@@ -180,9 +180,7 @@ def _pieces(
     for place, solid in solids.items():
         link = -1 if place is None else places.index(place)
         for mesh in solid:
-            colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
-            for number, colour in enumerate(colours):
-                corners = mesh.corners[which.ravel() == number]
+            for colour, corners in _by_colour(mesh):
                 key = hashlib.sha256(np.ascontiguousarray(corners).tobytes()).digest()
                 if key not in meshes:
                     meshes[key] = _indexed(corners)
@@ -190,6 +188,15 @@ def _pieces(
                 shade = [round(float(c), 4) for c in colour]
                 pieces.append({"link": link, "mesh": index, "colour": shade})
     return list(meshes.values()), pieces
+
+
+def _by_colour(mesh: Mesh) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Colours of a mesh, and the corners of the triangles that have each."""
+    # Most parts have one, and to sort thousands of colours takes long.
+    if np.all(mesh.colours == mesh.colours[:1]):
+        return [(mesh.colours[0], mesh.corners)] if len(mesh.corners) else []
+    colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
+    return [(colour, mesh.corners[which.ravel() == k]) for k, colour in enumerate(colours)]
 
 
 def _indexed(corners: Float[np.ndarray, "triangles 3 3"]) -> dict[str, Any]:
