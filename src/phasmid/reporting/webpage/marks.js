@@ -32,8 +32,9 @@
     // Metres of an arrow for a newton.
     const perNewton = (scene.force_length * span) / weight;
 
-    const shafts = flock(scene.legs.map(() => [SHAPES.shaft]));
-    const heads = flock(scene.legs.map(() => [SHAPES.cone]));
+    const legs = scene.legs.length;
+    // The shafts of all legs, then their heads.
+    const lances = flock([SHAPES.shaft, SHAPES.cone].flatMap((shape) => scene.legs.map(() => [shape])));
     const funnels = flock(legColours.map((colour) => [{ ...SHAPES.funnel, colour }]));
 
     // Things that each move for themselves are one solid, as far as there is room for their poses:
@@ -65,7 +66,7 @@
 
     function forget() {
       const { rough: some, fine } = machines;
-      for (const flock of [some?.solids, some?.shadows, fine?.solids, fine?.shadows, shafts, heads, funnels])
+      for (const flock of [some?.solids, some?.shadows, fine?.solids, fine?.shadows, lances, funnels])
         for (const { solid } of flock || []) drawing.forget(solid);
       floor.forget();
     }
@@ -129,10 +130,8 @@
       });
       gl.disable(gl.BLEND);
       gl.enable(gl.CULL_FACE);
-      over(() => {
-        paint(shafts, (leg) => made[leg]?.shaft, [...colour, 1], lit(false));
-        paint(heads, (leg) => made[leg]?.head, [...colour, 1], lit(false));
-      });
+      const pose = (k) => (k < legs ? made[k]?.shaft : made[k - legs]?.head);
+      over(() => paint(lances, pose, [...colour, 1], lit(false)));
       gl.disable(gl.CULL_FACE);
     }
 

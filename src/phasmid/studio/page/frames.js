@@ -71,7 +71,7 @@
         const end = trail[trail.length - 1];
         if (end && time - end[3] < scene.trail / TRAIL_POINTS) return;
         const k = at.foot_position + 3 * leg;
-        if (Number.isFinite(frame[k])) trail.push([frame[k], frame[k + 1], frame[k + 2], time]);
+        if (Number.isFinite(frame[k])) trail.push([frame[k], frame[k + 1], frame[k + 2], time, end ? end[4] + 1 : 0]);
         while (trail.length && time - trail[0][3] > scene.trail) trail.shift();
       });
     }

@@ -6,7 +6,7 @@
   const CELL = 0.05; // metres
   const SMOOTH = 0.9; // frames a picture, above which none is painted between frames
   const DEAR = 1.1; // frames a picture, above which pictures get coarser
-  const COARSEST = 0.6; // dots for a pixel of the page
+  const COARSEST = 0.5; // dots for a pixel of the page
   const FINEST = 2; // the same, of a picture that stands still
   const STILL = 600; // milliseconds without another picture, after which it stands still
 
@@ -189,7 +189,7 @@
       marks.shadow(X_body, X_links, colours, fine);
       if (shown("support")) marks.support(feet.filter((_, leg) => down(leg)), safe, seen, colours);
       marks.machine(X_body, X_links, fine);
-      if (shown("trails")) marks.trails(feet.map(way), seen);
+      if (shown("trails")) marks.trails(feet.map((foot, leg) => way(foot, leg, fine)), seen);
       if (shown("cones") && scene.friction > 0)
         marks.frictionCones(feet, feet.map((foot, leg) => down(leg) && normal(foot)), scene.friction, seen);
       const forces = (name) => feet.map((_, leg) => vector(row, name, leg));
@@ -209,10 +209,11 @@
           () => requestAnimationFrame((later) => self.count === latest && paint(later, true)), STILL);
     }
 
-    // Where a foot has been, and where it is.
-    function way(foot, leg) {
+    // Where a foot has been, and where it is; where the processor draws, every third place will do.
+    function way(foot, leg, fine) {
       const points = [];
-      for (const [x, y, z] of frames.trails[leg]) points.push(x, y, z);
+      const some = soft && !fine ? 3 : 1;
+      for (const [x, y, z, , number] of frames.trails[leg]) if (number % some === 0) points.push(x, y, z);
       points.push(...foot);
       return points;
     }
