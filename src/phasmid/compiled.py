@@ -93,6 +93,15 @@ def is_compiled(function: Callable[..., Any]) -> bool:
         return False
 
 
+def is_kept(function: Callable[..., Any]) -> bool:
+    """Whether what is compiled of a function is kept for other processes.
+
+    Args:
+        function: What `compiled` gave.
+    """
+    return hasattr(getattr(function, "_cache", None), "_cache_file")
+
+
 def heed_sources(made: Any, function: Callable[..., Any]) -> None:
     """Let numba's cache of a function notice changes of any file of the function's room.
 

@@ -21,6 +21,7 @@ from phasmid.control.step import tick
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
+from phasmid.studio.compiling import compile_beside
 from phasmid.studio.fields import catalogue, values
 from phasmid.studio.hands import Hands
 from phasmid.studio.messages import (
@@ -154,6 +155,7 @@ class Stage:
         self._compiles = not is_compiled(tick)
         self._tell_setting()
         self._tell_state()
+        compile_beside(self._closing)
         while not self._closing.is_set():
             try:
                 self._turn()
