@@ -19,11 +19,14 @@ from phasmid.scenario.simulation import SimulationTable
 from phasmid.studio.fields import field_of
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.scene import Scene
-from phasmid.studio.setting import setting_of
+from phasmid.studio.setting import Setting, setting_of
 from phasmid.tables import choices as words_of
 
 COMMAND = [sys.executable, "-P", "-m", "phasmid.studio.compiling"]
 """Without the present folder, in which a file may have a module's name."""
+
+LENGTH = 2.0
+"""For which a robot walks, so that all feet leave the ground and meet it again [s]."""
 
 PATIENCE = 600.0
 """Longest time that is waited for the other process [s]."""
@@ -54,13 +57,21 @@ def compile_beside(closing: threading.Event) -> None:
 
 
 def main() -> None:
-    """Let a robot walk a little with each drive."""
+    """Let a robot walk a little with each drive, and where neither ground nor servos suffice."""
     setting = setting_of(load_scenario("paper"))
-    drive = field_of("drive")
-    for kind in words_of(SimulationTable.model_fields["drive"]):
-        live = LiveRobot(drive.write(setting, kind))
-        live.advance(2)
-        Scene(live, 1).row(live, 1.0)
+    for drive in words_of(SimulationTable.model_fields["drive"]):
+        setting = field_of("drive").write(setting, drive)
+        _walk(setting)
+    for name, value in (("friction", 0.1), ("payload", 1.0)):
+        setting = field_of(name).write(setting, value)
+    _walk(setting)
+
+
+def _walk(setting: Setting) -> None:
+    live = LiveRobot(setting)
+    live.follow(setting, (0.5, 0.0, 0.2), frozenset())
+    live.advance(round(LENGTH / live.period))
+    Scene(live, 1).row(live, 1.0)
 
 
 if __name__ == "__main__":
