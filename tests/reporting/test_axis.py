@@ -37,6 +37,70 @@ def own_axes(**settings):
     return drawing
 
 
+def changed(how, **settings):
+    """Own axes of which somebody changes something."""
+
+    def draw():
+        drawing = own_axes(**settings)
+        how(drawing.axes[0])
+        return drawing
+
+    return draw
+
+
+def lines_of_words(panel):
+    panel.xaxis.set_major_formatter(lambda x, _: "half\nway" if x == 0 else "wide words")
+
+
+def without_first(panel):
+    panel.yaxis.set_major_formatter(lambda y, _: f"{y:g}" if y > 0 else "")
+
+
+def title_above(panel):
+    panel.xaxis.set_label_position("top")
+
+
+CHANGED = {
+    "no marks": lambda panel: panel.tick_params(axis="y", length=0),
+    "wide grid": lambda panel: panel.tick_params(grid_linewidth=0.0),
+    "set anew": lambda panel: panel.tick_params(reset=True),
+    "other side": lambda panel: panel.tick_params(top=True, labelright=True),
+    "no words": lambda panel: panel.tick_params(labelleft=False, labelbottom=False),
+    "no grid": lambda panel: panel.grid(visible=False),
+    "moved spine": lambda panel: panel.spines["left"].set_position(("outward", 12)),
+    "spine at zero": lambda panel: panel.spines["bottom"].set_position(("data", 0.5)),
+    "label above": title_above,
+    "all spines": lambda panel: panel.spines[:].set_visible(True),
+    "lines of words": lines_of_words,
+    "some words": without_first,
+    "minor ticks": lambda panel: panel.minorticks_on(),
+    "no scale's own": lambda panel: (panel.set_yscale("log"), panel.minorticks_off()),
+}
+
+
+@pytest.mark.parametrize("name", CHANGED)
+def test_what_somebody_changes_is_seen_as_in_matplotlibs(name, monkeypatch):
+    draw = changed(CHANGED[name], xlim=(-1.0, 1.0), ylim=(0.01, 0.95))
+    with styled():
+        drawing = draw()
+        seen, extent = pixels(drawing), drawing.axes[0].get_tightbbox().extents
+        place = drawing.axes[0].xaxis.get_ticks_position()
+        monkeypatch.setattr(ours, "Panel", matplotlib.axes.Axes)
+        drawing = draw()
+        expected = pixels(drawing)
+    assert np.abs(seen - expected).max() <= 2
+    np.testing.assert_allclose(extent, drawing.axes[0].get_tightbbox().extents, atol=1e-6)
+    assert place == drawing.axes[0].xaxis.get_ticks_position()
+
+
+def test_a_file_is_the_same_whatever_was_drawn_before():
+    with styled():
+        files = [encoded_figure(own_axes().figure, kind) for kind in ("svg", "pdf", "png")]
+        ours.LAYOUTS.clear()
+        again = [encoded_figure(own_axes().figure, kind) for kind in ("pdf", "png", "svg")]
+    assert files == [again[2], again[0], again[1]]
+
+
 def axes_of(panel):
     return panel.xaxis, panel.yaxis
 

@@ -93,6 +93,21 @@ def test_a_picture_in_a_figure_is_shown_pixel_by_pixel(dpi, figure):
     np.testing.assert_array_equal(shown, pixels[::step, ::step])
 
 
+def test_a_part_of_a_picture_is_shown_as_matplotlib_does(figure):
+    pixels = np.random.default_rng(1).integers(0, 255, (100, 400, 3), dtype=np.uint8)
+    seen = []
+    for draw in (Raster, lambda axes, image: axes.imshow(image, "gray", aspect="auto")):
+        figure.clear()
+        axes = figure.add_axes((0, 0, 1, 1))
+        axes.set_axis_off()
+        shown = draw(axes, pixels)
+        shown.set(interpolation="none", extent=(0, 400, 100, 0))
+        axes.set(xlim=(100, 200), ylim=(75, 50))
+        seen.append(np.asarray(Image.open(BytesIO(encoded_figure(figure, "png")))))
+    np.testing.assert_array_equal(*seen)
+    assert np.abs(seen[0][::4, ::4].astype(int) - pixels[50:75, 100:200]).max() == 0
+
+
 def test_a_recording_that_is_finite_is_kept_as_it_is(paper_walk):
     assert finite_part(paper_walk) is paper_walk
     broken = paper_walk.copy(deep=True)

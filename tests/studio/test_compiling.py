@@ -64,7 +64,7 @@ def test_its_own_command_lets_a_robot_walk_with_each_drive(monkeypatch):
 
     monkeypatch.setattr(compiling, "LiveRobot", live)
     compiling.main()
-    assert walked == ["prescribed", "ideal-servo", "servo", "torque"]
+    assert walked == ["prescribed", "ideal-servo", "servo", "torque", "torque"]
     assert compiling.COMMAND[-1] == compiling.__name__
 
 

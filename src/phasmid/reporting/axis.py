@@ -6,6 +6,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import allow_rasterization
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis, XAxis, YAxis
 from matplotlib.lines import Line2D
@@ -18,8 +19,14 @@ from matplotlib.transforms import Bbox
 
 from phasmid.reporting.style import text_width
 
-SIMPLE = {"gridOn", "tick1On", "label1On"}
-"""What may be chosen of ticks that are drawn in a few strokes."""
+SIMPLE, ABSENT = {"gridOn", "tick1On", "label1On"}, {"tick2On", "label2On"}
+"""What may be chosen of ticks that are drawn in a few strokes, and what they have not."""
+
+USUAL = ("outward", 0.0)
+"""Where a spine is of which nobody has said anything."""
+
+MOST_WORDS = 4096
+"""Of one look, whose layouts are kept."""
 
 
 LAYOUTS: dict[Any, dict[Any, Any]] = {}
@@ -34,8 +41,12 @@ class _Word(Text):
         self._layouts = layouts
 
     def _get_layout(self, renderer: Any) -> Any:
-        key = (self.get_text(), type(renderer), renderer.points_to_pixels(1.0))
+        # What draws both lines and pixels measures like that of the two that it uses.
+        kind = type(getattr(renderer, "_renderer", renderer))
+        key = (self.get_text(), kind, renderer.points_to_pixels(1.0))
         if key not in self._layouts:
+            if len(self._layouts) >= MOST_WORDS:
+                self._layouts.clear()
             parent: Any = super()
             self._layouts[key] = parent._get_layout(renderer)
         return self._layouts[key]
@@ -128,14 +139,24 @@ class _Strokes(Axis):
             not self.majorTicks
             and not self.minorTicks
             and isinstance(self.get_minor_locator(), NullLocator)
-            and not {name for name, is_on in self._major_tick_kw.items() if is_on} - SIMPLE
+            and SIMPLE <= self._major_tick_kw.keys() <= SIMPLE | ABSENT
+            and not any(self._major_tick_kw.get(name) for name in ABSENT)
+            and self.axes.spines["bottom" if self._is_x else "left"].get_position() == USUAL
+        )
+
+    def _get_ticks_position(self) -> Any:
+        if not self._is_simple():
+            parent: Any = super()
+            return parent._get_ticks_position()
+        return (
+            1 if self._major_tick_kw["tick1On"] and self._major_tick_kw["label1On"] else "unknown"
         )
 
     def _shown(self) -> tuple[np.ndarray, list[str]]:
         """Where there are ticks within the panel, and what is written at them."""
         places = np.asarray(self.get_majorticklocs(), dtype=float)
         words = [""] * len(places)
-        if self._major_tick_kw.get("label1On"):
+        if self._major_tick_kw["label1On"]:
             words = self.get_major_formatter().format_ticks(list(places))
         scale = self.get_transform()
         low, high = sorted(scale.transform(self.get_view_interval()))
@@ -162,13 +183,14 @@ class _Strokes(Axis):
             first, second = parent._get_ticklabel_bboxes(ticks, renderer)
             return first, second
         places, words = self._shown()
-        widths = [text_width(self._word, word) if word else -1.0 for word in words]
-        # The first, the last and the widest reach as far as all do.
-        some = {0, len(words) - 1, int(np.argmax(widths))} if words else set()
-        boxes = [
-            self._write(places[k], words[k]).get_window_extent(renderer) for k in some if words[k]
-        ]
-        if len(places) and self._major_tick_kw.get("tick1On"):
+        some = [k for k, word in enumerate(words) if word]
+        if some and not any("\n" in word for word in words):
+            # Of lines the first, the last and the widest reach as far as all do.
+            widest = max(some, key=lambda k: text_width(self._word, words[k]))
+            some = sorted({some[0], some[-1], widest})
+        boxes = [self._write(places[k], words[k]).get_window_extent(renderer) for k in some]
+        if len(places) and self._major_tick_kw["tick1On"]:
+            # Without words labels keep clear of the marks; matplotlib gives them to the spine.
             boxes.append(self._reach())
         return boxes, []
 
@@ -180,6 +202,7 @@ class _Strokes(Axis):
             return Bbox([[panel.x0, panel.y0 - size], [panel.x1, panel.y0]])
         return Bbox([[panel.x0 - size, panel.y0], [panel.x0, panel.y1]])
 
+    @allow_rasterization  # type: ignore[untyped-decorator]
     def draw(self, renderer: Any) -> None:
         """Draw grid, ticks, and what is written at them."""
         if not self._is_simple():
@@ -189,12 +212,12 @@ class _Strokes(Axis):
             return
         renderer.open_group(__name__, gid=self.get_gid())
         places, words = self._shown()
-        if self._major_tick_kw.get("gridOn"):
+        if self._major_tick_kw["gridOn"]:
             ends = np.column_stack([np.repeat(places, 2), np.tile([0.0, 1.0], len(places))])
             codes = np.tile(np.array([Path.MOVETO, Path.LINETO]), len(places))
             self._lines.set_path(Path(ends if self._is_x else ends[:, ::-1], codes))
             self._lines.draw(renderer)
-        if self._major_tick_kw.get("tick1On"):
+        if self._major_tick_kw["tick1On"]:
             feet = np.zeros_like(places)
             self._marks.set_data(*((places, feet) if self._is_x else (feet, places)))
             self._marks.draw(renderer)
@@ -228,3 +251,9 @@ class Panel(Axes):
         self.xaxis, self.yaxis = _LevelAxis(self, clear=False), _UprightAxis(self, clear=False)
         for name, spine in self.spines.items():
             spine.register_axis(self.xaxis if name in ("bottom", "top") else self.yaxis)
+
+    def clear(self) -> None:
+        """Be empty, with all spines at their places, where matplotlib waits for a tick to ask."""
+        super().clear()
+        for spine in self.spines.values():
+            spine.get_spine_transform()

@@ -168,7 +168,7 @@ def _plane(corners: Float[np.ndarray, "triangles 3 3"]) -> Float[np.ndarray, "3 
     """Nearness of triangles at pixel (0, 0), and its slopes across and down."""
     (ax, ay, an), (bx, by, bn), (cx, cy, cn) = np.moveaxis(corners, 0, -1)
     area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    # What is seen edge on covers no pixel but by chance, and is as near as its first corner.
+    # What is seen edge on covers at most a row's middles, and is as near as its first corner.
     is_thin = np.abs(area) < LEVEL
     share = np.where(is_thin, 0.0, 1.0 / np.where(is_thin, 1.0, area))
     over_x = ((bn - an) * (cy - ay) - (cn - an) * (by - ay)) * share

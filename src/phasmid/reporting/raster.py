@@ -25,19 +25,21 @@ class Raster(AxesImage):
         height, width = pixels.shape[:2]
         super().__init__(axes, interpolation="none", extent=(0, width, height, 0), origin="upper")
         self.set_data(pixels)
-        self._pixels = pixels
         axes.set(xlim=(0, width), ylim=(height, 0))
         axes.add_image(self)
+        self.set_clip_path(axes.patch)
 
     def make_image(
         self, renderer: Any, magnification: float = 1.0, unsampled: bool = False
     ) -> tuple[np.ndarray, float, float, Any]:
         """What is drawn where, as matplotlib asks for it: from below to above."""
-        box = self.axes.bbox
-        height, width = self._pixels.shape[:2]
-        whole = np.allclose([box.width, box.height], [width, height], rtol=0, atol=1e-6)
-        if not whole or unsampled or magnification != 1:
+        pixels, box = np.asarray(self.get_array()), self.axes.bbox
+        height, width = pixels.shape[:2]
+        asked, shown = (0, width, height, 0), (*self.axes.get_xlim(), *self.axes.get_ylim())
+        whole = (*self.get_extent(), *shown, box.width, box.height)
+        is_own = np.allclose(whole, (*asked, *asked, width, height), rtol=0, atol=1e-6)
+        if not is_own or unsampled or magnification != 1 or self.get_alpha() is not None:
             return super().make_image(renderer, magnification, unsampled)
-        shown = np.full((height, width, 4), 255, dtype=np.uint8)
-        shown[..., :3] = self._pixels[::-1]
-        return shown, float(box.x0), float(box.y0), None
+        image = np.full((height, width, 4), 255, dtype=np.uint8)
+        image[..., :3] = pixels[::-1]
+        return image, float(box.x0), float(box.y0), None

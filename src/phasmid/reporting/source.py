@@ -104,6 +104,8 @@ def channel(recording: Recording, name: str) -> np.ndarray | None:
 def finite_part(recording: Recording) -> Recording:
     """The recording until its first sample that is not finite, as a run that diverged ends in.
 
+    One that is finite all through is given back itself.
+
     A channel that is not finite from the beginning is left out. Sensors that tell no number have
     failed, and the run has not: what they tell is kept as it is.
     """

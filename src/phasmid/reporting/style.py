@@ -84,7 +84,11 @@ def paler(colour: str) -> str:
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw and save in phasmid's style, whatever the user's own settings are."""
+    """Draw and save in phasmid's style, whatever the user's own settings are.
+
+    Within another one that nobody disturbed it does nothing, so that what is set in it ends with
+    the outer one.
+    """
     import matplotlib
 
     found: Any = matplotlib.rcParams
@@ -144,7 +148,7 @@ def wrapped(text: Text, parts: Sequence[str], width: float) -> int:
     """
     whole = " · ".join(parts)
     if not _fits(text, whole, width) and _fits(text, whole, 1.08 * width):
-        smaller = 0.99 * width / text_width(text, whole)
+        smaller = 0.99 * width / max(text_width(text, whole), 1.0)
         if smaller > 0.92:
             text.set_fontsize(smaller * float(text.get_fontsize()))
     if _fits(text, whole, width):
@@ -180,7 +184,7 @@ def shrunk(text: Text, width: float, least: float) -> None:
     whole = text.get_text()
     if _fits(text, whole, width):
         return
-    scale = width / text_width(text, whole)
+    scale = width / max(text_width(text, whole), 1.0)
     text.set_fontsize(max(0.99 * scale * float(text.get_fontsize()), least))
     kept = len(whole)
     while kept and not _fits(text, text.get_text(), width):
@@ -190,45 +194,51 @@ def shrunk(text: Text, width: float, least: float) -> None:
 
 def _fits(text: Text, words: str, width: float) -> bool:
     """Whether words of a text keep within a width; only where that is in doubt are they set."""
+    from matplotlib.font_manager import findfont
+
     figure: Any = text.figure
-    font = text.get_fontproperties().copy()
-    advances = _advances(font, float(figure.dpi))
-    about = sum(advances[letter] for letter in words)
+    font = text.get_fontproperties()
+    letters = _advances(findfont(font))
+    size = float(font.get_size_in_points()) * float(figure.dpi) / 72
+    about = size * sum(letters[letter] for letter in words)
     if LEAST_SET * about > width:
         return False
     return bool(MOST_SET * about <= width or text_width(text, words) <= width)
 
 
-LEAST_SET, MOST_SET = 0.65, 1.25
+LEAST_SET, MOST_SET = 0.6, 1.4
 """Widths of words, in widths of their letters, between which they are whichever letters meet."""
 
 
 class _Advances(dict[str, float]):
-    """Pixels from a letter to the next one; NaN for letters that are not set one by one."""
+    """From a letter to the next one, in sizes of the font; NaN where it is not set by itself."""
 
-    def __init__(self, face: Any) -> None:
+    def __init__(self, file: str) -> None:
+        from matplotlib.ft2font import FT2Font
+
         super().__init__()
-        self._face = face
+        self._face: Any = FT2Font(file)
+        self._face.set_size(FACE_SIZE, 72)
 
     def __missing__(self, letter: str) -> float:
         code = ord(letter)
         # Latin letters, punctuation and the signs of mathematics.
-        own = (code < 0x300 or 0x2000 <= code < 0x2300) and self._face.get_char_index(code)
-        self[letter] = (
-            float(self._face.load_char(code).linearHoriAdvance) / 65536 if own else np.nan
-        )
+        is_plain = (code < 0x300 or 0x2000 <= code < 0x2300) and letter.isprintable()
+        self[letter] = np.nan
+        if is_plain and self._face.get_char_index(code):
+            pixels = float(self._face.load_char(code).linearHoriAdvance) / 65536
+            self[letter] = pixels / FACE_SIZE
         return self[letter]
 
 
-@lru_cache(maxsize=64)
-def _advances(font: Any, dpi: float) -> _Advances:
-    """Those of a font."""
-    from matplotlib.font_manager import findfont
-    from matplotlib.ft2font import FT2Font
+FACE_SIZE = 64.0
+"""At which letters are measured [pt]; their advances grow with the size."""
 
-    face: Any = FT2Font(findfont(font))
-    face.set_size(font.get_size_in_points(), dpi)
-    return _Advances(face)
+
+@lru_cache(maxsize=16)
+def _advances(file: str) -> _Advances:
+    """Those of a font's file."""
+    return _Advances(file)
 
 
 def text_width(text: Text, words: str) -> float:

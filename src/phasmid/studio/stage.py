@@ -45,8 +45,8 @@ from phasmid.studio.setting import Setting, setting_of
 from phasmid.studio.telling import Telling
 
 FRAMES = 100 / 3
-"""Most frames a second [1/s]: one for each six updates of a robot's control, so that all tell of as
-much time, and a browser that loses some still shows 30."""
+"""Most frames a second [1/s]: at the usual 200 updates one for each six, so that each covers the
+same span, and a browser that loses some still shows 30."""
 
 LONGEST_TURN = 0.05
 """The clock is looked at, and requests are answered, after as long at the latest [s]."""
