@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.cli.parser import COMMANDS, build_parser, flags, join_negative_numbers
-from phasmid.cli.walk import check_lists
+from phasmid.cli.scenario_options import check_lists
 from phasmid.errors import InvalidInput, PhasmidError, nearest
 
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from phasmid.cli import walk
+from phasmid.cli import scenario_options, walk
 from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -38,14 +38,14 @@ def run(options: argparse.Namespace) -> int:
 
         check_terminal()
     script = _script(options)
-    scenario = _lasting(walk.scenario_of(options), options, script)
+    scenario = _lasting(scenario_options.scenario_of(options), options, script)
     from phasmid.recording import check_log, check_mcap, load_recording
     from phasmid.reporting import check_folder
     from phasmid.simulation import Driving, with_sensors
 
     robot = scenario.load_robot()
     legs = walk.leg_numbers(options.legs, robot)
-    name = walk.folder_name(options, scenario, "drive", options.commands)
+    name = scenario_options.folder_name(options, scenario, "drive", options.commands)
     folder = Path(options.out or Path("results") / name)
     check_folder(folder, force=options.force)
     log = walk.log_of(folder)
@@ -104,7 +104,7 @@ def tell_of_compiling() -> None:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the commands, the scenario, its fields and the output."""
-    walk.add_scenario_options(parser)
+    scenario_options.add_scenario_options(parser)
     parser.add_argument(
         "--velocity",
         metavar="A,L,T",
@@ -141,11 +141,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         '2 s", "left_front foot stuck at 1 s"; may be given again',
     )
     walk.add_report_options(parser)
-    walk.add_field_options(parser)
+    scenario_options.add_field_options(parser)
 
 
 def _number(text: str) -> float:
-    value = walk.number_or_text(text)
+    value = scenario_options.number_or_text(text)
     if isinstance(value, str):
         raise InvalidInput(f'--rate is "{text}"; it must be a number.', hint="--rate 200")
     return float(value)
@@ -173,7 +173,7 @@ def _script(options: argparse.Namespace) -> CommandScript | None:
 
 def _row(flag: str, text: str, counts: tuple[int, ...], example: str) -> list[float]:
     """Numbers with commas between."""
-    values = [walk.number_or_text(part) for part in text.split(",")]
+    values = [scenario_options.number_or_text(part) for part in text.split(",")]
     numbers = [float(value) for value in values if not isinstance(value, str)]
     if len(numbers) != len(values) or len(values) not in counts:
         count = " or ".join(map(str, counts))

@@ -37,7 +37,7 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
     Raises:
         InvalidInput: A value is refused.
     """
-    from phasmid.cli.walk import number_or_text
+    from phasmid.cli.scenario_options import number_or_text
     from phasmid.scenario.robot_import import RobotImportTable
     from phasmid.tables import validate
 

@@ -15,7 +15,13 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from phasmid.cli import drive, walk
+from phasmid.cli import drive
+from phasmid.cli.scenario_options import (
+    add_field_options,
+    add_scenario_option,
+    number_or_text,
+    scenario_of,
+)
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
@@ -28,7 +34,7 @@ LONGEST_CLOSE = 3.0
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the scenario, its fields and where the page is."""
-    walk.add_scenario_option(parser)
+    add_scenario_option(parser)
     parser.add_argument(
         "--out", metavar="DIR", default="results", help="where runs are kept; default: results"
     )
@@ -46,13 +52,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--debug", action="store_true", help="tell more of what goes wrong")
     parser.set_defaults(quiet=False)
-    walk.add_field_options(parser)
+    add_field_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Show the page until Ctrl-C; returns the exit status."""
     port = _port(options.port)
-    scenario = walk.scenario_of(options)
+    scenario = scenario_of(options)
     from phasmid.studio.assets import assets
     from phasmid.studio.server import Server, is_loopback, listen
     from phasmid.studio.stage import Stage
@@ -106,7 +112,7 @@ def _put_away(stage: Stage) -> None:
 def _port(text: str | None) -> int | None:
     if text is None:
         return None
-    value = walk.number_or_text(text)
+    value = number_or_text(text)
     if not isinstance(value, int) or not 0 <= value <= 65535:
         raise InvalidInput(
             f'--port is "{text}"; it must be a whole number 0 to 65535.', hint="--port 8033"

@@ -1,0 +1,226 @@
+"""Options of commands that take a scenario: which one, and any of its fields."""
+
+from __future__ import annotations
+
+import argparse
+import string
+import sys
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args, get_origin
+
+from phasmid.errors import InvalidInput, plain
+
+if TYPE_CHECKING:
+    from phasmid.scenario import Scenario
+
+PLACES = {"robot", "height_map"}
+"""Fields that name a file."""
+
+TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_model", "package"}
+"""Fields whose value is text, also where it looks like a number."""
+
+
+def add_scenario_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the scenario and the output."""
+    add_scenario_option(parser)
+    parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+
+
+def add_scenario_option(parser: argparse.ArgumentParser) -> None:
+    """Give a parser the scenario."""
+    from phasmid.scenario import scenario_names
+
+    parser.add_argument(
+        "scenario",
+        nargs="?",
+        default="paper",
+        metavar="SCENARIO",
+        help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
+    )
+
+
+def add_field_options(parser: argparse.ArgumentParser) -> None:
+    """Give a parser all fields of a scenario."""
+    from phasmid.gait import GAITS
+    from phasmid.robot import preset_names
+    from phasmid.scenario import option_keys
+
+    fields = parser.add_argument_group(
+        "fields of the scenario", "Each replaces what the scenario says."
+    )
+    for key, path in option_keys().items():
+        words = _help_of(path)
+        if key == "robot":
+            words = f"a preset ({', '.join(preset_names())}) or a file"
+        elif key == "gait":
+            words = "; ".join(f"{', '.join(gaits)} of {n} legs" for n, gaits in GAITS.items())
+            words += "; alternating, wave, ripple of others; or a gait file (.toml)"
+        fields.add_argument(
+            f"--{key.replace('_', '-')}",
+            dest=f"field:{key}",
+            metavar=_metavar(path),
+            help=words,
+        )
+
+
+def _table_of(path: tuple[str, ...]) -> Any:
+    from phasmid.scenario.scenario import Scenario
+
+    table: Any = Scenario
+    for part in path[:-1]:
+        table = table.model_fields[part].annotation
+    return table
+
+
+def _metavar(path: tuple[str, ...]) -> str:
+    from phasmid.tables import choices
+
+    words = "|".join(choices(_table_of(path).model_fields[path[-1]]))
+    return words or _list_form(path) or "VALUE"
+
+
+def _help_of(path: tuple[str, ...]) -> str:
+    """What a field is, from the attributes of its table's docstring."""
+    from phasmid import units
+    from phasmid.tables import quantity
+
+    table = _table_of(path)
+    lines = [line.strip() for line in (table.__doc__ or "").splitlines()]
+    start = next((i for i, s in enumerate(lines) if s.startswith(f"{path[-1]}: ")), None)
+    if start is None:
+        return ""
+    words = [lines[start].partition(": ")[2]]
+    for line in lines[start + 1 :]:
+        if not line or line.split(":")[0].isidentifier():
+            break
+        words.append(line)
+    carried = quantity(table.model_fields[path[-1]])
+    text = " ".join(words).replace("``", "").replace("%", "%%")
+    if carried:
+        si, shown = units.SI[carried.dimension].symbol, units.UNITS[carried.unit].symbol
+        text = text.replace(f"[{si}]", f"[{shown}]")
+    return text
+
+
+def folder_name(options: argparse.Namespace, scenario: Scenario, *sources: str | None) -> str:
+    """The name that is given, or the scenario's and what sources and options changed of it."""
+    if vars(options)["field:name"] is not None:
+        return scenario.name
+    words = [scenario.name]
+    words += [Path(source).stem for source in sources if source]
+    for key, value in vars(options).items():
+        if key.startswith("field:") and value is not None:
+            file = key.removeprefix("field:") in PLACES or value.endswith(".toml")
+            text = Path(value).stem if file else value
+            words.append(f"{key.removeprefix('field:').replace('_', '-')}-{text}")
+    name = "_".join(words)
+    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in name)
+    return plain[:100]
+
+
+def scenario_of(options: argparse.Namespace) -> Scenario:
+    """The scenario that the options ask for."""
+    from phasmid.scenario import load_scenario, option_keys
+    from phasmid.tables import dotted
+
+    scenario = load_scenario(options.scenario)
+    given = {
+        key.removeprefix("field:"): value
+        for key, value in vars(options).items()
+        if key.startswith("field:") and value is not None
+    }
+    flags = {option_keys()[key]: f"--{key.replace('_', '-')}" for key in given}
+
+    def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
+        for path, flag in flags.items():
+            if loc[: len(path)] == path:
+                return flag + dotted(loc[len(path) :]), ""
+        return dotted(loc), options.scenario
+
+    changed = scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
+    return _with_robot(changed, quiet=options.quiet)
+
+
+def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
+    """The scenario with its robot read, so that a foreign file is read once and judged aloud."""
+    from phasmid.formats import Severity, import_robot, is_foreign, possible
+
+    source = scenario.robot
+    if not isinstance(source, str) or not is_foreign(source):
+        return scenario
+    imported = import_robot(source, scenario.robot_import.options())
+    robot = possible(imported, source)
+    if not quiet:
+        notes = [f for f in imported.findings if f.severity is Severity.NOTE]
+        for finding in imported.findings:
+            if finding.severity is not Severity.NOTE:
+                print(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
+        if notes:
+            told = f"phasmid check {plain(str(source))}"
+            print(f"phasmid: {len(notes)} notes on the robot; {told} tells them.", file=sys.stderr)
+    return scenario.replace(robot=robot)
+
+
+def _value(key: str, text: str) -> Any:
+    """An option's text as a number, a list of numbers, or text."""
+    from phasmid.scenario import option_keys
+
+    form = _list_form(option_keys()[key])
+    if form and text.startswith("["):
+        try:
+            return tomllib.loads(f"list = {text}")["list"]
+        except tomllib.TOMLDecodeError:
+            flag = f"--{key.replace('_', '-')}"
+            raise InvalidInput(
+                f'{flag} is "{text}"; it must be a list.', hint=f"{flag} {form}"
+            ) from None
+    if form.endswith(";..."):
+        return [[number_or_text(part) for part in row.split(",")] for row in text.split(";")]
+    if form.endswith(",...") or (form and "," in text):
+        return [number_or_text(part) for part in text.split(",")]
+    return text if key in {*PLACES, *TEXTS} else number_or_text(text)
+
+
+def _list_form(path: tuple[str, ...]) -> str:
+    """How a field that is a list is written as an option; empty where it is none."""
+    pending = [_table_of(path).model_fields[path[-1]].annotation]
+    while pending:
+        kind = pending.pop()
+        parts = get_args(kind)
+        if get_origin(kind) is tuple:
+            if parts[-1] is not Ellipsis:
+                return ",".join(string.ascii_uppercase[: len(parts)])
+            inner = get_args(parts[0]) if get_origin(parts[0]) is tuple else ()
+            return f"{','.join(string.ascii_uppercase[: len(inner)])};..." if inner else "A,B,..."
+        pending += parts
+    return ""
+
+
+def check_lists(arguments: list[str]) -> None:
+    """Refuse a list whose numbers stand apart: the second would be taken for a scenario."""
+    from phasmid.scenario import option_keys
+
+    lists = {
+        f"--{key.replace('_', '-')}" for key, path in option_keys().items() if _list_form(path)
+    }
+    for flag, first, second in zip(arguments, arguments[1:], arguments[2:], strict=False):
+        numbers = (number_or_text(first), number_or_text(second))
+        if flag in lists and not any(isinstance(number, str) for number in numbers):
+            raise InvalidInput(
+                f'{flag} takes one list; "{second}" stands apart.', hint=f"{flag} {first},{second}"
+            )
+
+
+def number_or_text(text: str) -> int | float | str:
+    """An option's text as a number, where it is one."""
+    try:
+        return int(text)
+    except ValueError:
+        pass
+    try:
+        number = float(text)
+    except ValueError:
+        return text
+    # 1e3 samples are a whole number of them.
+    return int(number) if number.is_integer() and abs(number) < 1e15 else number
