@@ -15,6 +15,7 @@ from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import scenario_to_toml
 from phasmid.simulation import Driving
 from phasmid.studio import recorder, stage
+from phasmid.studio.clearing import clear_away
 from phasmid.studio.errors import TooMany
 from phasmid.studio.fields import catalogue, field_of, values
 from phasmid.studio.hands import Hands
@@ -33,7 +34,6 @@ from phasmid.studio.messages import (
 from phasmid.studio.meter import Meter
 from phasmid.studio.pacing import MOST_BEHIND, Pacing
 from phasmid.studio.setting import setting_of
-from phasmid.studio.stage import _give_back
 from staging import staged
 
 
@@ -423,6 +423,6 @@ def test_memory_between_things_that_stay_is_given_back():
     kept = blocks[::100]
     del blocks
     before = resident()
-    _give_back()
+    clear_away()
     # Of those that are gone at least all pages but the first and the last of each span.
     assert before - resident() > 0.9 * (2000 - len(kept)) * 50_000

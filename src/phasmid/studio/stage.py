@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import ctypes
-import gc
 import math
 import queue
-import sys
 import tempfile
 import threading
 import time
@@ -21,6 +17,7 @@ from phasmid.control.step import tick
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
+from phasmid.studio.clearing import clear_away
 from phasmid.studio.compiling import compile_beside
 from phasmid.studio.fields import catalogue, values
 from phasmid.studio.hands import Hands
@@ -173,7 +170,7 @@ class Stage:
             # A run that was replaced and its senses know each other, so that they would stay for
             # long; and they hold megabytes that Python does not see.
             self._litter = False
-            _give_back()
+            clear_away()
         if self._hands.live is None:
             self._build(self._hands.setting)
         self._answer()
@@ -439,15 +436,3 @@ def _refuse(future: Future[Answer], error: Exception) -> None:
 def _words(error: Exception) -> str:
     """A foreign error on one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:200].rstrip(".: ")
-
-
-def _give_back() -> None:
-    """Return the memory of a robot that is gone to the system, so that a long stay needs no more.
-
-    The C library of Linux would keep what lies between other things.
-    """
-    gc.collect()
-    if sys.platform == "linux":
-        # Another C library than GNU's lacks it.
-        with contextlib.suppress(OSError, AttributeError):
-            ctypes.CDLL(None).malloc_trim(ctypes.c_size_t(0))
