@@ -140,7 +140,7 @@ class LocomotionEngine:
         if command is not self._command:
             self._take(command)
         if self.feel is not None and self._feels:
-            for sentence in self.feel.update(observation, self.state, self.order):
+            for sentence in self.feel.update(observation, self._memory):
                 self.events.append((float(self.state.clock[1]), sentence))
         if self.dynamics is not None and self.dynamics.velocity_share != self._had:
             self._had = self.dynamics.velocity_share

@@ -13,6 +13,7 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
+from phasmid.control.views import take
 
 STATE, ORDER, MODEL = (93, 94), (24, 6), (3, 39)
 """Numbers in each, whatever the number of legs, and for each leg."""
@@ -32,43 +33,27 @@ def count_numbers(legs: int) -> tuple[int, int, int]:
 def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     """The state that a row of numbers and a row of codes hold."""
     a = 0
-    path = numbers[a : a + 3]
-    a += 3
-    speed = numbers[a : a + 3 * 3].reshape((3, 3))
-    a += 3 * 3
-    pose = numbers[a : a + 4 * 6].reshape((4, 6))
-    a += 4 * 6
-    sway = numbers[a : a + 4 * 2].reshape((4, 2))
-    a += 4 * 2
-    clock = numbers[a : a + 10]
-    a += 10
-    foot = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    line = numbers[a : a + 3 * legs * 3].reshape((3, legs, 3))
-    a += 3 * legs * 3
-    swing = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    landing = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    motion = numbers[a : a + 2 * legs * 3].reshape((2, legs, 3))
-    a += 2 * legs * 3
-    q = numbers[a : a + 3 * legs * 3].reshape((3, legs, 3))
-    a += 3 * legs * 3
-    retreat = numbers[a : a + legs]
-    a += legs
-    body = numbers[a : a + 3 * 3].reshape((3, 3))
-    a += 3 * 3
-    trunk = numbers[a : a + 5 * 3].reshape((5, 3))
-    a += 5 * 3
-    com = numbers[a : a + 3]
-    a += 3
-    region = numbers[a : a + legs * DIRECTIONS * 3].reshape((legs, DIRECTIONS, 3))
-    a += legs * DIRECTIONS * 3
-    posed = numbers[a : a + legs * 9].reshape((legs, 9))
-    a += legs * 9
-    ground = numbers[a : a + 4 * 3].reshape((4, 3))
-    a += 4 * 3
-    offset = numbers[a : a + legs * 3].reshape((legs, 3))
+    path, a = take(numbers, a, (3,))
+    speed, a = take(numbers, a, (3, 3))
+    pose, a = take(numbers, a, (4, 6))
+    sway, a = take(numbers, a, (4, 2))
+    clock, a = take(numbers, a, (10,))
+    foot, a = take(numbers, a, (legs, 3))
+    line, a = take(numbers, a, (3, legs, 3))
+    swing, a = take(numbers, a, (legs, 3))
+    landing, a = take(numbers, a, (legs, 3))
+    motion, a = take(numbers, a, (2, legs, 3))
+    q, a = take(numbers, a, (3, legs, 3))
+    retreat, a = take(numbers, a, (legs,))
+    body, a = take(numbers, a, (3, 3))
+    trunk, a = take(numbers, a, (5, 3))
+    com, a = take(numbers, a, (3,))
+    region, a = take(numbers, a, (legs, DIRECTIONS, 3))
+    posed, a = take(numbers, a, (legs, 9))
+    ground, a = take(numbers, a, (4, 3))
+    offset, a = take(numbers, a, (legs, 3))
+    leg, b = take(codes, 0, (legs,))
+    mode, b = take(codes, b, (4,))
     return State(
         path,
         speed,
@@ -89,8 +74,8 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
         posed,
         ground,
         offset,
-        codes[:legs],
-        codes[legs : legs + 4],
+        leg,
+        mode,
         numbers,
         codes,
     )
@@ -100,25 +85,18 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
 def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
     """The order that a row of numbers and a row of codes hold."""
     a = 0
-    velocity = numbers[a : a + 3]
-    a += 3
-    pose = numbers[a : a + 6]
-    a += 6
-    correction = numbers[a : a + 6]
-    a += 6
-    offsets = numbers[a : a + legs]
-    a += legs
-    gait = numbers[a : a + 4]
-    a += 4
-    step = numbers[a : a + 1]
-    a += 1
-    plane = numbers[a : a + 4]
-    a += 4
-    landing = numbers[a : a + legs]
-    a += legs
-    foot_offset = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    sag = numbers[a : a + legs]
+    velocity, a = take(numbers, a, (3,))
+    pose, a = take(numbers, a, (6,))
+    correction, a = take(numbers, a, (6,))
+    offsets, a = take(numbers, a, (legs,))
+    gait, a = take(numbers, a, (4,))
+    step, a = take(numbers, a, (1,))
+    plane, a = take(numbers, a, (4,))
+    landing, a = take(numbers, a, (legs,))
+    foot_offset, a = take(numbers, a, (legs, 3))
+    sag, a = take(numbers, a, (legs,))
+    used, b = take(codes, 0, (legs,))
+    touch, b = take(codes, b, (legs,))
     return Order(
         velocity,
         pose,
@@ -126,8 +104,8 @@ def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
         offsets,
         gait,
         step,
-        codes[:legs],
-        codes[legs : 2 * legs],
+        used,
+        touch,
         plane,
         landing,
         foot_offset,
@@ -139,25 +117,16 @@ def order_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Order:
 def model_at(numbers: np.ndarray, legs: int) -> Model:
     """The robot that a row of numbers holds."""
     a = 0
-    lengths = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    R_body_hip = numbers[a : a + legs * 3 * 3].reshape((legs, 3, 3))
-    a += legs * 3 * 3
-    p_body_hip = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    limits = numbers[a : a + legs * 3 * 2].reshape((legs, 3, 2))
-    a += legs * 3 * 2
-    neutral = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    folded = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    link_mass = numbers[a : a + legs * 3].reshape((legs, 3))
-    a += legs * 3
-    link_com = numbers[a : a + legs * 3 * 3].reshape((legs, 3, 3))
-    a += legs * 3 * 3
-    body_moment = numbers[a : a + 3]
-    a += 3
-    b = numbers[a : a + 4]
+    lengths, a = take(numbers, a, (legs, 3))
+    R_body_hip, a = take(numbers, a, (legs, 3, 3))
+    p_body_hip, a = take(numbers, a, (legs, 3))
+    limits, a = take(numbers, a, (legs, 3, 2))
+    neutral, a = take(numbers, a, (legs, 3))
+    folded, a = take(numbers, a, (legs, 3))
+    link_mass, a = take(numbers, a, (legs, 3))
+    link_com, a = take(numbers, a, (legs, 3, 3))
+    body_moment, a = take(numbers, a, (3,))
+    b, a = take(numbers, a, (4,))
     return Model(
         lengths,
         R_body_hip,
@@ -201,11 +170,11 @@ def tuning_at(row: np.ndarray) -> Tuning:
 def now_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> tuple[State, Order]:
     """Where an engine is, and what it is to do, in the rows of a `Memory`."""
     states, orders, _ = count_numbers(legs)
-    a, b = 2 * states, 2 * (legs + 4)
-    return (
-        state_at(numbers[:states], codes[: legs + 4], legs),
-        order_at(numbers[a : a + orders], codes[b : b + 2 * legs], legs),
-    )
+    state, _ = take(numbers, 0, (states,))
+    order, _ = take(numbers, 2 * states, (orders,))
+    doing, _ = take(codes, 0, (legs + 4,))
+    feet, _ = take(codes, 2 * (legs + 4), (2 * legs,))
+    return state_at(state, doing, legs), order_at(order, feet, legs)
 
 
 class Memory:

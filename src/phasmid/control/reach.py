@@ -22,6 +22,11 @@ CORNERS = math.cos(math.pi / DIRECTIONS)
 SHORTEST = 0.02
 """A foot whose lift waits is taken to stand at least this long [s]."""
 
+AIM, CLOSE, NEAR, GUESSES = 1.002, 1.005, 1e-4, 4
+"""Where the edge of a region is: the room that is aimed at along each ray, and that which is near
+enough to 1; or so near that a place beyond is known to be none [m]; and how often it is guessed by
+a line before the way is halved."""
+
 PLANNED, HARD = 1.0, 0.2
 """Shares of the margins of stretch and of joint limits: of what is planned, and of all targets."""
 
@@ -41,14 +46,14 @@ def room_of(model: Any, tuning: Any, leg: int, p: np.ndarray, q: np.ndarray) -> 
         1 where all margins are just kept, negative out of reach, minus infinity where no angles
         are.
     """
-    q[0], q[1], q[2], margin = angles_of(model.lengths[leg], p[0], p[1], p[2], 1.0)
+    lengths = model.lengths[leg]
+    q[0], q[1], q[2], margin = angles_of(lengths, p[0], p[1], p[2], 1.0)
     # Written so that NaN counts as out of reach.
     if not margin > 0:
         return -math.inf
-    femur, tibia = model.lengths[leg, 1], model.lengths[leg, 2]
-    # Of the full length; the cosine law has it by the angle of the knee.
-    square = femur * femur + tibia * tibia + 2 * femur * tibia * math.cos(q[2])
-    room = (1 - math.sqrt(square) / (femur + tibia)) / max(1 - tuning.stretch, 1e-9)
+    out = math.sqrt(p[0] * p[0] + p[1] * p[1]) - lengths[0]
+    length = math.sqrt(out * out + p[2] * p[2]) / (lengths[1] + lengths[2])
+    room = (1 - length) / max(1 - tuning.stretch, 1e-9)
     for k in range(3):
         low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
         edge = max(min(tuning.joint_margin, (high - low) / 8), 1e-9)
@@ -103,33 +108,47 @@ def bound_region(
     """
     R = np.empty((3, 3))
     rotation(pose[3], pose[4], pose[5], R)
-    p, p_body, p_hip, q = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    v, p_body, q = np.empty(3), np.empty(3), np.empty(3)
+    start, way, p = np.empty(3), np.empty(3), np.empty(3)
     cx, cy = model.neutral[leg, 0], model.neutral[leg, 1]
+    v[0], v[1] = cx - pose[0], cy - pose[1]
+    v[2] = slope[2] + slope[0] * cx + slope[1] * cy - model.height - pose[2]
+    to_hip(R, v, p_body)
+    for i in range(3):
+        p_body[i] -= model.p_body_hip[leg, i]
+    to_hip(model.R_body_hip[leg], p_body, start)
+    room = room_of(model, tuning, leg, start, q)
     far = model.lengths[leg, 1] + model.lengths[leg, 2]
     edge = np.empty((DIRECTIONS, 2))
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
-        dx, dy = math.cos(angle), math.sin(angle)
-        low, high, coarse = 0.0, far / 8, True
-        for _ in range(16):
-            r = high if coarse else (low + high) / 2
-            p[0], p[1] = cx + r * dx - pose[0], cy + r * dy - pose[1]
-            ground = slope[2] + slope[0] * (cx + r * dx) + slope[1] * (cy + r * dy)
-            p[2] = ground - model.height - pose[2]
-            to_hip(R, p, p_body)
+        v[0], v[1] = math.cos(angle), math.sin(angle)
+        v[2] = slope[0] * v[0] + slope[1] * v[1]
+        to_hip(R, v, p_body)
+        to_hip(model.R_body_hip[leg], p_body, way)
+        # Steps as long as a part of the leg up to the first that is too far. Then by the Illinois
+        # method, and in the middle where rooms tell no line: they jump as a foot passes the hip.
+        low, high, inner, outer, last, fine = 0.0, 0.0, room - AIM, 0.0, 0, 0
+        while high - low > NEAR or fine == 0:
+            r = (low + high) / 2
+            if fine == 0:
+                high += far / 8
+                r = high
+            elif fine <= GUESSES and inner > 0.0 and math.isfinite(outer):
+                r = low + (high - low) * inner / (inner + outer)
             for i in range(3):
-                p_body[i] -= model.p_body_hip[leg, i]
-            to_hip(model.R_body_hip[leg], p_body, p_hip)
-            good = reaches(model, tuning, leg, p_hip, 1.0, q)
-            if coarse and good and high < far:
-                low, high = high, high + far / 8
-            elif coarse:
-                coarse = False
-            elif good:
-                low = r
+                p[i] = start[i] + r * way[i]
+            found = room_of(model, tuning, leg, p, q)
+            if found >= 1.0:
+                low, inner = r, found - AIM
+                if r >= far or (fine > 0 and found < CLOSE):
+                    break
+                outer, last = outer / 2 if last == 1 else outer, 1
             else:
-                high = r
-        edge[k, 0], edge[k, 1] = low * dx, low * dy
+                high, outer = r, AIM - found
+                inner, last = inner / 2 if last == -1 else inner, -1
+            fine += fine > 0 or last == -1
+        edge[k, 0], edge[k, 1] = low * v[0], low * v[1]
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
         nx, ny = math.cos(angle), math.sin(angle)

@@ -29,6 +29,7 @@ from phasmid.control.swing import (
     yield_to_limits,
 )
 from phasmid.control.trunk import approach, follow, place_trunk, ride
+from phasmid.control.views import take
 
 OFFSET_SPEED = 0.1
 """Largest speed at which offsets of feet are followed [m/s]."""
@@ -38,6 +39,9 @@ LEAST = 0.5
 
 STRAIGHT = -0.2
 """A knee that is bent less than this turns too fast for the foot's speed [rad]."""
+
+STALE = 1e-3
+"""Where a foot may stand is looked at anew once body, ground or foot are off by this [m]."""
 
 RECOVERY = 2.0
 """How fast the slow-down ends, per second."""
@@ -260,10 +264,14 @@ def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
     slope[0], slope[1] = c * g[1] + s * g[2], c * g[2] - s * g[1]
     foot = state.landing[leg]
     slope[2] = foot[2] - g[0] - g[1] * foot[0] - g[2] * foot[1]
-    away = max(abs(slope[0] - posed[6]), abs(slope[1] - posed[7]), abs(slope[2] - posed[8]))
-    for i in range(6):
+    # By how much foot and body are about elsewhere, turns counted by how far they move a foot.
+    away = abs(slope[2] - posed[8])
+    for i in range(3):
         away = max(away, abs(state.pose[3, i] - posed[i]))
-    if away < 1e-3 and state.region[leg, 0, 0] != 0.0:
+        away = max(away, model.radius * abs(state.pose[3, 3 + i] - posed[3 + i]))
+    for i in range(2):
+        away = max(away, model.radius * abs(slope[i] - posed[6 + i]))
+    if away < STALE and state.region[leg, 0, 0] != 0.0:
         return
     for i in range(6):
         posed[i] = state.pose[3, i]
@@ -363,19 +371,21 @@ def tick(numbers: np.ndarray, codes: np.ndarray, legs: int, dt: float) -> int:
     With no time from the last update everything is only put where its numbers say, from the feet
     and the body to the joints: 1 where a foot cannot be reached there, 0 elsewhere.
     """
-    many = count_numbers(legs)
-    a, b = many[0], legs + 4
-    state, trial = (
-        state_at(numbers[:a], codes[:b], legs),
-        state_at(numbers[a : 2 * a], codes[b : 2 * b], legs),
-    )
-    a, b = 2 * a, 2 * b
-    order = order_at(numbers[a : a + many[1]], codes[b : b + 2 * legs], legs)
-    a, b = a + many[1], b + 2 * legs
-    wanted = order_at(numbers[a : a + many[1]], codes[b : b + 2 * legs], legs)
-    a += many[1]
-    model = model_at(numbers[a : a + many[2]], legs)
-    tuning = tuning_at(numbers[a + many[2] :])
+    states, orders, models = count_numbers(legs)
+    row, a = take(numbers, 0, (states,))
+    doing, b = take(codes, 0, (legs + 4,))
+    state = state_at(row, doing, legs)
+    row, a = take(numbers, a, (states,))
+    doing, b = take(codes, b, (legs + 4,))
+    trial = state_at(row, doing, legs)
+    row, a = take(numbers, a, (orders,))
+    feet, b = take(codes, b, (2 * legs,))
+    order = order_at(row, feet, legs)
+    row, a = take(numbers, a, (orders,))
+    feet, b = take(codes, b, (2 * legs,))
+    wanted = order_at(row, feet, legs)
+    row, a = take(numbers, a, (models,))
+    model, tuning = model_at(row, legs), tuning_at(numbers[a:])
     if dt == 0.0:
         for leg in range(legs):
             refresh_region(state, model, tuning, leg)

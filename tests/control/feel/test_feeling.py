@@ -7,7 +7,9 @@ import pytest
 
 from phasmid.control import Observation
 from phasmid.control.feel import FeelSettings
-from phasmid.control.feel.feeling import Feeling, Intent
+from phasmid.control.feel.feeling import Intent, feel
+from phasmid.control.feel.senses import SOURCE, room_for, senses_at
+from phasmid.control.feel.stage import FeelStage
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
     hip_from_body,
@@ -31,11 +33,11 @@ class World:
     """A robot that steps on the spot in a tripod, on ground that lies by roll and pitch."""
 
     def __init__(self, roll=0.0, pitch=0.0, **settings):
-        self.feeling = Feeling(ROBOT, FeelSettings(**({"level": 1.0} | settings)), DT)
+        self.stage = FeelStage(ROBOT, FeelSettings(**({"level": 1.0} | settings)), DT)
         self.slope = roll, pitch
         self.time = 0.0
         self.events, self.track = [], []
-        self.feeling.reset(self.observation(np.ones(6, dtype=bool)))
+        self.stage.reset(self.observation(np.ones(6, dtype=bool)))
 
     def observation(self, down, **changed):
         # A sensor that lives is never quite still.
@@ -71,11 +73,36 @@ class World:
                     Q,
                     True,
                 )
-                felt = self.feeling.update(self.observation(down, **change(down)), intent)
-                self.events += self.feeling.events
-                self.feeling.events.clear()
+                self.stage.hear(self.observation(down, **change(down)))
+                felt = self.stage.senses
+                self.events += self.stage.tell(feel(felt, self.stage.tuning, intent))
                 self.track.append(felt.correction.copy())
         return felt
+
+
+@pytest.mark.parametrize(("legs", "late", "lag"), [(4, 1, 1), (6, 5, 9), (8, 3, 2)])
+def test_the_senses_fill_their_rows(legs, late, lag):
+    """Each number belongs to one array: none is left over, and none is in two."""
+    numbers, codes = room_for(legs, late, lag)
+    senses = senses_at(numbers, codes, legs)
+    for n, part in enumerate(senses):
+        if part is not senses.counts:
+            part[:] += n + 1
+    told = np.concatenate([part.ravel() for part in senses])
+    assert len(told) == len(numbers) + len(codes)
+    assert all(np.unique(part).size == 1 for part in senses if part is not senses.counts)
+    assert numbers.all()
+
+
+def test_admittance_listens_to_the_joints_where_no_foot_tells_its_force():
+    """Switches tell of contact; what gives way needs forces, by the joints' loads."""
+    world = World(admittance=True)
+    everything = np.ones(6, dtype=bool)
+    heavy = {"foot_normal_force": None, "joint_load": np.full((6, 3), -0.2)}
+    world.stage.reset(world.observation(everything, **heavy))
+    felt = world.walk(4, lambda down: heavy)
+    assert felt.touch[~TRIPOD].tolist() == [0, 0, 0]
+    assert np.abs(felt.give[TRIPOD, 0]).min() > 1e-4
 
 
 def test_healthy_sensors_have_no_news():
@@ -101,7 +128,7 @@ def test_feet_without_switches_and_forces_are_felt_by_the_joints():
     world = World()
     everything = np.ones(6, dtype=bool)
     none = {"contact": None, "foot_normal_force": None}
-    world.feeling.reset(world.observation(everything, **none, joint_load=loads(everything)))
+    world.stage.reset(world.observation(everything, **none, joint_load=loads(everything)))
     felt = world.walk(5, lambda down: {**none, "joint_load": loads(down)})
     np.testing.assert_array_equal(felt.touch, np.where(TRIPOD, 0, 1))
     assert world.events == []
@@ -121,7 +148,7 @@ def test_soft_servos_feel_by_what_they_give_way():
     world = World()
     everything = np.ones(6, dtype=bool)
     none = {"contact": None, "foot_normal_force": None}
-    world.feeling.reset(world.observation(everything, **none))
+    world.stage.reset(world.observation(everything, **none))
     felt = world.walk(5, lambda down: {**none, "joint_position": angles(down)})
     np.testing.assert_array_equal(felt.touch, np.where(TRIPOD, 0, 1))
     # What the legs give way is made up for by raising the body.
@@ -158,7 +185,7 @@ def test_without_any_sensor_the_plan_is_trusted():
     world = World()
     felt = world.walk(4, lambda down: blind | {"joint_position": np.full((6, 3), np.nan)})
     assert set(felt.touch) == {-1}
-    assert felt.attitude == 0
+    assert felt.counts[SOURCE] == 0
     np.testing.assert_array_equal(felt.correction, 0.0)
 
 

@@ -5,7 +5,9 @@ import pytest
 
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.feel.stage import write_order
+from phasmid.control.feel import FeelSettings
+from phasmid.control.feel.stage import FeelStage, write_order
+from phasmid.control.feel.touch import HITS
 from phasmid.control.state import OBSTACLE, STANCE, SWING
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
@@ -48,61 +50,45 @@ def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
     assert swung * DT > 0.45
 
 
-def write(foot, steps, step, hits=0.0, known=None, correction=None):
-    """What the stage writes for feet that stand, over level ground; step and touch."""
-    correction = np.zeros(6) if correction is None else correction
-    touch, out = np.ones(6, dtype=np.int64), np.zeros(6, dtype=np.int64)
-    hits, leg = np.full(6, hits), np.zeros(6, dtype=np.int64)
-    known = np.zeros(6) if known is None else known
-    write_order(
-        touch,
-        hits,
-        np.zeros(5),
-        np.zeros(5),
-        np.zeros(6),
-        0.02,
-        0.0,
-        0.5,
-        0.5,
-        leg,
-        foot,
-        known,
-        steps,
-        step,
-        out,
-        correction,
-        np.zeros(4),
-        np.zeros((6, 3)),
-        np.zeros(6),
-        np.zeros((6, 3)),
-    )
-    return out
+class Stage:
+    """Writes what is felt by feet that stand, or have just hit something, over level ground."""
+
+    def __init__(self, step=STEP):
+        settings = FeelSettings(hit_rise=0.02, landing_sink=0.0, step_rise=0.5, body_rise=0.5)
+        self.stage = FeelStage(ROBOT, settings, DT)
+        self.stage.senses.planes[:] = 0.0
+        self.engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
+        self.order = self.engine.order
+        self.order.step[0] = step
+
+    def write(self, foot, hits=0.0):
+        """Write the order for feet at these places, which all have met so many obstacles."""
+        senses, state = self.stage.senses, self.engine.state
+        senses.touch[:], senses.legs[:, HITS] = 1, hits
+        state.foot[:] = foot
+        write_order(senses, self.stage.tuning, state, self.order)
+        return self.order
 
 
 def test_steps_are_higher_by_half_the_height_between_the_feet():
     """h + (max z - min z)/2, at most 2 h; and h again on level ground, or what is asked anew."""
-    foot, steps, step = np.zeros((6, 3)), np.zeros(2), np.array([STEP])
+    foot, stage = np.zeros((6, 3)), Stage()
     foot[0, 2], foot[3, 2] = 0.01, -0.01
-    write(foot, steps, step)
-    write(foot, steps, step)
-    assert step[0] == pytest.approx(STEP + 0.01)
+    stage.write(foot)
+    assert stage.write(foot).step[0] == pytest.approx(STEP + 0.01)
     foot[0, 2] = 0.2
-    write(foot, steps, step)
-    assert step[0] == pytest.approx(2 * STEP)
-    step[0] = 0.05
-    write(np.zeros((6, 3)), steps, step)
-    assert step[0] == pytest.approx(0.05)
+    assert stage.write(foot).step[0] == pytest.approx(2 * STEP)
+    stage.order.step[0] = 0.05
+    assert stage.write(np.zeros((6, 3))).step[0] == pytest.approx(0.05)
 
 
 def test_the_body_is_higher_by_half_the_height_between_the_feet():
     """Of 50 mm at most."""
-    foot, correction = np.zeros((6, 3)), np.zeros(6)
+    foot = np.zeros((6, 3))
     foot[0, 2], foot[3, 2] = 0.01, -0.01
-    write(foot, np.zeros(2), np.array([STEP]), correction=correction)
-    assert correction[2] == pytest.approx(0.01)
+    assert Stage().write(foot).correction[2] == pytest.approx(0.01)
     foot[0, 2] = 0.2
-    write(foot, np.zeros(2), np.array([STEP]), correction=correction)
-    assert correction[2] == pytest.approx(0.025)
+    assert Stage().write(foot).correction[2] == pytest.approx(0.025)
 
 
 def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
@@ -128,7 +114,9 @@ def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
 
 
 def test_an_obstacle_is_told_once():
-    """At the update of a new hit, not at those after it."""
-    foot, steps, step, known = np.zeros((6, 3)), np.zeros(2), np.array([STEP]), np.zeros(6)
-    assert (write(foot, steps, step, 1.0, known) == OBSTACLE).all()
-    assert (write(foot, steps, step, 1.0, known) == 1).all()
+    """At the update of a new hit, not at those after it; and the ground is looked for above it."""
+    foot, stage = np.zeros((6, 3)), Stage()
+    assert (stage.write(foot, 1.0).touch == OBSTACLE).all()
+    order = stage.write(foot, 1.0)
+    assert (order.touch == 1).all()
+    np.testing.assert_allclose(order.landing, 0.02)

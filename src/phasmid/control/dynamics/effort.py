@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.dynamics.cones import limited_forces
 from phasmid.control.dynamics.instant import (
     _needs_in,
@@ -21,6 +21,7 @@ from phasmid.control.dynamics.instant import (
 )
 from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.dynamics.sharing import friction_needed, load_joints, share_forces
+from phasmid.control.views import take
 from phasmid.robot import JOINTS, Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -48,6 +49,21 @@ class Effort(NamedTuple):
     remark: str
 
 
+def _space_in(
+    row: np.ndarray, legs: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What `find_effort` works in, after the needs: D, c, limits, forces and torques."""
+    D, a = take(row, needs_size(legs), (legs, 3, 3))
+    c, a = take(row, a, (legs, 3))
+    limits, a = take(row, a, (2, legs, 3))
+    force, a = take(row, a, (legs, 3))
+    torque, a = take(row, a, (legs, 3))
+    return D, c, limits, force, torque
+
+
+space_in = internal(_space_in)
+
+
 def _find_effort(
     masses: np.ndarray,
     R: np.ndarray,
@@ -64,12 +80,7 @@ def _find_effort(
 ) -> tuple[float, float, float]:
     legs = q.shape[0]
     needs = needs_in(work, legs)
-    at = 15 * legs + 6
-    D = work[at : at + 9 * legs].reshape((legs, 3, 3))
-    c = work[at + 9 * legs : at + 12 * legs].reshape((legs, 3))
-    limits = work[at + 12 * legs : at + 18 * legs].reshape((2, legs, 3))
-    force = work[at + 18 * legs : at + 21 * legs].reshape((legs, 3))
-    torque = work[at + 21 * legs : at + 24 * legs].reshape((legs, 3))
+    D, c, limits, force, torque = space_in(work, legs)
     felt = np.empty(3)
     felt[0], felt[1], felt[2] = a[0], a[1], a[2] + numbers[0]
     stall, drop = numbers[1], numbers[2]
@@ -130,14 +141,10 @@ class FeedForward:
         stall = self.settings.torque_used * servo.stall_torque
         drop = stall / servo.no_load_speed
         self.numbers = np.array([gravity, stall, drop, *self.settings.cost()])
-        self.work, at = np.zeros(needs_size(legs) + 24 * legs), needs_size(legs)
+        self.work = np.zeros(needs_size(legs) + 24 * legs)
         self._needs = _needs_in(self.work, legs)
         self._rest = _needs_in(np.zeros(needs_size(legs)), legs)
-        inverse, _, limits, force, torque = np.split(
-            self.work[at:], np.cumsum([9 * legs, 3 * legs, 6 * legs, 3 * legs])
-        )
-        self._D, self._limits = inverse.reshape(legs, 3, 3), limits.reshape(2, legs, 3)
-        self._force, self._torque = force.reshape(legs, 3), torque.reshape(legs, 3)
+        self._D, _, self._limits, self._force, self._torque = _space_in(self.work, legs)
         self._up = np.tile([0.0, 0.0, 1.0], (legs, 1))
         self._lift = np.array([0.0, 0.0, gravity])
         self._still, self._no_rates = np.zeros(3), np.zeros((legs, 3))

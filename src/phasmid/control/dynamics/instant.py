@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
+from phasmid.control.views import take
 from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.robot import Robot
 
@@ -78,21 +79,31 @@ def packed(robot: Robot, *, rotor: float = 0.0) -> Float[np.ndarray, " numbers"]
 
 
 def _unpack(row: np.ndarray, legs: int) -> Masses:
-    n = legs
+    lengths, a = take(row, 0, (legs, 3))
+    mass, a = take(row, a, (legs, 3))
+    first, a = take(row, a, (legs, 3, 3))
+    second, a = take(row, a, (legs, 3, 3, 3))
+    R_body_hip, a = take(row, a, (legs, 3, 3))
+    p_body_hip, a = take(row, a, (legs, 3))
+    trunk_mass, a = take(row, a, (1,))
+    trunk_first, a = take(row, a, (3,))
+    trunk_second, a = take(row, a, (3, 3))
+    rotor, a = take(row, a, (1,))
     return Masses(
-        row[: 3 * n].reshape((n, 3)),
-        row[3 * n : 6 * n].reshape((n, 3)),
-        row[6 * n : 15 * n].reshape((n, 3, 3)),
-        row[15 * n : 42 * n].reshape((n, 3, 3, 3)),
-        row[42 * n : 51 * n].reshape((n, 3, 3)),
-        row[51 * n : 54 * n].reshape((n, 3)),
-        row[54 * n : 54 * n + 1],
-        row[54 * n + 1 : 54 * n + 4],
-        row[54 * n + 4 : 54 * n + 13].reshape((3, 3)),
-        row[54 * n + 13 : 54 * n + 14],
+        lengths,
+        mass,
+        first,
+        second,
+        R_body_hip,
+        p_body_hip,
+        trunk_mass,
+        trunk_first,
+        trunk_second,
+        rotor,
     )
 
 
+@internal
 def needs_size(legs: int) -> int:
     """How many numbers the needs of a robot are.
 
@@ -103,13 +114,11 @@ def needs_size(legs: int) -> int:
 
 
 def _needs_in(row: np.ndarray, legs: int) -> Needs:
-    n = legs
-    return Needs(
-        row[: 3 * n].reshape((n, 3)),
-        row[15 * n : 15 * n + 6],
-        row[3 * n : 6 * n].reshape((n, 3)),
-        row[6 * n : 15 * n].reshape((n, 3, 3)),
-    )
+    torque, a = take(row, 0, (legs, 3))
+    foot, a = take(row, a, (legs, 3))
+    jacobian, a = take(row, a, (legs, 3, 3))
+    wrench, a = take(row, a, (6,))
+    return Needs(torque, wrench, foot, jacobian)
 
 
 def _find_needs(

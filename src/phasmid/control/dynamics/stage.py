@@ -10,6 +10,7 @@ from phasmid.control.dynamics.effort import Effort, FeedForward, find_effort
 from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.memory import Memory, now_at, unwrapped
 from phasmid.control.state import STANCE, WALKING
+from phasmid.control.views import take
 from phasmid.robot import Robot
 
 LEAST = 1e-3
@@ -84,14 +85,12 @@ def fill_shares(
 @internal
 def _own_at(row: np.ndarray, legs: int) -> Own:
     """Views of what the stage keeps in one row."""
-    n = 5 * legs
-    return (
-        row[:legs],
-        row[legs : 2 * legs],
-        row[2 * legs : n].reshape((legs, 3)),
-        row[n : n + 6 * legs].reshape((2, legs, 3)),
-        row[n + 6 * legs : n + 6 * legs + 9].reshape((3, 3)),
-    )
+    share, a = take(row, 0, (legs,))
+    landed, a = take(row, a, (legs,))
+    normals, a = take(row, a, (legs, 3))
+    rates, a = take(row, a, (2, legs, 3))
+    trunk, a = take(row, a, (3, 3))
+    return share, landed, normals, rates, trunk
 
 
 @compiled

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 
 # Columns of a foot's memory.
 OFFSET, SPEED = 0, 1
@@ -45,7 +45,7 @@ def transition(
     return A, b
 
 
-@compiled
+@internal
 def share_weight(
     weight: float,
     com: Float[np.ndarray, " place"],
@@ -90,7 +90,7 @@ def share_weight(
             force[i] = max(weight / n + q * x + r * y, 0.0)
 
 
-@compiled
+@internal
 def give_way(
     measured: Float[np.ndarray, " legs"],
     wanted: Float[np.ndarray, " legs"],

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 
 # What is remembered: up in body axes by all sensors, up by gyro and accelerometer alone, the
 # gyro's bias, the last orientation told, and times.
@@ -28,7 +28,7 @@ HARSH = 0.3
 """Share by which the specific force may differ from one g and still tell where up is."""
 
 
-@compiled
+@internal
 def feel_attitude(
     dt: float,
     gravity: float,

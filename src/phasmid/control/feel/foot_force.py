@@ -7,14 +7,14 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 
 LEAST_BEND = 0.2
 """Sine of the angle between the lines from femur and tibia joints to the foot below which torques
 tell no force: the leg is stretched."""
 
 
-@compiled
+@internal
 def foot_forces(
     q: Float[np.ndarray, "legs 3"],
     torque: Float[np.ndarray, "legs 3"],

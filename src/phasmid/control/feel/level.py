@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 
 # What is remembered: up as seen from the ground, and the corrections.
 UP, CORRECTION = slice(0, 3), slice(3, 8)
@@ -21,7 +21,7 @@ AHEAD, LEFT, RISE, ROLL, PITCH = range(5)
 LEVEL, LEVEL_TIME, LEVEL_RATE, LEVEL_LIMIT, SHIFT, SHIFT_RATE, SHIFT_LIMIT, EASE_TIME = range(8)
 
 
-@compiled
+@internal
 def level_body(
     dt: float,
     trusted: bool,

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 
 # What is told of a plane: its height and slopes at a place, and that place.
 HEIGHT, SLOPE_X, SLOPE_Y, AT_X, AT_Y = range(5)
 
 
-@compiled
+@internal
 def fit_plane(
     dt: float,
     feet: Float[np.ndarray, "legs 3"],

@@ -7,13 +7,13 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 
 SPREAD = 0.03
 """Feet that spread less than this across a line tell nothing of the body's tilt across it [m]."""
 
 
-@compiled
+@internal
 def fit_sag(
     wanted: Float[np.ndarray, "legs 3"],
     measured: Float[np.ndarray, "legs 3"],

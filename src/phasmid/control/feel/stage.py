@@ -6,9 +6,23 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled
-from phasmid.control.feel.feeling import Feeling, Felt, Intent
+from phasmid.compiled import compiled, internal
+from phasmid.control.feel import attitude, touch
+from phasmid.control.feel.feeling import ATTITUDE_NEWS, SENSOR_NEWS, Intent, feel
+from phasmid.control.feel.senses import (
+    SOURCE,
+    FeelTuning,
+    Senses,
+    feel_tuning_at,
+    feel_tuning_row,
+    forget,
+    room_for,
+    senses_at,
+)
 from phasmid.control.feel.settings import FeelSettings
+from phasmid.control.feel.touch import HITS
+from phasmid.control.feel.upright import set_upright
+from phasmid.control.memory import Memory, now_at, unwrapped
 from phasmid.control.observation import Observation
 from phasmid.control.state import (
     HELD,
@@ -23,6 +37,13 @@ from phasmid.control.state import (
 )
 from phasmid.robot import Robot
 
+SOURCES = {
+    attitude.NONE: "no inertial sensor is to be believed; levelling eases out",
+    attitude.ORIENTATION: "the inertial sensor's orientation is heard",
+    attitude.ACCELEROMETER: "no orientation is to be believed; gyro and accelerometer are heard",
+}
+"""What tells of the body's attitude, in words."""
+
 
 class FeelStage:
     """Puts what is felt into the engine's order: touch, plane, corrections, landing heights.
@@ -31,164 +52,182 @@ class FeelStage:
         robot: The robot, L legs.
         settings: How it feels.
         dt: From one update to the next [s].
+
+    Attributes:
+        senses: What is told, felt and remembered.
+        tuning: How it feels, as numbers.
     """
 
     def __init__(self, robot: Robot, settings: FeelSettings, dt: float) -> None:
-        self.feeling = Feeling(robot, settings, dt)
-        self.settings = settings
+        self.robot = robot
         legs = len(robot.legs)
-        self._standing = np.ones(legs, dtype=bool)
-        self._progress = np.zeros(legs)
-        self._R_path = np.eye(3)
-        self._hits = np.zeros(legs)
-        # Height of a step that is asked, and what was made of it.
-        self._steps = np.zeros(2)
-        self.felt: Felt | None = None
+        late, lag = max(1, round(settings.joint_delay / dt)), 1 + round(settings.motion_lag / dt)
+        self._numbers, self._codes = room_for(legs, late, lag)
+        self._row = feel_tuning_row(robot, settings, dt)
+        # Plain Python's own views: what is compiled would give Python the same ones.
+        self.senses: Senses = unwrapped(senses_at)(self._numbers, self._codes, legs)
+        self.tuning: FeelTuning = unwrapped(feel_tuning_at)(self._row, legs)
+        forget(self.senses)
 
     def reset(self, observation: Observation) -> None:
-        """Forget all; see `Feeling.reset`."""
-        self.feeling.reset(observation)
-        self.felt = None
+        """Forget all; the sensors that this observation holds are those that the robot has."""
+        forget(self.senses)
+        o = observation
+        has = o.contact is not None, o.foot_normal_force is not None, o.joint_load is not None
+        # Angles that do not give way tell nothing; they are heard where loads are not told.
+        self.senses.present[:] = self.senses.heard[:] = (*has, o.joint_load is None)
 
-    def update(self, observation: Observation, state: State, order: Order) -> list[str]:
+    def update(self, observation: Observation, memory: Memory) -> list[str]:
         """Feel, and write the order.
 
         Args:
             observation: What the sensors told.
-            state: Where the engine is, at its last update.
-            order: Is changed.
+            memory: The engine's: where it is, at its last update, and its order, which is changed.
 
         Returns:
             What is new of the sensors, a sentence each.
         """
-        tell_intent(
-            state.leg,
-            state.swing,
-            state.retreat,
-            state.path,
-            self._standing,
-            self._progress,
-            self._R_path,
+        self.hear(observation)
+        news = feel_order(
+            memory.numbers, memory.codes, memory.legs, self._numbers, self._codes, self._row
         )
-        self.feeling.set_upright(state)
-        felt = self.felt = self.feeling.update(
-            observation,
-            Intent(
-                self._standing,
-                self._progress,
-                state.foot,
-                state.path,
-                state.trunk[0],
-                state.body,
-                self._R_path,
-                state.q[0],
-                bool(state.mode[0] != STILL),
-            ),
-        )
-        write_order(
-            felt.touch,
-            felt.hits,
-            felt.correction,
-            felt.plane,
-            felt.foot_offset,
-            self.settings.hit_rise,
-            self.settings.landing_sink,
-            self.settings.step_rise,
-            self.settings.body_rise,
-            state.leg,
-            state.foot,
-            self._hits,
-            self._steps,
-            order.step,
-            order.touch,
-            order.correction,
-            order.plane,
-            order.foot_offset,
-            order.landing,
-            state.landing,
-        )
-        # A leg that is limp sags by more than any that gives way.
-        np.minimum(felt.sag, self.settings.height_limit, out=order.sag)
-        events = self.feeling.events
-        if not events:
-            return []
-        told = events.copy()
-        events.clear()
+        return self.tell(news) if news else []
+
+    def hear(self, observation: Observation) -> None:
+        """Note what the sensors told."""
+        o, senses, nothing = observation, self.senses, math.nan
+        senses.joint_position[:] = o.joint_position
+        senses.joint_load[:] = nothing if o.joint_load is None else o.joint_load
+        senses.contact[:] = nothing if o.contact is None else o.contact
+        force = o.foot_normal_force
+        senses.normal_force[:] = nothing if force is None else force
+        senses.orientation[:] = nothing if o.orientation is None else o.orientation
+        gyro = o.angular_velocity
+        senses.angular_velocity[:] = nothing if gyro is None else gyro
+        senses.acceleration[:] = nothing if o.acceleration is None else o.acceleration
+
+    def tell(self, news: int) -> list[str]:
+        """Put news in words, one sentence for each sensor and kind; it is then told.
+
+        Args:
+            news: As `feel` returned it.
+        """
+        told = []
+        if news & SENSOR_NEWS:
+            for s, i in np.argwhere(self.senses.news):
+                name, kind = self.robot.legs[i].name, int(self.senses.news[s, i])
+                told.append(f"{touch.SENSORS[s]} of leg {name} {touch.TOLD[kind]}")
+            self.senses.news[:] = 0
+        if news & ATTITUDE_NEWS:
+            told.append(SOURCES[int(self.senses.counts[SOURCE])])
         return told
 
 
 @compiled
-def tell_intent(
-    leg: np.ndarray,
-    swing: np.ndarray,
-    retreat: np.ndarray,
-    path: np.ndarray,
-    standing: np.ndarray,
-    progress: np.ndarray,
-    R_path: np.ndarray,
-) -> None:
-    """Write which feet stand, how far the others have swung, and the axes of the path."""
+def feel_order(
+    numbers: np.ndarray,
+    codes: np.ndarray,
+    legs: int,
+    own_numbers: np.ndarray,
+    own_codes: np.ndarray,
+    row: np.ndarray,
+) -> int:
+    """Feel, and write the order; see `feel`.
+
+    Args:
+        numbers: Of the engine's `Memory`.
+        codes: The same.
+        legs: Number of legs.
+        own_numbers: Of the `Senses`.
+        own_codes: The same.
+        row: Of the `FeelTuning`.
+    """
+    state, order = now_at(numbers, codes, legs)
+    senses, tuning = senses_at(own_numbers, own_codes, legs), feel_tuning_at(row, legs)
+    intent = intent_of(state, senses)
+    if math.isfinite(senses.planes[0, 0]):
+        set_upright(tuning.dt, state, senses.level, senses.stood, senses.planes, senses.turned)
+    news = feel(senses, tuning, intent)
+    write_order(senses, tuning, state, order)
+    return news
+
+
+@internal
+def intent_of(state: State, senses: Senses) -> Intent:
+    """What an engine has asked: which feet stand, how far the others have swung, and the rest.
+
+    Args:
+        state: Where the engine is.
+        senses: Their `standing` and `progress` are written.
+    """
+    leg, swing, standing, progress = state.leg, state.swing, senses.standing, senses.progress
     for i in range(len(leg)):
         doing = leg[i]
-        standing[i] = doing in (STANCE, SETTLING)
+        standing[i] = 1 if doing in (STANCE, SETTLING) else 0
         progress[i] = 0.0
-        if doing == SWING and retreat[i] == 0.0:
+        if doing == SWING and state.retreat[i] == 0.0:
             progress[i] = min(max(swing[i, 0] / swing[i, 1], 0.0), 1.0)
         elif doing in (PROBING, HELD):
             progress[i] = 1.0
-    c, s = math.cos(path[2]), math.sin(path[2])
+    c, s = math.cos(state.path[2]), math.sin(state.path[2])
+    R_path = np.zeros((3, 3))
     R_path[0, 0], R_path[0, 1] = c, -s
     R_path[1, 0], R_path[1, 1] = s, c
+    R_path[2, 2] = 1.0
+    return Intent(
+        standing,
+        progress,
+        state.foot,
+        state.path,
+        state.trunk[0],
+        state.body,
+        R_path,
+        state.q[0],
+        state.mode[0] != STILL,
+    )
 
 
-@compiled
-def write_order(
-    touch: np.ndarray,
-    hits: np.ndarray,
-    correction: np.ndarray,
-    plane: np.ndarray,
-    offset: np.ndarray,
-    hit_rise: float,
-    sink: float,
-    step_rise: float,
-    body_rise: float,
-    leg: np.ndarray,
-    foot: np.ndarray,
-    known: np.ndarray,
-    steps: np.ndarray,
-    to_step: np.ndarray,
-    to_touch: np.ndarray,
-    to_correction: np.ndarray,
-    to_plane: np.ndarray,
-    to_offset: np.ndarray,
-    to_landing: np.ndarray,
-    landing: np.ndarray,
-) -> None:
-    """Write what is felt where the engine's loops read it."""
+@internal
+def write_order(senses: Senses, tuning: FeelTuning, state: State, order: Order) -> None:
+    """Write what is felt where the engine's loops read it.
+
+    Args:
+        senses: What is felt; what has been told of it is noted there.
+        tuning: How it is taken.
+        state: Where the engine is.
+        order: Is changed.
+    """
+    plane, steps, correction = senses.planes[2], senses.steps, order.correction
     for i in range(5):
-        to_correction[i] = correction[i]
+        correction[i] = senses.correction[i]
     n = 1.0 / math.sqrt(1.0 + plane[1] ** 2 + plane[2] ** 2)
-    to_plane[0], to_plane[1], to_plane[2] = -plane[1] * n, -plane[2] * n, n
-    to_plane[3] = plane[0] - plane[1] * plane[3] - plane[2] * plane[4]
+    order.plane[0], order.plane[1], order.plane[2] = -plane[1] * n, -plane[2] * n, n
+    height = order.plane[3] = plane[0] - plane[1] * plane[3] - plane[2] * plane[4]
     low, high = 0.0, 0.0
-    for i in range(len(touch)):
-        if leg[i] == STANCE:
-            z = foot[i, 2] - to_plane[3] - plane[1] * foot[i, 0] - plane[2] * foot[i, 1]
+    for i in range(len(state.leg)):
+        if state.leg[i] == STANCE:
+            foot = state.foot[i]
+            z = foot[2] - height - plane[1] * foot[0] - plane[2] * foot[1]
             low, high = min(low, z), max(high, z)
     # Legs that step higher need more room.
-    to_correction[2] += body_rise * min(high - low, 0.05)
-    if to_step[0] != steps[1]:
-        steps[0] = to_step[0]
+    correction[2] += tuning.body_rise * min(high - low, 0.05)
+    if order.step[0] != steps[1]:
+        steps[0] = order.step[0]
     # Ground that is as rough as what the feet stand on is stepped over.
-    to_step[0] = steps[1] = steps[0] + min(step_rise * (high - low), steps[0])
-    for i in range(len(touch)):
-        to_touch[i] = touch[i]
-        if hits[i] > known[i] and touch[i] == 1:
-            to_touch[i] = OBSTACLE
-        known[i] = hits[i]
-        to_offset[i, 2] = offset[i]
-        to_landing[i] = math.nan
-        if touch[i] >= 0:
-            z = to_plane[3] + plane[1] * landing[i, 0] + plane[2] * landing[i, 1]
+    steps[1] = steps[0] + min(tuning.step_rise * (high - low), steps[0])
+    order.step[0] = steps[1]
+    for i in range(len(state.leg)):
+        hits = senses.legs[i, HITS]
+        order.touch[i] = senses.touch[i]
+        if hits > senses.known[i] and senses.touch[i] == 1:
+            order.touch[i] = OBSTACLE
+        senses.known[i] = hits
+        order.foot_offset[i, 2] = senses.give[i, 0]
+        # A leg that is limp sags by more than any that gives way.
+        order.sag[i] = min(senses.sag[i], tuning.height_limit)
+        order.landing[i] = math.nan
+        if senses.touch[i] >= 0:
+            landing = state.landing[i]
+            z = height + plane[1] * landing[0] + plane[2] * landing[1]
             # Where a foot has met an obstacle on its way it looks for the ground on top of it.
-            to_landing[i] = z - sink + min(hits[i], 3.0) * hit_rise
+            order.landing[i] = z - tuning.landing_sink + min(hits, 3.0) * tuning.hit_rise

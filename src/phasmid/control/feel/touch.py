@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from phasmid.compiled import compiled
+from phasmid.compiled import internal
 
 SENSORS = ("contact switch", "force sensor", "joint loads", "joint angles")
 """What tells of a foot's contact, the best first."""
@@ -53,7 +53,7 @@ HEALING = 0.5
 """By this each step that fits makes up for one that does not."""
 
 
-@compiled
+@internal
 def feel_touch(
     dt: float,
     reading: Float[np.ndarray, "4 legs"],
@@ -157,7 +157,7 @@ def feel_touch(
     return count
 
 
-@compiled
+@internal
 def judge_sensors(
     standing: Bool[np.ndarray, " legs"],
     bad_steps: float,

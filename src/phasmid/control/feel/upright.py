@@ -7,17 +7,16 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import internal
 from phasmid.control.feel.level import UP
 from phasmid.control.feel.plane import AT_X, AT_Y, HEIGHT, SLOPE_X, SLOPE_Y
-from phasmid.control.memory import state_at
 from phasmid.control.state import State
 
 UPRIGHT_TIME, UPRIGHT_RATE = 0.5, 0.35
 """Within what time odom comes upright [s], and how fast it may turn [rad/s]."""
 
 
-@compiled
+@internal
 def turn(R: np.ndarray, vectors: np.ndarray) -> None:
     """Turn vectors in place, shape (N, 3)."""
     for i in range(len(vectors)):
@@ -26,7 +25,7 @@ def turn(R: np.ndarray, vectors: np.ndarray) -> None:
             vectors[i, k] = R[k, 0] * x + R[k, 1] * y + R[k, 2] * z
 
 
-@compiled
+@internal
 def turn_about(R: np.ndarray, p: np.ndarray, places: np.ndarray) -> None:
     """Turn places about a point in place, shape (N, 3)."""
     for i in range(len(places)):
@@ -35,7 +34,7 @@ def turn_about(R: np.ndarray, p: np.ndarray, places: np.ndarray) -> None:
             places[i, k] = p[k] + R[k, 0] * x + R[k, 1] * y + R[k, 2] * z
 
 
-@compiled
+@internal
 def slopes_of(R: np.ndarray, slope_x: float, slope_y: float) -> tuple[float, float]:
     """Slopes of a plane once it is turned."""
     x = -R[0, 0] * slope_x - R[0, 1] * slope_y + R[0, 2]
@@ -116,27 +115,3 @@ def set_upright(
         a, b = slopes_of(R, ground[k, 1], ground[k, 2])
         ground[k, 0] += (ground[k, 1] - a) * path[0] + (ground[k, 2] - b) * path[1]
         ground[k, 1], ground[k, 2] = a, b
-
-
-@compiled
-def set_engine_upright(
-    dt: float,
-    numbers: np.ndarray,
-    codes: np.ndarray,
-    level: Float[np.ndarray, " 9"],
-    stood: Float[np.ndarray, "legs 4"],
-    planes: Float[np.ndarray, "3 5"],
-    turned: Float[np.ndarray, "N 3 3"],
-) -> None:
-    """Do as `set_upright` with the state of an engine, given as its two rows.
-
-    Args:
-        dt: As there.
-        numbers: Of the state.
-        codes: The same.
-        level: As there.
-        stood: As there.
-        planes: As there.
-        turned: As there.
-    """
-    set_upright(dt, state_at(numbers, codes, len(stood)), level, stood, planes, turned)
