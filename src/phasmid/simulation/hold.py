@@ -78,10 +78,11 @@ class Hold:
         period = steps * dt
         self._weights = _weights(between, np.arange(steps) / steps, period)
         self.rows = np.zeros(self._shape)
+        self._torque = np.zeros(self._shape[1:])
         self._ends = np.concatenate([q.ravel(), qd.ravel()] * 2).reshape(4, -1)
 
     def setpoints(self, targets: JointTargets) -> Setpoints:
-        """What the joints do at each step from an update to before the next.
+        """What the joints do at each step from an update to before the next; good until then.
 
         Args:
             targets: Of that update.
@@ -92,7 +93,8 @@ class Hold:
         rows = self.rows = (self._weights @ ends).reshape(self._shape)
         torque = None
         if targets.torque is not None:
-            torque = np.broadcast_to(targets.torque, self._shape[1:])
+            torque = self._torque
+            torque[:] = targets.torque
         return Setpoints(rows[0], rows[1], rows[2], torque)
 
     @property
