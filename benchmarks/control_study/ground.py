@@ -20,8 +20,11 @@ from phasmid.simulation.start import standing
 from .study import Case, grouped, markdown
 
 ROBOT, DRIVE = "phantomx-mk4", "ideal-servo"
-SPEED, PERIOD, STEP_HEIGHT = 0.06, 1.3, 0.05
+SPEED, PERIOD, STEP_HEIGHT = 0.06, 1.3, EngineSettings().step_height
 """Commanded speed ahead [m/s], time of a cycle of the tripod [s], height of a step [m]."""
+
+HIGHER_STEPS = {"blocks with steps of 50 mm": 0.05}
+"""Kinds of ground on which steps are told to be higher [m]."""
 
 DISTANCE, ASTRAY, LIMIT = 0.6, 0.2, 20.0
 """Way to be made [m], farthest aside [m], within this time [s]."""
@@ -44,7 +47,8 @@ PASSED = 0.9
 """Part of the seeds that must come through for a roughness to be passed."""
 
 GROUNDS: dict[str, tuple[str, tuple[float, ...], str]] = {
-    "blocks": ("block_height_mm", (10, 20, 30, 40, 60, 80, 100), "mm"),
+    "blocks": ("block_height_mm", (10, 20, 30, 40, 60, 80, 100, 120), "mm"),
+    "blocks with steps of 50 mm": ("block_height_mm", (40, 60, 80, 100), "mm"),
     "hills": ("roughness_mm", (5, 10, 15, 20), "mm"),
     "slope": ("slope_deg", (5, 10, 15, 20, 25), "°"),
     "stairs": ("rise_mm", (20, 40), "mm"),
@@ -54,12 +58,14 @@ GROUNDS: dict[str, tuple[str, tuple[float, ...], str]] = {
 
 FIXED = {
     "blocks": {"block_size_mm": 100},
+    "blocks with steps of 50 mm": {"block_size_mm": 100},
     "hills": {"rough_length_mm": 300},
     "slope": {},
     "stairs": {"run_mm": 150},
     "gap": {"gap_depth_mm": 100},
 }
-KINDS = {"hills": "rough"}
+KINDS = {"hills": "rough", "blocks with steps of 50 mm": "blocks"}
+"""What a kind is called in a scenario, where that is another word."""
 
 
 def cases(
@@ -104,7 +110,10 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
     engine = LocomotionEngine(
         robot,
         EngineSettings(
-            period=PERIOD, step_height=STEP_HEIGHT, senses=FeelSettings(), **MODES[mode]
+            period=PERIOD,
+            step_height=HIGHER_STEPS.get(kind, STEP_HEIGHT),
+            senses=FeelSettings(),
+            **MODES[mode],
         ),
     )
     told = Command(velocity=(SPEED, 0.0, 0.0))
@@ -158,7 +167,8 @@ def table(results: list[Case]) -> str:
     rows = []
     for (kind, size), runs in grouped(results, "kind", "size").items():
         unit = GROUNDS[kind][2]
-        row = [f"{kind} {size:g} {unit}".replace(" °", "°")]
+        name, said, extra = kind.partition(" with ")
+        row = [f"{name} {size:g} {unit}{said}{extra}".replace(" °", "°")]
         for mode in modes:
             mine = [run for run in runs if run["mode"] == mode and "passed" in run]
             if not mine:
