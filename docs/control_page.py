@@ -261,9 +261,9 @@ def of_terrain(results: list[study.Case], levelled: study.Case) -> str:
     least, most = min(counts), max(counts)
     seeds = f"{most} seeds each" if least == most else f"{least} to {most} seeds each"
     lines = []
-    for kind in ("blocks", *ground.HIGHER_STEPS, "hills", "slope"):
+    for kind in ("blocks", ground.HIGH, "hills", "slope"):
         if any(run["kind"] == kind for run in results):
-            unit = f" {ground.GROUNDS[kind][2]}".replace(" °", "°")
+            unit = f" {ground.GROUNDS[kind].unit}".replace(" °", "°")
             passed = ground.largest_passed(results, kind)
             each = ", ".join(f"{mode} {size:g}{unit}" for mode, size in passed.items())
             lines.append(
@@ -277,8 +277,8 @@ def of_terrain(results: list[study.Case], levelled: study.Case) -> str:
         f"side, by the seed, as are its heights; {seeds}. The controller knows nothing "
         f"of it. A `{ground.ROBOT}` on ideal servos is told {1000 * ground.SPEED:.0f} mm/s ahead, "
         f"tripod, a cycle of {ground.PERIOD:g} s, steps of {1000 * ground.STEP_HEIGHT:.0f} mm, the "
-        "engine's own; where rows say so, of 50 mm, as somebody would choose who expects rough "
-        "ground and does not feel it. It comes through if it makes "
+        f"engine's own; where rows say so, of {1000 * ground.HIGHER:.0f} mm, as somebody would "
+        "choose who expects rough ground and does not feel it. It comes through if it makes "
         f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, "
         f"nobody steering, without falling or tilting by more than 35° and no farther than "
         f"{1000 * ground.ASTRAY:.0f} mm aside; a run ends once that is decided, as late where it "

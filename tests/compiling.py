@@ -7,7 +7,6 @@ from contextlib import contextmanager
 import numpy as np
 
 import phasmid
-from phasmid.compiled import is_compiled
 from phasmid.control import Command, Observation
 
 LONGEST = 300.0
@@ -59,10 +58,10 @@ def compile_once(folder):
     Args:
         folder: That the processes of one run share.
     """
-    from phasmid.control.step import tick
+    from phasmid.control.loops import are_compiled
 
-    if "PYTEST_XDIST_WORKER" not in os.environ or is_compiled(tick):
+    if "PYTEST_XDIST_WORKER" not in os.environ or are_compiled():
         return
     with one_at_a_time(folder / "compiling.lock"):
-        if not is_compiled(tick):
+        if not are_compiled():
             walk_once()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,9 +23,6 @@ from .study import Case, grouped, markdown
 ROBOT, DRIVE = "phantomx-mk4", "ideal-servo"
 SPEED, PERIOD, STEP_HEIGHT = 0.06, 1.3, EngineSettings().step_height
 """Commanded speed ahead [m/s], time of a cycle of the tripod [s], height of a step [m]."""
-
-HIGHER_STEPS = {"blocks with steps of 50 mm": 0.05}
-"""Kinds of ground on which steps are told to be higher [m]."""
 
 DISTANCE, ASTRAY, LIMIT = 0.6, 0.2, 20.0
 """Way to be made [m], farthest aside [m], within this time [s]."""
@@ -46,26 +44,39 @@ MODES = {
 PASSED = 0.9
 """Part of the seeds that must come through for a roughness to be passed."""
 
-GROUNDS: dict[str, tuple[str, tuple[float, ...], str]] = {
-    "blocks": ("block_height_mm", (10, 20, 30, 40, 60, 80, 100, 120), "mm"),
-    "blocks with steps of 50 mm": ("block_height_mm", (40, 60, 80, 100), "mm"),
-    "hills": ("roughness_mm", (5, 10, 15, 20), "mm"),
-    "slope": ("slope_deg", (5, 10, 15, 20, 25), "°"),
-    "stairs": ("rise_mm", (20, 40), "mm"),
-    "gap": ("gap_width_mm", (30, 60), "mm"),
-}
-"""By kind: the field that is changed, its values and their unit."""
+HIGHER = 0.05
+"""Height of a step that somebody chooses who expects rough ground and does not feel it [m]."""
 
-FIXED = {
-    "blocks": {"block_size_mm": 100},
-    "blocks with steps of 50 mm": {"block_size_mm": 100},
-    "hills": {"rough_length_mm": 300},
-    "slope": {},
-    "stairs": {"run_mm": 150},
-    "gap": {"gap_depth_mm": 100},
+
+class Ground(NamedTuple):
+    """A kind of ground.
+
+    Attributes:
+        field: Of a scenario's terrain that is changed.
+        sizes: Its values.
+        unit: Of these.
+        fixed: Other fields.
+        terrain: What the kind is called in a scenario.
+        step_height: Of the walk on it [m].
+    """
+
+    field: str
+    sizes: tuple[float, ...]
+    unit: str
+    fixed: dict[str, float]
+    terrain: str
+    step_height: float = STEP_HEIGHT
+
+
+BLOCKS, HIGH = {"block_size_mm": 100}, f"blocks with steps of {1000 * HIGHER:.0f} mm"
+GROUNDS = {
+    "blocks": Ground("block_height_mm", (10, 20, 30, 40, 60, 80, 100, 120), "mm", BLOCKS, "blocks"),
+    HIGH: Ground("block_height_mm", (40, 60, 80, 100), "mm", BLOCKS, "blocks", HIGHER),
+    "hills": Ground("roughness_mm", (5, 10, 15, 20), "mm", {"rough_length_mm": 300}, "rough"),
+    "slope": Ground("slope_deg", (5, 10, 15, 20, 25), "°", {}, "slope"),
+    "stairs": Ground("rise_mm", (20, 40), "mm", {"run_mm": 150}, "stairs"),
+    "gap": Ground("gap_width_mm", (30, 60), "mm", {"gap_depth_mm": 100}, "gap"),
 }
-KINDS = {"hills": "rough", "blocks with steps of 50 mm": "blocks"}
-"""What a kind is called in a scenario, where that is another word."""
 
 
 def cases(
@@ -75,7 +86,7 @@ def cases(
     return [
         {"kind": kind, "size": size, "mode": mode, "seed": seed}
         for kind in kinds
-        for size in GROUNDS[kind][1]
+        for size in GROUNDS[kind].sizes
         for mode in modes
         for seed in range(seeds)
     ]
@@ -83,11 +94,11 @@ def cases(
 
 def scenario_of(kind: str, size: float, seed: int) -> Scenario:
     """The ground and where the robot stands on it, by the seed."""
-    rng = np.random.default_rng([seed, 77])
+    ground, rng = GROUNDS[kind], np.random.default_rng([seed, 77])
     terrain = {
-        "kind": KINDS.get(kind, kind),
-        GROUNDS[kind][0]: size,
-        **FIXED[kind],
+        "kind": ground.terrain,
+        ground.field: size,
+        **ground.fixed,
         "planned_on": "level",
         "terrain_seed": seed + 1,
         # The robot stands where it may, and does not meet the ground head-on.
@@ -111,7 +122,7 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
         robot,
         EngineSettings(
             period=PERIOD,
-            step_height=HIGHER_STEPS.get(kind, STEP_HEIGHT),
+            step_height=GROUNDS[kind].step_height,
             senses=FeelSettings(),
             **MODES[mode],
         ),
@@ -166,7 +177,7 @@ def table(results: list[Case]) -> str:
     modes = [mode for (mode,) in grouped(results, "mode")]
     rows = []
     for (kind, size), runs in grouped(results, "kind", "size").items():
-        unit = GROUNDS[kind][2]
+        unit = GROUNDS[kind].unit
         name, said, extra = kind.partition(" with ")
         row = [f"{name} {size:g} {unit}{said}{extra}".replace(" °", "°")]
         for mode in modes:
@@ -229,7 +240,8 @@ def draw(results: list[Case], path: str) -> None:
             share = [100 * np.mean([run["passed"] for run in mine]) for mine in sizes.values()]
             style = {"without": ":s", "feeling": "--o", "dynamics": "-.v"}.get(mode, "-^")
             axes.plot([size for (size,) in sizes], share, style, label=mode, ms=4)
-        axes.set(title=kind, xlabel=f"{GROUNDS[kind][0].replace('_', ' ')}", ylim=(-5, 105))
+        title = kind.replace(" with ", "\nwith ")
+        axes.set(title=title, xlabel=f"{GROUNDS[kind].field.replace('_', ' ')}", ylim=(-5, 105))
     figure.axes[0].set_ylabel("come through [%]")
     figure.axes[0].legend(fontsize=7)
     figure.savefig(path, dpi=80, metadata={"Software": None})

@@ -82,7 +82,7 @@ def test_keys_change_the_command_and_end_the_drive(monkeypatch):
 
 @pytest.mark.parametrize("is_cold", [True, False])
 def test_who_would_wait_for_the_compiler_is_told_so(is_cold, monkeypatch, capsys):
-    monkeypatch.setattr("phasmid.compiled.is_compiled", lambda function: not is_cold)
+    monkeypatch.setattr("phasmid.control.loops.are_compiled", lambda: not is_cold)
     drive.tell_of_compiling()
     told = capsys.readouterr().err
     assert told.startswith("phasmid: compiling the controller") == is_cold

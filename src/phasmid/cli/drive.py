@@ -94,10 +94,9 @@ def run(options: argparse.Namespace) -> int:
 
 def tell_of_compiling() -> None:
     """Say why nothing is seen to happen for a while, where the controller is to be compiled."""
-    from phasmid.compiled import is_compiled
-    from phasmid.control.step import tick
+    from phasmid.control.loops import are_compiled
 
-    if not is_compiled(tick):
+    if not are_compiled():
         told = "compiling the controller, once for this machine: a minute or two"
         print(f"phasmid: {told}", file=sys.stderr, flush=True)
 

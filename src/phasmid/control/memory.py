@@ -6,7 +6,6 @@ nearly a hundred arrays, which takes longer than all that the engine computes.
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -167,14 +166,25 @@ def tuning_at(row: np.ndarray) -> Tuning:
 
 
 @internal
-def now_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> tuple[State, Order]:
-    """Where an engine is, and what it is to do, in the rows of a `Memory`."""
-    states, orders, _ = count_numbers(legs)
-    state, _ = take(numbers, 0, (states,))
-    order, _ = take(numbers, 2 * states, (orders,))
-    doing, _ = take(codes, 0, (legs + 4,))
-    feet, _ = take(codes, 2 * (legs + 4), (2 * legs,))
-    return state_at(state, doing, legs), order_at(order, feet, legs)
+def all_at(
+    numbers: np.ndarray, codes: np.ndarray, legs: int
+) -> tuple[State, State, Order, Order, Model, Tuning]:
+    """All that the rows of a `Memory` hold, in their order; see there."""
+    states, orders, models = count_numbers(legs)
+    row, a = take(numbers, 0, (states,))
+    doing, b = take(codes, 0, (legs + 4,))
+    state = state_at(row, doing, legs)
+    row, a = take(numbers, a, (states,))
+    doing, b = take(codes, b, (legs + 4,))
+    trial = state_at(row, doing, legs)
+    row, a = take(numbers, a, (orders,))
+    feet, b = take(codes, b, (2 * legs,))
+    order = order_at(row, feet, legs)
+    row, a = take(numbers, a, (orders,))
+    feet, b = take(codes, b, (2 * legs,))
+    wanted = order_at(row, feet, legs)
+    row, a = take(numbers, a, (models,))
+    return state, trial, order, wanted, model_at(row, legs), tuning_at(numbers[a:])
 
 
 class Memory:
@@ -197,22 +207,14 @@ class Memory:
 
     def __init__(self, model: Model, tuning: Tuning) -> None:
         legs = self.legs = len(model.neutral)
-        many = unwrapped(count_numbers)(legs)
-        ends = np.cumsum([0, many[0], many[0], many[1], many[1], many[2], len(tuning)])
-        self.numbers = np.zeros(ends[-1])
+        states, orders, _ = unwrapped(count_numbers)(legs)
+        known = [np.ravel(values) for values in (*model, *tuning)]
+        self.numbers = np.concatenate([np.zeros(2 * (states + orders)), *known])
         self.codes = np.zeros(2 * (legs + 4) + 4 * legs, dtype=np.int64)
-        c, n = self.codes, [self.numbers[a:b] for a, b in pairwise(ends)]
-        # Plain Python's own views: what is compiled would give Python the same ones.
-        look_state, look_order = unwrapped(state_at), unwrapped(order_at)
-        k = 2 * (legs + 4)
-        self.state: State = look_state(n[0], c[: legs + 4], legs)
-        self.trial: State = look_state(n[1], c[legs + 4 : k], legs)
-        self.order: Order = look_order(n[2], c[k : k + 2 * legs], legs)
-        self.wanted: Order = look_order(n[3], c[k + 2 * legs :], legs)
-        n[4][:] = np.concatenate([np.ravel(values) for values in model])
-        n[5][:] = tuning
-        # A view, so that what is changed in it counts in the loops.
-        self.model: Model = unwrapped(model_at)(n[4], legs)
+        # Plain Python's own views: what is compiled would give Python the same ones. What is
+        # changed in them counts in the loops.
+        views = unwrapped(all_at)(self.numbers, self.codes, legs)
+        self.state, self.trial, self.order, self.wanted, self.model, _ = views
         self.tuning = tuning
         for order in (self.order, self.wanted):
             clear(order)

@@ -22,10 +22,10 @@ CORNERS = math.cos(math.pi / DIRECTIONS)
 SHORTEST = 0.02
 """A foot whose lift waits is taken to stand at least this long [s]."""
 
-AIM, CLOSE, NEAR, GUESSES = 1.002, 1.005, 1e-4, 4
-"""Where the edge of a region is: the room that is aimed at along each ray, and that which is near
-enough to 1; or so near that a place beyond is known to be none [m]; and how often it is guessed by
-a line before the way is halved."""
+STEPS, AIM, CLOSE, NEAR, GUESSES = 8, 1.002, 1.005, 1e-4, 4
+"""How the edge of a region is found along a ray: by so many steps; the room that is aimed at
+between two, and that which is near enough to 1; or so near that a place beyond is known to be none
+[m]; and how often it is guessed by a line before the way is halved."""
 
 PLANNED, HARD = 1.0, 0.2
 """Shares of the margins of stretch and of joint limits: of what is planned, and of all targets."""
@@ -89,6 +89,78 @@ def is_reached(state: Any, model: Any, tuning: Any, leg: int, p_odom: np.ndarray
     return reaches(model, tuning, leg, p_hip, PLANNED / 2, p)
 
 
+@internal
+def room_along(
+    model: Any,
+    tuning: Any,
+    leg: int,
+    start: np.ndarray,
+    way: np.ndarray,
+    r: float,
+    p: np.ndarray,
+    q: np.ndarray,
+) -> float:
+    """Room that a leg has with its foot on a ray, so far along it; see `edge_of`."""
+    for i in range(3):
+        p[i] = start[i] + r * way[i]
+    return room_of(model, tuning, leg, p, q)
+
+
+@internal
+def edge_of(
+    model: Any,
+    tuning: Any,
+    leg: int,
+    start: np.ndarray,
+    way: np.ndarray,
+    room: float,
+    p: np.ndarray,
+    q: np.ndarray,
+) -> float:
+    """How far along a ray a foot may stand, up to the length of femur and tibia [m].
+
+    Steps as long as a part of the leg go up to the first place that is too far. From there on it is
+    the Illinois method, and halving where rooms tell no line: they jump as a foot passes the hip.
+
+    Args:
+        model: The robot.
+        tuning: The margins.
+        leg: The leg's index.
+        start: Where the ray begins in the hip frame [m], shape (3,).
+        way: Its direction there, as long as the distance counts, shape (3,).
+        room: That the leg has at the beginning.
+        p: To work in, shape (3,).
+        q: The same.
+    """
+    length = (model.lengths[leg, 1] + model.lengths[leg, 2]) / STEPS
+    low, high, inner, outer = 0.0, 0.0, room - AIM, 0.0
+    for _ in range(STEPS):
+        high += length
+        found = room_along(model, tuning, leg, start, way, high, p, q)
+        if not found >= 1.0:
+            outer = AIM - found
+            break
+        low, inner = high, found - AIM
+    if low == high:
+        return low
+    tries, last = 0, -1
+    while high - low > NEAR:
+        tries += 1
+        r = (low + high) / 2
+        if tries <= GUESSES and inner > 0.0 and math.isfinite(outer):
+            r = low + (high - low) * inner / (inner + outer)
+        found = room_along(model, tuning, leg, start, way, r, p, q)
+        if found >= 1.0:
+            if found < CLOSE:
+                return r
+            low, inner = r, found - AIM
+            outer, last = outer / 2 if last == 1 else outer, 1
+        else:
+            high, outer = r, AIM - found
+            inner, last = inner / 2 if last == -1 else inner, -1
+    return low
+
+
 @compiled
 def bound_region(
     model: Any, tuning: Any, leg: int, pose: np.ndarray, slope: np.ndarray, region: np.ndarray
@@ -118,7 +190,6 @@ def bound_region(
         p_body[i] -= model.p_body_hip[leg, i]
     to_hip(model.R_body_hip[leg], p_body, start)
     room = room_of(model, tuning, leg, start, q)
-    far = model.lengths[leg, 1] + model.lengths[leg, 2]
     edge = np.empty((DIRECTIONS, 2))
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
@@ -126,29 +197,8 @@ def bound_region(
         v[2] = slope[0] * v[0] + slope[1] * v[1]
         to_hip(R, v, p_body)
         to_hip(model.R_body_hip[leg], p_body, way)
-        # Steps as long as a part of the leg up to the first that is too far. Then by the Illinois
-        # method, and in the middle where rooms tell no line: they jump as a foot passes the hip.
-        low, high, inner, outer, last, fine = 0.0, 0.0, room - AIM, 0.0, 0, 0
-        while high - low > NEAR or fine == 0:
-            r = (low + high) / 2
-            if fine == 0:
-                high += far / 8
-                r = high
-            elif fine <= GUESSES and inner > 0.0 and math.isfinite(outer):
-                r = low + (high - low) * inner / (inner + outer)
-            for i in range(3):
-                p[i] = start[i] + r * way[i]
-            found = room_of(model, tuning, leg, p, q)
-            if found >= 1.0:
-                low, inner = r, found - AIM
-                if r >= far or (fine > 0 and found < CLOSE):
-                    break
-                outer, last = outer / 2 if last == 1 else outer, 1
-            else:
-                high, outer = r, AIM - found
-                inner, last = inner / 2 if last == -1 else inner, -1
-            fine += fine > 0 or last == -1
-        edge[k, 0], edge[k, 1] = low * v[0], low * v[1]
+        r = edge_of(model, tuning, leg, start, way, room, p, q)
+        edge[k, 0], edge[k, 1] = r * v[0], r * v[1]
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
         nx, ny = math.cos(angle), math.sin(angle)

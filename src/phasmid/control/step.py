@@ -12,7 +12,7 @@ from phasmid.control.clock import best_phase, run_clock
 from phasmid.control.feet import land_here, move_feet
 from phasmid.control.governor import is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
-from phasmid.control.memory import count_numbers, model_at, order_at, state_at, tuning_at
+from phasmid.control.memory import all_at
 from phasmid.control.reach import (
     HARD,
     bound_region,
@@ -29,7 +29,6 @@ from phasmid.control.swing import (
     yield_to_limits,
 )
 from phasmid.control.trunk import approach, follow, place_trunk, ride
-from phasmid.control.views import take
 
 OFFSET_SPEED = 0.1
 """Largest speed at which offsets of feet are followed [m/s]."""
@@ -258,7 +257,7 @@ def brake(state: Any, share: float) -> None:
 
 @internal
 def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
-    """Bound anew where one leg's foot may stand, if the body's pose is another than it was."""
+    """Bound anew where one leg's foot may stand, if body, ground or foot are off by `STALE`."""
     g, posed, slope = state.ground[3], state.posed[leg], np.empty(3)
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
     slope[0], slope[1] = c * g[1] + s * g[2], c * g[2] - s * g[1]
@@ -371,21 +370,7 @@ def tick(numbers: np.ndarray, codes: np.ndarray, legs: int, dt: float) -> int:
     With no time from the last update everything is only put where its numbers say, from the feet
     and the body to the joints: 1 where a foot cannot be reached there, 0 elsewhere.
     """
-    states, orders, models = count_numbers(legs)
-    row, a = take(numbers, 0, (states,))
-    doing, b = take(codes, 0, (legs + 4,))
-    state = state_at(row, doing, legs)
-    row, a = take(numbers, a, (states,))
-    doing, b = take(codes, b, (legs + 4,))
-    trial = state_at(row, doing, legs)
-    row, a = take(numbers, a, (orders,))
-    feet, b = take(codes, b, (2 * legs,))
-    order = order_at(row, feet, legs)
-    row, a = take(numbers, a, (orders,))
-    feet, b = take(codes, b, (2 * legs,))
-    wanted = order_at(row, feet, legs)
-    row, a = take(numbers, a, (models,))
-    model, tuning = model_at(row, legs), tuning_at(numbers[a:])
+    state, trial, order, wanted, model, tuning = all_at(numbers, codes, legs)
     if dt == 0.0:
         for leg in range(legs):
             refresh_region(state, model, tuning, leg)

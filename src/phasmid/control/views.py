@@ -32,6 +32,7 @@ def _teach_compiler() -> None:
     extending, types = import_module("numba.extending"), import_module("numba.types")
     helpers = import_module("numba.core.cgutils")
     populate = import_module("numba.np.arrayobj").populate_array
+    wrong = import_module("numba.core.errors").TypingError
 
     def address(typing: Any, row: Any, begin: Any, shape: Any) -> Any:
         del typing, begin
@@ -61,7 +62,9 @@ def _teach_compiler() -> None:
     place = extending.intrinsic(unwrap(address))
 
     def compiled_take(row: Any, begin: Any, shape: Any) -> Any:
-        del row, begin, shape
+        del begin, shape
+        if not (row.ndim == 1 and row.layout == "C" and row.mutable):
+            raise wrong(f"{row} is no row of which a part may be written by its address")
 
         def taken(row: Any, begin: Any, shape: Any) -> Any:
             part = place(row, begin, shape)

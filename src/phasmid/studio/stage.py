@@ -12,8 +12,7 @@ from concurrent.futures import Future, InvalidStateError
 from pathlib import Path
 from typing import Any
 
-from phasmid.compiled import is_compiled
-from phasmid.control.step import tick
+from phasmid.control.loops import are_compiled
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
@@ -149,7 +148,7 @@ class Stage:
     # The thread ----------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        self._compiles = not is_compiled(tick)
+        self._compiles = not are_compiled()
         self._tell_setting()
         self._tell_state()
         compile_beside(self._closing)

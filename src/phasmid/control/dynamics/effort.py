@@ -22,6 +22,7 @@ from phasmid.control.dynamics.instant import (
 from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.dynamics.sharing import friction_needed, load_joints, share_forces
 from phasmid.control.views import take
+from phasmid.errors import InvalidInput
 from phasmid.robot import JOINTS, Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -148,6 +149,8 @@ class FeedForward:
         self._up = np.tile([0.0, 0.0, 1.0], (legs, 1))
         self._lift = np.array([0.0, 0.0, gravity])
         self._still, self._no_rates = np.zeros(3), np.zeros((legs, 3))
+        # Plain Python's views, as the loop makes them by their addresses.
+        self._masses = _unpack(self.masses, legs)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
 
     def update(
@@ -175,6 +178,11 @@ class FeedForward:
             share: Each foot's part of its full share of the load; 0: it does not stand.
             normals: Of the ground under the feet, world axes; None: straight up, shape (L, 3).
         """
+        if not q.shape == qd.shape == qdd.shape == self._torque.shape:
+            raise InvalidInput(
+                f"joints have shapes {q.shape}, {qd.shape} and {qdd.shape}; the robot's is "
+                f"{self._torque.shape}."
+            )
         normals = self._up if normals is None else normals
         missing, friction, demand = find_effort(
             self.masses,
@@ -230,8 +238,7 @@ class FeedForward:
     ) -> Effort:
         """Other forces that keep the limits, or as much of the motion as they can give."""
         still, rates = self._still, self._no_rates
-        masses = _unpack(self.masses, len(q))
-        find_needs(masses, rotation, still, still, self._lift, q, rates, rates, self._rest)
+        find_needs(self._masses, rotation, still, still, self._lift, q, rates, rates, self._rest)
         found = None
         if missing <= MISSING:
             found = limited_forces(

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from phasmid.compiled import compiled, internal
 from phasmid.control.dynamics.effort import Effort, FeedForward, find_effort
 from phasmid.control.dynamics.settings import EffortSettings
-from phasmid.control.memory import Memory, now_at, unwrapped
+from phasmid.control.memory import Memory, all_at, unwrapped
 from phasmid.control.state import STANCE, WALKING
 from phasmid.control.views import take
 from phasmid.robot import Robot
@@ -116,7 +116,7 @@ def weigh(
         servo: Its numbers.
         work: Of the same.
     """
-    state, order = now_at(numbers, codes, legs)
+    state, _, order, _, _, _ = all_at(numbers, codes, legs)
     share, landed, normals, rates, trunk = _own_at(row, legs)
     fill_shares(
         state.codes,

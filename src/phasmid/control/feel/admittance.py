@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Shaped
 
 from phasmid.compiled import internal
 
@@ -50,7 +50,7 @@ def share_weight(
     weight: float,
     com: Float[np.ndarray, " place"],
     feet: Float[np.ndarray, "legs 3"],
-    standing: Bool[np.ndarray, " legs"],
+    standing: Shaped[np.ndarray, " legs"],
     force: Float[np.ndarray, " legs"],
 ) -> None:
     """Vertical forces of the standing feet with the least sum of squares that bear the weight.
@@ -94,7 +94,7 @@ def share_weight(
 def give_way(
     measured: Float[np.ndarray, " legs"],
     wanted: Float[np.ndarray, " legs"],
-    standing: Bool[np.ndarray, " legs"],
+    standing: Shaped[np.ndarray, " legs"],
     swing: Float[np.ndarray, "2 3"],
     stance: Float[np.ndarray, "2 3"],
     limit: float,

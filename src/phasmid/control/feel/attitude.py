@@ -12,8 +12,8 @@ from phasmid.compiled import internal
 # What is remembered: up in body axes by all sensors, up by gyro and accelerometer alone, the
 # gyro's bias, the last orientation told, and times.
 UP, OWN, BIAS, LAST = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 13)
-STARTED, FROZEN, QUARREL, BLIND, SOURCE = range(13, 18)
-MEMORY = 18
+STARTED, FROZEN, QUARREL, BLIND = range(13, 17)
+MEMORY = 17
 
 NONE, ORIENTATION, ACCELEROMETER = 0, 1, 2
 """What the attitude is by: nothing that is to be believed, or one of these."""
@@ -37,7 +37,7 @@ def feel_attitude(
     accelerometer: Float[np.ndarray, "3"],
     still: bool,
     settings: Float[np.ndarray, " 6"],
-    memory: Float[np.ndarray, " 18"],
+    memory: Float[np.ndarray, " 17"],
     up: Float[np.ndarray, "3"],
 ) -> int:
     """Direction of up in body axes: complementary filters on the sphere.
@@ -56,7 +56,7 @@ def feel_attitude(
         still: Whether the robot stands by its plan.
         settings: Time constants of orientation, accelerometer and bias [s], delay [s], gate [rad],
             time of a quarrel [s].
-        memory: Is changed; zeros at first, shape (18,).
+        memory: Is changed; zeros at first, shape (17,).
         up: Is written: upwards in body axes, made up for the delay, shape (3,).
 
     Returns:
@@ -79,7 +79,6 @@ def feel_attitude(
     fell = abs(force / gravity - 1) < HARSH
     if memory[STARTED] < 0.5:
         if not (told or fell):
-            memory[SOURCE] = NONE
             up[0], up[1], up[2] = 0.0, 0.0, 1.0
             return NONE
         memory[STARTED] = 1.0
@@ -144,7 +143,6 @@ def feel_attitude(
     if source == ACCELEROMETER and memory[BLIND] > 2 * settings[ACCELEROMETER_TIME]:
         # A gyro alone drifts away.
         source = NONE
-    memory[SOURCE] = source
     ahead = settings[DELAY]
     up[0] = memory[0] + ahead * (memory[1] * wz - memory[2] * wy)
     up[1] = memory[1] + ahead * (memory[2] * wx - memory[0] * wz)

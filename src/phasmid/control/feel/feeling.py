@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Shaped
 
 from phasmid.compiled import internal
 from phasmid.control.feel.admittance import give_way, share_weight
@@ -50,7 +50,7 @@ class Intent(NamedTuple):
         walking: Whether a foot swings or the body moves.
     """
 
-    standing: Int[np.ndarray, " legs"]
+    standing: Shaped[np.ndarray, " legs"]
     progress: Float[np.ndarray, " legs"]
     p_odom_foot: Float[np.ndarray, "legs 3"]
     p_odom_path: Float[np.ndarray, " place"]
@@ -135,7 +135,8 @@ def feel_feet(senses: Senses, tuning: FeelTuning, intent: Intent) -> bool:
             needed = needed or not good
         for s in (LOAD, ANGLE):
             heard[s] = present[s] if needed else 0
-        gives_way = tuning.admittance != 0.0 and present[FORCE] == 0
+        # Feet that give way need to know by how much, which a switch does not tell.
+        gives_way = tuning.admittance != 0.0 and present[FORCE] == 0 and present[LOAD] != 0
         count[JOINTS_HEARD] = 1 if needed or gives_way else 0
     return told > 0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Shaped
 
 from phasmid.compiled import internal
 
@@ -17,7 +17,7 @@ HEIGHT, SLOPE_X, SLOPE_Y, AT_X, AT_Y = range(5)
 def fit_plane(
     dt: float,
     feet: Float[np.ndarray, "legs 3"],
-    standing: Bool[np.ndarray, " legs"],
+    standing: Shaped[np.ndarray, " legs"],
     at: Float[np.ndarray, " place"],
     forgetting_time: float,
     spread: float,

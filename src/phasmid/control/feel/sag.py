@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Shaped
 
 from phasmid.compiled import internal
 
@@ -18,8 +18,8 @@ def fit_sag(
     wanted: Float[np.ndarray, "legs 3"],
     measured: Float[np.ndarray, "legs 3"],
     lengths: Float[np.ndarray, "legs 3"],
-    standing: Bool[np.ndarray, " legs"],
-    bearing: Bool[np.ndarray, " legs"],
+    standing: Shaped[np.ndarray, " legs"],
+    bearing: Shaped[np.ndarray, " legs"],
     feet: Float[np.ndarray, "legs 3"],
     sag: Float[np.ndarray, " legs"],
 ) -> float:

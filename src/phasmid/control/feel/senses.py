@@ -15,6 +15,8 @@ from jaxtyping import Float
 from phasmid.compiled import internal
 from phasmid.control.feel import touch
 from phasmid.control.feel.admittance import transition
+from phasmid.control.feel.attitude import MEMORY as ATTITUDE
+from phasmid.control.feel.level import MEMORY as LEVEL
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.views import take
 from phasmid.robot import Robot
@@ -41,7 +43,7 @@ class Senses(NamedTuple):
         sensors: Memory of `feel_touch` for each sensor, shape (L, 4, 10).
         legs: The same for each leg, shape (L, 5).
         reading: Of each sensor of each foot, shape (4, L).
-        attitude: Memory of `feel_attitude`, shape (18,).
+        attitude: Memory of `feel_attitude`, shape (17,).
         up: Upwards in body axes, shape (3,).
         level: Memory of `level_body`, shape (9,).
         planes: The ground's plane, and after one lag and both, as in `fit_plane`, shape (3, 5).
@@ -164,9 +166,9 @@ def senses_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Senses:
     sensors, a = take(numbers, a, (legs, 4, 10))
     by_leg, a = take(numbers, a, (legs, 5))
     reading, a = take(numbers, a, (4, legs))
-    attitude, a = take(numbers, a, (18,))
+    attitude, a = take(numbers, a, (ATTITUDE,))
     up, a = take(numbers, a, (3,))
-    level, a = take(numbers, a, (9,))
+    level, a = take(numbers, a, (LEVEL,))
     planes, a = take(numbers, a, (3, 5))
     stood, a = take(numbers, a, (legs, 4))
     give, a = take(numbers, a, (legs, 2))
@@ -232,7 +234,7 @@ def room_for(legs: int, late: int, lag: int) -> tuple[np.ndarray, np.ndarray]:
         late: N, how many updates old the told joint angles are.
         lag: M, how many the body's attitude is.
     """
-    numbers = np.zeros(63 + (67 + 3 * late) * legs + 9 * lag)
+    numbers = np.zeros(36 + ATTITUDE + LEVEL + (67 + 3 * late) * legs + 9 * lag)
     codes = np.zeros(13 + 8 * legs, dtype=np.int64)
     codes[LATE], codes[LAG] = late, lag
     return numbers, codes

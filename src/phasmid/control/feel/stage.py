@@ -22,7 +22,7 @@ from phasmid.control.feel.senses import (
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.feel.touch import HITS
 from phasmid.control.feel.upright import set_upright
-from phasmid.control.memory import Memory, now_at, unwrapped
+from phasmid.control.memory import Memory, all_at, unwrapped
 from phasmid.control.observation import Observation
 from phasmid.control.state import (
     HELD,
@@ -55,7 +55,7 @@ class FeelStage:
 
     Attributes:
         senses: What is told, felt and remembered.
-        tuning: How it feels, as numbers.
+        tuning: How it feels, as numbers, to be read.
     """
 
     def __init__(self, robot: Robot, settings: FeelSettings, dt: float) -> None:
@@ -142,7 +142,7 @@ def feel_order(
         own_codes: The same.
         row: Of the `FeelTuning`.
     """
-    state, order = now_at(numbers, codes, legs)
+    state, _, order, _, _, _ = all_at(numbers, codes, legs)
     senses, tuning = senses_at(own_numbers, own_codes, legs), feel_tuning_at(row, legs)
     intent = intent_of(state, senses)
     if math.isfinite(senses.planes[0, 0]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int, Shaped
 
 from phasmid.compiled import internal
 
@@ -58,8 +58,8 @@ def feel_touch(
     dt: float,
     reading: Float[np.ndarray, "4 legs"],
     threshold: Float[np.ndarray, "4 2"],
-    present: Bool[np.ndarray, " 4"],
-    standing: Bool[np.ndarray, " legs"],
+    present: Shaped[np.ndarray, " 4"],
+    standing: Shaped[np.ndarray, " legs"],
     progress: Float[np.ndarray, " legs"],
     settings: Float[np.ndarray, " 5"],
     sensors: Float[np.ndarray, "legs 4 10"],
@@ -159,7 +159,7 @@ def feel_touch(
 
 @internal
 def judge_sensors(
-    standing: Bool[np.ndarray, " legs"],
+    standing: Shaped[np.ndarray, " legs"],
     bad_steps: float,
     sensors: Float[np.ndarray, "legs 4 10"],
     legs: Float[np.ndarray, "legs 5"],

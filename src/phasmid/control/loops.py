@@ -1,0 +1,16 @@
+"""The loops of the controller that take long to compile, and whether they are ready."""
+
+from __future__ import annotations
+
+from phasmid.compiled import is_compiled
+from phasmid.control.dynamics.stage import weigh
+from phasmid.control.feel.stage import feel_order
+from phasmid.control.step import tick
+
+LOOPS = tick, feel_order, weigh
+"""The engine's update, what feels the ground, and what weighs the motion."""
+
+
+def are_compiled() -> bool:
+    """Whether the controller can be asked without waiting for the compiler."""
+    return all(is_compiled(loop) for loop in LOOPS)

@@ -1,0 +1,81 @@
+"""Where feet may stand: the edge along a ray, and the half-planes inside of it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from phasmid.control.engine import LocomotionEngine
+from phasmid.control.reach import CLOSE, DIRECTIONS, NEAR, bound_region, edge_of, room_of
+from phasmid.kinematics import hip_from_body, quaternion_rotation, rpy_quaternion
+from phasmid.robot import load_robot, preset_names
+
+POSES = [
+    np.zeros(6),
+    np.array([0.01, -0.015, 0.01, 0.05, -0.04, 0.06]),
+    np.array([-0.02, 0.01, -0.02, -0.08, 0.07, -0.1]),
+]
+
+
+def engine_of(name):
+    return LocomotionEngine(load_robot(name), feeling=False, dynamics="none")
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
+    """By a look at every millimetre of the ray: as far as the leg goes, or less than 1 mm off.
+
+    What a step of the search passes over, a spot that is too far between two that are not, is no
+    edge to it: rays with such spots are few, and left out.
+    """
+    engine = engine_of(name)
+    model, tuning = engine._model, engine._tuning
+    q, p, found = np.empty(3), np.empty(3), 0
+    starts = hip_from_body(engine.robot, model.neutral)
+    rng = np.random.default_rng(1)
+    for leg, start in enumerate(starts):
+        far = model.lengths[leg, 1:].sum()
+        for _ in range(12):
+            way = rng.normal(size=3) * [1.0, 1.0, 0.1]
+            way /= np.linalg.norm(way)
+            room = room_of(model, tuning, leg, start, q)
+            edge = edge_of(model, tuning, leg, start, way, room, p, q)
+            at = np.arange(0.0, far, 1e-3)
+            rooms = np.array([room_of(model, tuning, leg, start + r * way, q) for r in at])
+            too_far = rooms < 1
+            if np.abs(np.diff(too_far)).sum() > 1:
+                continue
+            found += 1
+            first = at[np.argmax(too_far)] if too_far.any() else far
+            assert edge == pytest.approx(first, abs=1e-3 + NEAR)
+            assert edge == 0.0 or room_of(model, tuning, leg, start + edge * way, q) >= 1.0
+            beyond = room_of(model, tuning, leg, start + (edge + 1.01 * NEAR) * way, q)
+            here = room_of(model, tuning, leg, start + edge * way, q)
+            assert beyond < 1.0 or here < CLOSE or edge == pytest.approx(far)
+    assert found > 8 * len(starts)
+
+
+@pytest.mark.parametrize("pose", POSES, ids=["neutral", "leaning", "the other way"])
+@pytest.mark.parametrize("name", preset_names())
+def test_a_foot_reaches_all_of_its_region(name, pose):
+    """The region is inscribed in a polygon of what is reached: all corners are, but for its bulge.
+
+    A place that is `share` of the way to a half-plane's edge has all the room that is planned.
+    """
+    engine = engine_of(name)
+    model, tuning = engine._model, engine._tuning
+    region, q = np.zeros((DIRECTIONS, 3)), np.empty(3)
+    R = quaternion_rotation(rpy_quaternion(*(np.array(angle) for angle in pose[3:])))
+    for leg in range(len(engine.robot.legs)):
+        bound_region(model, tuning, leg, pose, np.zeros(3), region)
+        assert (region[:, 2] >= 0).all()
+        np.testing.assert_allclose(np.hypot(region[:, 0], region[:, 1]), 1.0, atol=1e-12)
+        for k in range(DIRECTIONS):
+            angle = 2 * math.pi * (k + 0.3) / DIRECTIONS
+            way = np.array([math.cos(angle), math.sin(angle)])
+            along = region[:, :2] @ way
+            reach = np.min(region[along > 1e-9, 2] / along[along > 1e-9])
+            foot = np.append(model.neutral[leg, :2] + 0.95 * reach * way, -model.height)
+            body = np.tile(R.T @ (foot - pose[:3]), (len(engine.robot.legs), 1))
+            p_hip = hip_from_body(engine.robot, body)[leg]
+            assert reach < 1e-6 or room_of(model, tuning, leg, p_hip, q) > 0.9
