@@ -272,6 +272,12 @@ def of_terrain(results: list[study.Case], levelled: study.Case) -> str:
             half = ground.largest_passed(results, kind, 0.5)
             each = ", ".join(f"{mode} {size:g}{unit}" for mode, size in half.items())
             lines.append(f"  by half of them: {each}.")
+    hills = ""
+    if any(run["kind"] == "hills" for run in results):
+        hills = (
+            "*hills* have no edges, their size is the standard deviation of the height, in waves "
+            "of 300 mm and more; "
+        )
     return (
         f"The ground begins {220} to {320} mm ahead and is turned by up to 20° to either "
         f"side, by the seed, as are its heights; {seeds}. The controller knows nothing "
@@ -283,9 +289,8 @@ def of_terrain(results: list[study.Case], levelled: study.Case) -> str:
         f"nobody steering, without falling or tilting by more than 35° and no farther than "
         f"{1000 * ground.ASTRAY:.0f} mm aside; a run ends once that is decided, as late where it "
         f"would have to go {ground.FASTEST:g} times as fast as it is told. *Blocks* "
-        "are 100 mm wide, their size is from the lowest possible to the highest; *hills* "
-        "have no edges, their size is the standard deviation of the height, in waves of 300 mm and "
-        "more; stairs are 150 mm deep, gaps "
+        f"are 100 mm wide, their size is from the lowest possible to the highest; {hills}"
+        "stairs are 150 mm deep, gaps "
         "100 mm. Cells tell how many came through, the mean of their largest tilts, the mean "
         "time of those that came through, and what became of the others.\n\n"
         f"{ground.table(results)}\n\n" + "\n".join(lines) + "\n\n"

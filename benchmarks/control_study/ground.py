@@ -232,7 +232,7 @@ def draw(results: list[Case], path: str) -> None:
     from matplotlib.figure import Figure
 
     kinds = [kind for (kind,) in grouped(results, "kind")]
-    figure = Figure(figsize=(11, 2.8), layout="constrained")
+    figure = Figure(figsize=(11, 3.1), layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), sharey=True), kinds, strict=True):
         runs = [run for run in results if run["kind"] == kind and "passed" in run]
         for (mode,), some in grouped(runs, "mode").items():
@@ -241,7 +241,9 @@ def draw(results: list[Case], path: str) -> None:
             style = {"without": ":s", "feeling": "--o", "dynamics": "-.v"}.get(mode, "-^")
             axes.plot([size for (size,) in sizes], share, style, label=mode, ms=4)
         title = kind.replace(" with ", "\nwith ")
-        axes.set(title=title, xlabel=f"{GROUNDS[kind].field.replace('_', ' ')}", ylim=(-5, 105))
+        words = GROUNDS[kind].field.rpartition("_")[0].replace("_", " ")
+        axes.set(title=title, xlabel=f"{words} [{GROUNDS[kind].unit}]", ylim=(-5, 105))
     figure.axes[0].set_ylabel("come through [%]")
-    figure.axes[0].legend(fontsize=7)
+    lines = figure.axes[0].get_lines()
+    figure.legend(handles=lines, loc="outside lower center", ncols=len(lines), fontsize=9)
     figure.savefig(path, dpi=80, metadata={"Software": None})
