@@ -14,7 +14,7 @@ from phasmid.simulation import drive
 from .study import Case, markdown
 
 ROBOT = "phantomx-ax"
-ROUNDS, CYCLE = 25, 200
+ROUNDS, CYCLE = 100, 200
 """Rounds, and updates in each: a whole cycle of the gait."""
 
 STAGES = {
