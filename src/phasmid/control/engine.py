@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_type
+from phasmid.control.belly import Belly
 from phasmid.control.catching import come_down
 from phasmid.control.command import Command
 from phasmid.control.memory import Memory, clear, new_order
@@ -97,6 +98,7 @@ class LocomotionEngine:
         self.gait = self._pattern.gait
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
+        self._belly = Belly(robot, self._model.height)
         self._regions: dict[tuple[float, ...], np.ndarray] = {}
         self.dynamics: DynamicsStage | None = None
         if settings.dynamics == "feed-forward":
@@ -385,6 +387,9 @@ class LocomotionEngine:
                 )
             )
             reason = reason_of(self._verdict, self.robot)[0]
+            above = self._belly.share(base, pose)
+            if above < share:
+                share, reason = above, "the trunk would come too near to the ground"
             self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.order.pose[:] = wanted.pose[:] = base + share * pose
 
