@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics import quaternion_rotation, rpy_quaternion
 from phasmid.robot import Robot
 
 CLEARANCE = 0.02
@@ -24,8 +25,7 @@ class Belly:
     """
 
     def __init__(self, robot: Robot, height: float) -> None:
-        half = np.asarray(robot.body.size) / 2
-        self._corners = half * [[x, y, -1.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+        self._half = tuple(float(size) / 2 for size in robot.body.size)
         self._height = height
 
     def lowest(self, pose: Float[np.ndarray, "6"]) -> float:
@@ -34,9 +34,12 @@ class Belly:
         Args:
             pose: Of the body beside its path and its neutral height [m, rad], shape (6,).
         """
-        roll, pitch = (np.array(angle) for angle in pose[3:5])
-        up = quaternion_rotation(rpy_quaternion(roll, pitch, np.array(0.0)))[2]
-        return float(self._height + pose[2] + (self._corners @ up).min())
+        roll, pitch = float(pose[3]), float(pose[4])
+        length, width, height = self._half
+        # By how much each half of the box reaches down: its sides along the world's vertical.
+        down = length * abs(math.sin(pitch)) + width * abs(math.cos(pitch) * math.sin(roll))
+        down += height * math.cos(pitch) * math.cos(roll)
+        return self._height + float(pose[2]) - down
 
     def share(self, base: Float[np.ndarray, "6"], pose: Float[np.ndarray, "6"]) -> float:
         """Part of a pose at which it stays as high as it must be, or as it is without.
