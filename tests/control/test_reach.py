@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.reach import CLOSE, DIRECTIONS, NEAR, bound_region, edge_of, room_of
+from phasmid.control.reach import DIRECTIONS, NEAR, bound_region, edge_of, room_of
 from phasmid.kinematics import hip_from_body, quaternion_rotation, rpy_quaternion
 from phasmid.robot import load_robot, preset_names
 
@@ -15,6 +15,9 @@ POSES = [
     np.array([0.01, -0.015, 0.01, 0.05, -0.04, 0.06]),
     np.array([-0.02, 0.01, -0.02, -0.08, 0.07, -0.1]),
 ]
+
+ROUND_OFF = 1e-10
+"""Of a room; see test_bounds."""
 
 
 def engine_of(name):
@@ -30,7 +33,10 @@ def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
     """
     engine = engine_of(name)
     model, tuning = engine._model, engine._tuning
-    q, p, found = np.empty(3), np.empty(3), 0
+    q, found = np.empty(3), 0
+    rooms = np.vectorize(
+        lambda leg, r: room_of(model, tuning, leg, starts[leg] + r * way, q), otypes=[float]
+    )
     starts = hip_from_body(engine.robot, model.neutral)
     rng = np.random.default_rng(1)
     for leg, start in enumerate(starts):
@@ -38,20 +44,16 @@ def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
         for _ in range(12):
             way = rng.normal(size=3) * [1.0, 1.0, 0.1]
             way /= np.linalg.norm(way)
-            room = room_of(model, tuning, leg, start, q)
-            edge = edge_of(model, tuning, leg, start, way, room, p, q)
+            edge = edge_of(model.lengths, model.reach, leg, start, way)
             at = np.arange(0.0, far, 1e-3)
-            rooms = np.array([room_of(model, tuning, leg, start + r * way, q) for r in at])
-            too_far = rooms < 1
+            too_far = rooms(leg, at) < 1
             if np.abs(np.diff(too_far)).sum() > 1:
                 continue
             found += 1
             first = at[np.argmax(too_far)] if too_far.any() else far
             assert edge == pytest.approx(first, abs=1e-3 + NEAR)
-            assert edge == 0.0 or room_of(model, tuning, leg, start + edge * way, q) >= 1.0
-            beyond = room_of(model, tuning, leg, start + (edge + 1.01 * NEAR) * way, q)
-            here = room_of(model, tuning, leg, start + edge * way, q)
-            assert beyond < 1.0 or here < CLOSE or edge == pytest.approx(far)
+            assert edge == 0.0 or rooms(leg, edge) >= 1 - ROUND_OFF
+            assert rooms(leg, edge + 1.01 * NEAR) < 1 or edge == pytest.approx(far)
     assert found > 8 * len(starts)
 
 
@@ -67,7 +69,7 @@ def test_a_foot_reaches_all_of_its_region(name, pose):
     region, q = np.zeros((DIRECTIONS, 3)), np.empty(3)
     R = quaternion_rotation(rpy_quaternion(*(np.array(angle) for angle in pose[3:])))
     for leg in range(len(engine.robot.legs)):
-        bound_region(model, tuning, leg, pose, np.zeros(3), region)
+        bound_region(model, leg, pose, np.zeros(3), region)
         assert (region[:, 2] >= 0).all()
         np.testing.assert_allclose(np.hypot(region[:, 0], region[:, 1]), 1.0, atol=1e-12)
         for k in range(DIRECTIONS):

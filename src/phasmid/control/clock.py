@@ -132,35 +132,29 @@ def best_phase(
 
 
 @internal
-def rises(state: Any, model: Any, tuning: Any, leg: int, height: float) -> bool:
+def rises(state: Any, model: Any, leg: int, height: float) -> bool:
     """Whether a foot reaches a height above where it is, as the body is now [m]."""
-    top = np.empty(3)
-    for i in range(3):
-        top[i] = state.foot[leg, i]
-    top[2] += height
-    return is_reached(state, model, tuning, leg, top)
+    foot = state.foot[leg]
+    return is_reached(state, model, leg, foot[0], foot[1], foot[2] + height)
 
 
 @internal
-def is_hindered(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> bool:
+def is_hindered(state: Any, model: Any, order: Any, leg: int) -> bool:
     """Whether a foot rises hardly, and may do better when the pose is where it goes to."""
     away = 0.0
     for i in range(6):
         away = max(away, abs(state.pose[3, i] - state.pose[0, i]))
-    return away > ON_ITS_WAY and not rises(state, model, tuning, leg, LEAST_RISE * order.step[0])
+    return away > ON_ITS_WAY and not rises(state, model, leg, LEAST_RISE * order.step[0])
 
 
 @internal
-def lift_off(
-    state: Any, model: Any, order: Any, tuning: Any, leg: int, ago: float, time: float
-) -> None:
+def lift_off(state: Any, model: Any, order: Any, leg: int, ago: float, time: float) -> None:
     """Let a foot begin its swing.
 
     Args:
         state: Where the engine is.
         model: The robot.
         order: It has the height of the step, of which less is taken where that is out of reach.
-        tuning: The margins.
         leg: The leg's index.
         ago: Time since it lifted [s].
         time: Of the swing [s].
@@ -169,7 +163,7 @@ def lift_off(
     state.retreat[leg] = 0.0
     state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = ago, time, order.step[0]
     for _ in range(9):
-        if rises(state, model, tuning, leg, state.swing[leg, 2]):
+        if rises(state, model, leg, state.swing[leg, 2]):
             break
         state.swing[leg, 2] *= 0.8
     for i in range(3):
@@ -179,28 +173,26 @@ def lift_off(
 
 
 @internal
-def lets_lean(state: Any, model: Any, tuning: Any, x: float, y: float) -> bool:
+def lets_lean(state: Any, model: Any, x: float, y: float) -> bool:
     """Whether all feet would be reached from farther in a direction in odom."""
-    p = np.empty(3)
     for leg in range(len(state.leg)):
         if state.leg[leg] == HELD:
             continue
         # As much as the body still goes on after it has been told not to.
-        p[0], p[1] = state.landing[leg, 0] - OVERRUN * x, state.landing[leg, 1] - OVERRUN * y
-        p[2] = state.landing[leg, 2]
-        if not is_reached(state, model, tuning, leg, p):
+        place = state.landing[leg]
+        px, py = place[0] - OVERRUN * x, place[1] - OVERRUN * y
+        if not is_reached(state, model, leg, px, py, place[2]):
             return False
     return True
 
 
 @internal
-def lean(state: Any, model: Any, tuning: Any, lifted: np.ndarray, h: float) -> None:
+def lean(state: Any, model: Any, lifted: np.ndarray, h: float) -> None:
     """Let the body lean towards the middle of the feet that stay, for a lift that waits.
 
     Args:
         state: Where the engine is, changed.
         model: The robot.
-        tuning: The margins.
         lifted: Legs that are due to lift, 1 or 0, shape (L,).
         h: Step of time [s].
     """
@@ -224,7 +216,7 @@ def lean(state: Any, model: Any, tuning: Any, lifted: np.ndarray, h: float) -> N
     way = LEAN_SPEED * h / length
     dx, dy = way * (c * x + s * y), way * (c * y - s * x)
     leant = math.sqrt((state.clock[7] + dx) ** 2 + (state.clock[8] + dy) ** 2)
-    if leant < FARTHEST_LEAN and lets_lean(state, model, tuning, x / length, y / length):
+    if leant < FARTHEST_LEAN and lets_lean(state, model, x / length, y / length):
         state.clock[7] += dx
         state.clock[8] += dy
 
@@ -258,7 +250,7 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
         if (
             order.used[leg]
             and from_home(state, model, leg) > HOME
-            and not is_hindered(state, model, order, tuning, leg)
+            and not is_hindered(state, model, order, leg)
         ):
             lifted[leg] = 1
             margin = margin_without(state, model, order, lifted, time, 0.0)
@@ -266,7 +258,7 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
             if margin > most:
                 best, most = leg, margin
     if best >= 0:
-        lift_off(state, model, order, tuning, best, 0.0, time)
+        lift_off(state, model, order, best, 0.0, time)
 
 
 @internal
@@ -315,7 +307,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
                     margin_without(state, model, order, lifted, 0.5 * gait[1], 0.0)
                     > tuning.support_margin
                 ):
-                    lift_off(state, model, order, tuning, leg, 0.0, 0.3)
+                    lift_off(state, model, order, leg, 0.0, 0.3)
                 lifted[leg] = 0
             continue
         if 1.0 - (clock[0] - order.offsets[leg]) % 1.0 > step:
@@ -326,7 +318,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         elif state.leg[leg] == HELD or moving or from_home(state, model, leg) > HOME:
             lifted[leg] = 1
             due += 1
-            if state.leg[leg] == STANCE and is_hindered(state, model, order, tuning, leg):
+            if state.leg[leg] == STANCE and is_hindered(state, model, order, leg):
                 state.mode[2] = 1
     time = (1.0 - gait[0]) * gait[1]
     if due > 0 and not wait:
@@ -336,7 +328,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     if wait:
         clock[4] += h
         if state.mode[2] == 0 and short:
-            lean(state, model, tuning, lifted, h)
+            lean(state, model, lifted, h)
         if clock[4] > tuning.patience:
             put_in_order(state, model, order, tuning, time)
         return
@@ -346,5 +338,5 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     for leg in range(legs):
         if lifted[leg]:
             ago = h - (1.0 - (clock[0] - order.offsets[leg]) % 1.0) * gait[1]
-            lift_off(state, model, order, tuning, leg, max(ago, 0.0), time)
+            lift_off(state, model, order, leg, max(ago, 0.0), time)
     clock[0] = (clock[0] + step) % 1.0

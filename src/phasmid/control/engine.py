@@ -84,7 +84,9 @@ class LocomotionEngine:
         self._step, self._limits, self._reach = step, limits, reach
         self.robot = robot
         self.settings = settings
-        self._model = model_of(robot, settings.joint_speed_share)
+        self._model = model_of(
+            robot, settings.joint_speed_share, settings.stretch, settings.joint_margin
+        )
         self._tuning = tuning_of(settings, SWAY_BANDWIDTH)
         memory = self._memory = Memory(self._model, self._tuning)
         self.state: State = memory.state
@@ -419,9 +421,7 @@ class LocomotionEngine:
                 self._regions.clear()
             region = np.zeros((len(self.robot.legs), DIRECTIONS, 3))
             for leg in range(len(region)):
-                self._reach.bound_region(
-                    self._model, self._tuning, leg, pose, np.zeros(3), region[leg]
-                )
+                self._reach.bound_region(self._model, leg, pose, np.zeros(3), region[leg])
             self._regions[key] = region
         return self._regions[key]
 

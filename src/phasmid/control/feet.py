@@ -83,10 +83,10 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
         x, y = there[0] + c * px - s * py, there[1] + s * px + c * py
         if flat:
             z = g[0] + g[1] * x + g[2] * y
-        certain = is_landing(state, model, tuning, leg, kept, x, y, z)
+        certain = is_landing(state, model, leg, kept, x, y, z)
         if poses:
-            certain = certain and is_landing(state, model, tuning, leg, rest, x, y, z)
-        if certain and is_landing(state, model, tuning, leg, there, x, y, z):
+            certain = certain and is_landing(state, model, leg, rest, x, y, z)
+        if certain and is_landing(state, model, leg, there, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
     state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z
@@ -95,15 +95,12 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
 @internal
 def look_down(state: Any, model: Any, tuning: Any, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down, by a depth or as far as its leg reaches [m]."""
-    place = np.empty(3)
+    foot = state.foot[leg]
     for _ in range(4):
-        for i in range(3):
-            place[i] = state.foot[leg, i]
-        place[2] -= depth
-        if is_reached(state, model, tuning, leg, place):
+        if is_reached(state, model, leg, foot[0], foot[1], foot[2] - depth):
             break
         depth *= 0.7
-    state.landing[leg, 2] = state.foot[leg, 2] - depth
+    state.landing[leg, 2] = foot[2] - depth
     state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
     state.swing[leg, 1] = max(1.875 * depth / tuning.landing_speed, 0.05)
 
@@ -176,9 +173,7 @@ def searches(state: Any, model: Any, order: Any, tuning: Any, leg: int, h: float
     g, foot = state.ground[3], state.foot[leg]
     if foot[2] < g[0] + g[1] * foot[0] + g[2] * foot[1] - tuning.landing_depth:
         return False
-    place = foot.copy()
-    place[2] -= 2 * SEARCH
-    return bool(is_reached(state, model, tuning, leg, place))
+    return bool(is_reached(state, model, leg, foot[0], foot[1], foot[2] - 2 * SEARCH))
 
 
 @internal
@@ -208,7 +203,7 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             # Then it steps over it.
             ago = swing[0] - swing[1]
             time = (1.0 - order.gait[0]) * order.gait[1]
-            lift_off(state, model, order, tuning, leg, ago, time)
+            lift_off(state, model, order, leg, ago, time)
             before, retreats = ago - h, False
             part = ago / time
         met = order.touch[leg] == 1 and doing in (SWING, PROBING) and not retreats

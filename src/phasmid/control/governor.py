@@ -13,16 +13,14 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.limbs import margin_of, rotation, to_hip
-from phasmid.control.reach import room_of, wave
+from phasmid.control.bounds import AT_ENOUGH, ENOUGH, is_within
+from phasmid.control.limbs import margin_of, rotation
+from phasmid.control.reach import room_of, seen_from_hip, wave
 from phasmid.control.state import HELD, STANCE, STILL, SWING
 from phasmid.control.trunk import approach, follow, ride
 
 LOOKS, SPAN = 5, 0.07
 """How many times, and how far apart, the way to rest is looked at [s]."""
-
-ENOUGH = 0.5
-"""Share of the planned margins of reach that is kept on the way to rest."""
 
 HOLDS = 0.75
 """Share of the support margin that is kept on it."""
@@ -43,37 +41,39 @@ def is_settled(stages: np.ndarray, goal: np.ndarray, close: float) -> bool:
 
 @internal
 def room_for(
-    model: Any, tuning: Any, leg: int, R: np.ndarray, trunk: np.ndarray, foot: np.ndarray
+    model: Any,
+    tuning: Any,
+    leg: int,
+    R: np.ndarray,
+    trunk: np.ndarray,
+    x: float,
+    y: float,
+    z: float,
 ) -> float:
-    """Room that a leg has with its foot in odom and the body at a place; see `room_of`."""
-    p, p_body, q = np.empty(3), np.empty(3), np.empty(3)
-    for i in range(3):
-        p[i] = foot[i] - trunk[i]
-    to_hip(R, p, p_body)
-    for i in range(3):
-        p_body[i] -= model.p_body_hip[leg, i]
-    to_hip(model.R_body_hip[leg], p_body, p)
-    return room_of(model, tuning, leg, p, q)
+    """Room that a leg has with its foot in odom and the body at a place, `ENOUGH` at the most."""
+    x, y, z = seen_from_hip(model, leg, R, trunk, x, y, z)
+    if is_within(model.lengths, model.reach, AT_ENOUGH, leg, x, y, z):
+        return ENOUGH
+    p, q = np.array((x, y, z)), np.empty(3)
+    return min(room_of(model, tuning, leg, p, q), ENOUGH)
 
 
 @internal
 def is_landing(
-    state: Any, model: Any, tuning: Any, leg: int, path: np.ndarray, x: float, y: float, z: float
+    state: Any, model: Any, leg: int, path: np.ndarray, x: float, y: float, z: float
 ) -> bool:
     """Whether a foot can land at a place, with the path there, in the pose of now and to come.
 
     Args:
         state: Where the engine is.
         model: The robot.
-        tuning: The margins.
         leg: The leg's index.
         path: Where the path is then, shape (3,).
         x: The place in odom [m].
         y: The same.
         z: The same.
     """
-    R, trunk, foot, g = np.empty((3, 3)), np.empty(3), np.empty(3), state.ground[3]
-    foot[0], foot[1], foot[2] = x, y, z
+    R, trunk, g = np.empty((3, 3)), np.empty(3), state.ground[3]
     c, s = math.cos(path[2]), math.sin(path[2])
     for k in (0, 3):
         b = state.pose[k]
@@ -81,7 +81,8 @@ def is_landing(
         rotation(b[3], b[4], b[5] + path[2], R)
         trunk[0], trunk[1] = path[0] + c * ahead - s * aside, path[1] + s * ahead + c * aside
         trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
-        if not room_for(model, tuning, leg, R, trunk, foot) >= ENOUGH:
+        u, v, w = seen_from_hip(model, leg, R, trunk, x, y, z)
+        if not is_within(model.lengths, model.reach, AT_ENOUGH, leg, u, v, w):
             return False
     return True
 
@@ -116,13 +117,15 @@ def may_go_on(
     rest, mean, R, trunk = np.zeros(3), np.empty(3), np.empty((3, 3)), np.empty(3)
     aside = np.zeros((3, 2))
     least, stays = np.empty(legs), np.empty(legs)
+    foot, landing, now = state.foot, state.landing, state.trunk[0]
     standing, left = np.zeros(legs, dtype=np.int64), 0.0
     for leg in range(legs):
         doing = state.leg[leg]
         if doing == STANCE and order.used[leg]:
             standing[leg] = 1
-            least[leg] = room_for(model, tuning, leg, state.body, state.trunk[0], state.foot[leg])
-            least[leg] = min(least[leg], ENOUGH)
+            least[leg] = room_for(
+                model, tuning, leg, state.body, now, foot[leg, 0], foot[leg, 1], foot[leg, 2]
+            )
             stays[leg] = stays_for(state, order, leg)
         elif doing == SWING:
             # From then on it stands where it lands.
@@ -147,18 +150,19 @@ def may_go_on(
             approach(speed[0], rest, 0, model.radius, tuning.acceleration * SPAN / 2)
             ride(path, mean, SPAN, path)
             follow(pose, tuning.pose_bandwidth, SPAN)
-        b = pose[0] if look == LOOKS else pose[3]
+        last = 0 if look == LOOKS else 3
         if order.gait[2] != 0.0:
             phase = clock[0] + time / order.gait[1]
             wave(model, order.used, order.offsets, order.gait, phase, aside)
         x, y = clock[2] * aside[0, 0] + clock[7], clock[2] * aside[0, 1] + clock[8]
         if look == 0:
             x, y = state.sway[3, 0], state.sway[3, 1]
-        x, y = x + b[0], y + b[1]
+        x, y = x + pose[last, 0], y + pose[last, 1]
         c, s = math.cos(path[2]), math.sin(path[2])
-        rotation(b[3], b[4], b[5] + path[2], R)
+        rotation(pose[last, 3], pose[last, 4], pose[last, 5] + path[2], R)
         trunk[0], trunk[1] = path[0] + c * x - s * y, path[1] + s * x + c * y
-        trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
+        trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height
+        trunk[2] += pose[last, 2]
         for leg in range(legs):
             doing = state.leg[leg]
             if doing == HELD or (doing == STANCE and not standing[leg]):
@@ -166,13 +170,14 @@ def may_go_on(
             if doing == STANCE:
                 if time > stays[leg] + FOLLOWS:
                     continue
-                room = room_for(model, tuning, leg, R, trunk, state.foot[leg])
+                x, y, z = foot[leg, 0], foot[leg, 1], foot[leg, 2]
             elif doing == SWING and time < stays[leg]:
                 continue
             else:
-                room = room_for(model, tuning, leg, R, trunk, state.landing[leg])
+                x, y, z = landing[leg, 0], landing[leg, 1], landing[leg, 2]
+            room = room_for(model, tuning, leg, R, trunk, x, y, z)
             if doing != STANCE and doing != SWING and look == 0:
-                least[leg] = min(room, ENOUGH)
+                least[leg] = room
             if not room >= least[leg] - 1e-9:
                 return False
         if left > 0.0 and time <= left + SPAN:

@@ -140,6 +140,34 @@ def rotation(roll: float, pitch: float, yaw: float, R: np.ndarray) -> None:
 
 
 @compiled
+def deepest_of(feet: np.ndarray, standing: np.ndarray, i: int, j: int) -> float:
+    """How far the deepest foot is to the left of the line from one to another, from above.
+
+    Args:
+        feet: Feet, x and y first [m], shape (L, 2 or 3).
+        standing: Which of them count, shape (L,).
+        i: Where the line begins.
+        j: Where it goes to.
+
+    Returns:
+        The distance times the line's length [m²]; -1 where the line is no edge of the feet that
+        stand: one of them is to the right of it by more than round-off, or it has no length.
+    """
+    x, y = feet[i, 0], feet[i, 1]
+    dx, dy, deepest = feet[j, 0] - x, feet[j, 1] - y, 0.0
+    square = dx * dx + dy * dy
+    if square < 1e-18:
+        return -1.0
+    for k in range(len(feet)):
+        if standing[k]:
+            side = dx * (feet[k, 1] - y) - dy * (feet[k, 0] - x)
+            if side < 0.0 and side * side >= 1e-24 * square:
+                return -1.0
+            deepest = max(deepest, side)
+    return deepest
+
+
+@compiled
 def margin_of(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> float:
     """Distance of a point from the edge of the feet that stand, from above [m]; see `gait`.
 
@@ -161,18 +189,12 @@ def margin_of(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> flo
         for j in range(count):
             if j == i or not standing[j]:
                 continue
+            deepest = deepest_of(feet, standing, i, j)
+            if deepest <= 0.0:
+                continue
             dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
             length = math.sqrt(dx * dx + dy * dy)
-            if length < 1e-9:
-                continue
-            dx, dy = dx / length, dy / length
-            edge, depth = True, 0.0
-            for k in range(count):
-                if standing[k]:
-                    d = dx * (feet[k, 1] - feet[i, 1]) - dy * (feet[k, 0] - feet[i, 0])
-                    edge = edge and d > -1e-12
-                    depth = max(depth, d)
-            if edge and depth > 1e-9:
+            if deepest > 1e-9 * length:
                 edges += 1
-                least = min(least, dx * (y - feet[i, 1]) - dy * (x - feet[i, 0]))
+                least = min(least, (dx * (y - feet[i, 1]) - dy * (x - feet[i, 0])) / length)
     return least if edges >= 3 else -math.inf

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import compiled
+from phasmid.control.bounds import PLANNED
 from phasmid.control.limbs import margin_of, moment_of, rotation, speeds_of, to_hip
-from phasmid.control.reach import PLANNED, lag_of, reaches, wave, within
+from phasmid.control.reach import lag_of, reaches, wave, within
 from phasmid.control.state import REACH, SPEED, SUPPORT
 from phasmid.control.swing import blend, lift
 from phasmid.control.trunk import ride

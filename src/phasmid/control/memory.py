@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import internal
+from phasmid.control.bounds import BOUNDS
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 from phasmid.control.views import take
 
-STATE, ORDER, MODEL = (93, 94), (24, 6), (3, 39)
+STATE, ORDER, MODEL = (93, 94), (24, 6), (3, 39 + 2 * BOUNDS)
 """Numbers in each, whatever the number of legs, and for each leg."""
 
 
@@ -124,6 +125,7 @@ def model_at(numbers: np.ndarray, legs: int) -> Model:
     folded, a = take(numbers, a, (legs, 3))
     link_mass, a = take(numbers, a, (legs, 3))
     link_com, a = take(numbers, a, (legs, 3, 3))
+    reach, a = take(numbers, a, (2, legs, BOUNDS))
     body_moment, a = take(numbers, a, (3,))
     b, a = take(numbers, a, (4,))
     return Model(
@@ -135,6 +137,7 @@ def model_at(numbers: np.ndarray, legs: int) -> Model:
         folded,
         link_mass,
         link_com,
+        reach,
         body_moment,
         b[0],
         b[1],

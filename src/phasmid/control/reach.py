@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.limbs import angles_of, rotation, to_hip
+from phasmid.control.bounds import AT_ENOUGH, AT_PLANNED, is_within
+from phasmid.control.limbs import Triple, angles_of, deepest_of, rotation, to_hip
 from phasmid.control.state import DIRECTIONS, PROBING, STANCE, SWING
 from phasmid.control.trunk import ride
 
@@ -22,13 +23,9 @@ CORNERS = math.cos(math.pi / DIRECTIONS)
 SHORTEST = 0.02
 """A foot whose lift waits is taken to stand at least this long [s]."""
 
-STEPS, AIM, CLOSE, NEAR, GUESSES = 8, 1.002, 1.005, 1e-4, 4
-"""How the edge of a region is found along a ray: by so many steps; the room that is aimed at
-between two, and that which is near enough to 1; or so near that a place beyond is known to be none
-[m]; and how often it is guessed by a line before the way is halved."""
-
-PLANNED, HARD = 1.0, 0.2
-"""Shares of the margins of stretch and of joint limits: of what is planned, and of all targets."""
+STEPS, NEAR = 8, 1e-4
+"""How the edge of a region is found along a ray: by so many steps, as long together as femur and
+tibia, and from the first place that is too far by halving, to this [m]."""
 
 
 @internal
@@ -77,93 +74,76 @@ def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: n
 
 
 @internal
-def is_reached(state: Any, model: Any, tuning: Any, leg: int, p_odom: np.ndarray) -> bool:
-    """Whether a leg can put its foot at a place in odom, as the body is now."""
-    p, p_body, p_hip = np.empty(3), np.empty(3), np.empty(3)
-    for i in range(3):
-        p[i] = p_odom[i] - state.trunk[0, i]
-    to_hip(state.body, p, p_body)
-    for i in range(3):
-        p_body[i] -= model.p_body_hip[leg, i]
-    to_hip(model.R_body_hip[leg], p_body, p_hip)
-    return reaches(model, tuning, leg, p_hip, PLANNED / 2, p)
+def seen_from_hip(
+    model: Any, leg: int, R: np.ndarray, trunk: np.ndarray, x: float, y: float, z: float
+) -> Triple:
+    """Where a place is in a leg's hip frame [m].
+
+    Numbers and not arrays: to get memory for these would take longer than what is computed.
+
+    Args:
+        model: The robot.
+        leg: The leg's index.
+        R: Rotation of the body, shape (3, 3).
+        trunk: Where the body is [m], shape (3,).
+        x: The place, in the same frame as the body [m].
+        y: The same.
+        z: The same.
+    """
+    x, y, z = x - trunk[0], y - trunk[1], z - trunk[2]
+    p, H = model.p_body_hip, model.R_body_hip
+    u = R[0, 0] * x + R[1, 0] * y + R[2, 0] * z - p[leg, 0]
+    v = R[0, 1] * x + R[1, 1] * y + R[2, 1] * z - p[leg, 1]
+    w = R[0, 2] * x + R[1, 2] * y + R[2, 2] * z - p[leg, 2]
+    return (
+        H[leg, 0, 0] * u + H[leg, 1, 0] * v + H[leg, 2, 0] * w,
+        H[leg, 0, 1] * u + H[leg, 1, 1] * v + H[leg, 2, 1] * w,
+        H[leg, 0, 2] * u + H[leg, 1, 2] * v + H[leg, 2, 2] * w,
+    )
 
 
 @internal
-def room_along(
-    model: Any,
-    tuning: Any,
-    leg: int,
-    start: np.ndarray,
-    way: np.ndarray,
-    r: float,
-    p: np.ndarray,
-    q: np.ndarray,
-) -> float:
-    """Room that a leg has with its foot on a ray, so far along it; see `edge_of`."""
-    for i in range(3):
-        p[i] = start[i] + r * way[i]
-    return room_of(model, tuning, leg, p, q)
+def is_reached(state: Any, model: Any, leg: int, x: float, y: float, z: float) -> bool:
+    """Whether a leg can put its foot at a place in odom [m], as the body is now."""
+    x, y, z = seen_from_hip(model, leg, state.body, state.trunk[0], x, y, z)
+    return is_within(model.lengths, model.reach, AT_ENOUGH, leg, x, y, z)
 
 
 @internal
 def edge_of(
-    model: Any,
-    tuning: Any,
-    leg: int,
-    start: np.ndarray,
-    way: np.ndarray,
-    room: float,
-    p: np.ndarray,
-    q: np.ndarray,
+    lengths: np.ndarray, reach: np.ndarray, leg: int, start: np.ndarray, way: np.ndarray
 ) -> float:
     """How far along a ray a foot may stand, up to the length of femur and tibia [m].
 
-    Steps as long as a part of the leg go up to the first place that is too far. From there on it is
-    the Illinois method, and halving where rooms tell no line: they jump as a foot passes the hip.
-
     Args:
-        model: The robot.
-        tuning: The margins.
+        lengths: Of the robot, see `is_within`, shape (L, 3).
+        reach: The same, shape (2, L, 8).
         leg: The leg's index.
         start: Where the ray begins in the hip frame [m], shape (3,).
         way: Its direction there, as long as the distance counts, shape (3,).
-        room: That the leg has at the beginning.
-        p: To work in, shape (3,).
-        q: The same.
     """
-    length = (model.lengths[leg, 1] + model.lengths[leg, 2]) / STEPS
-    low, high, inner, outer = 0.0, 0.0, room - AIM, 0.0
+    x, y, z, a, b, c = start[0], start[1], start[2], way[0], way[1], way[2]
+    length = (lengths[leg, 1] + lengths[leg, 2]) / STEPS
+    low, high = 0.0, 0.0
     for _ in range(STEPS):
         high += length
-        found = room_along(model, tuning, leg, start, way, high, p, q)
-        if not found >= 1.0:
-            outer = AIM - found
+        if not is_within(lengths, reach, AT_PLANNED, leg, x + high * a, y + high * b, z + high * c):
             break
-        low, inner = high, found - AIM
+        low = high
     if low == high:
         return low
-    tries, last = 0, -1
     while high - low > NEAR:
-        tries += 1
         r = (low + high) / 2
-        if tries <= GUESSES and inner > 0.0 and math.isfinite(outer):
-            r = low + (high - low) * inner / (inner + outer)
-        found = room_along(model, tuning, leg, start, way, r, p, q)
-        if found >= 1.0:
-            if found < CLOSE:
-                return r
-            low, inner = r, found - AIM
-            outer, last = outer / 2 if last == 1 else outer, 1
+        if is_within(lengths, reach, AT_PLANNED, leg, x + r * a, y + r * b, z + r * c):
+            low = r
         else:
-            high, outer = r, AIM - found
-            inner, last = inner / 2 if last == -1 else inner, -1
+            high = r
     return low
 
 
 @compiled
 def bound_region(
-    model: Any, tuning: Any, leg: int, pose: np.ndarray, slope: np.ndarray, region: np.ndarray
+    model: Any, leg: int, pose: np.ndarray, slope: np.ndarray, region: np.ndarray
 ) -> None:
     """Write the half-planes within which a foot may stand while the body has a pose.
 
@@ -171,7 +151,6 @@ def bound_region(
 
     Args:
         model: The robot.
-        tuning: The margins.
         leg: The leg's index.
         pose: Of the body beside its path and its neutral height, shape (6,).
         slope: Of the ground, ahead and to the left, and by how much the foot stands higher than
@@ -180,8 +159,8 @@ def bound_region(
     """
     R = np.empty((3, 3))
     rotation(pose[3], pose[4], pose[5], R)
-    v, p_body, q = np.empty(3), np.empty(3), np.empty(3)
-    start, way, p = np.empty(3), np.empty(3), np.empty(3)
+    v, p_body = np.empty(3), np.empty(3)
+    start, way = np.empty(3), np.empty(3)
     cx, cy = model.neutral[leg, 0], model.neutral[leg, 1]
     v[0], v[1] = cx - pose[0], cy - pose[1]
     v[2] = slope[2] + slope[0] * cx + slope[1] * cy - model.height - pose[2]
@@ -189,7 +168,6 @@ def bound_region(
     for i in range(3):
         p_body[i] -= model.p_body_hip[leg, i]
     to_hip(model.R_body_hip[leg], p_body, start)
-    room = room_of(model, tuning, leg, start, q)
     edge = np.empty((DIRECTIONS, 2))
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
@@ -197,7 +175,7 @@ def bound_region(
         v[2] = slope[0] * v[0] + slope[1] * v[1]
         to_hip(R, v, p_body)
         to_hip(model.R_body_hip[leg], p_body, way)
-        r = edge_of(model, tuning, leg, start, way, room, p, q)
+        r = edge_of(model.lengths, model.reach, leg, start, way)
         edge[k, 0], edge[k, 1] = r * v[0], r * v[1]
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
@@ -376,27 +354,21 @@ def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarra
     ry = R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + state.trunk[0, 1]
     wx = c * velocity[0] - s * velocity[1] - velocity[2] * (ry - state.path[1])
     wy = s * velocity[0] + c * velocity[1] + velocity[2] * (rx - state.path[0])
-    share, feet = 1.0, state.foot
+    share, feet, standing = 1.0, state.foot, np.zeros(legs, dtype=np.int64)
+    for leg in range(legs):
+        standing[leg] = 1 if state.leg[leg] == STANCE and used[leg] else 0
     for i in range(legs):
-        if state.leg[i] != STANCE or not used[i]:
+        if not standing[i]:
             continue
         for j in range(legs):
-            if i == j or state.leg[j] != STANCE or not used[j]:
+            if i == j or not standing[j]:
                 continue
             dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
-            length = math.sqrt(dx * dx + dy * dy)
-            if length < 1e-9:
-                continue
-            dx, dy = dx / length, dy / length
+            # Of all edges that it comes nearer to; both are times the edge's length.
             closing = (dy * wx - dx * wy) * left
-            if closing <= 1e-12:
-                continue
-            edge = True
-            for k in range(legs):
-                if state.leg[k] == STANCE and used[k]:
-                    d = dx * (feet[k, 1] - feet[i, 1]) - dy * (feet[k, 0] - feet[i, 0])
-                    edge = edge and d > -1e-12
-            if edge:
+            length = math.sqrt(dx * dx + dy * dy)
+            if closing > 1e-12 * length and deepest_of(feet, standing, i, j) >= 0.0:
                 depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
-                share = min(share, max(depth + tuning.planned_margin / 2, 0.0) / closing)
+                room = depth + length * tuning.planned_margin / 2
+                share = min(share, max(room, 0.0) / closing)
     return share

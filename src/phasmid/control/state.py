@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from phasmid.control.bounds import reach_bounds
 from phasmid.control.settings import EngineSettings
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot
@@ -39,6 +40,7 @@ class Model(NamedTuple):
         folded: Joint angles of a leg that is held in the air [rad], shape (L, 3).
         link_mass: Masses of the links [kg], shape (L, 3).
         link_com: Their centres of mass in their frames [m], shape (L, 3, 3).
+        reach: What each leg reaches with the margins, see `reach_bounds`, shape (2, L, 8).
         body_moment: Mass of the trunk times the place of its centre [kg·m], shape (3,).
         mass: Of the whole robot [kg].
         height: Of the body's origin over the neutral feet [m].
@@ -54,6 +56,7 @@ class Model(NamedTuple):
     folded: np.ndarray
     link_mass: np.ndarray
     link_com: np.ndarray
+    reach: np.ndarray
     body_moment: np.ndarray
     mass: float
     height: float
@@ -193,12 +196,14 @@ class Tuning(NamedTuple):
     patience: float
 
 
-def model_of(robot: Robot, joint_speed_share: float) -> Model:
+def model_of(robot: Robot, joint_speed_share: float, stretch: float, joint_margin: float) -> Model:
     """The numbers of a robot.
 
     Args:
         robot: The robot.
         joint_speed_share: Share of its servos' no-load speed that targets may use.
+        stretch: Share of its full length to which a leg may be stretched.
+        joint_margin: Distance from the joints' limits that targets keep [rad].
     """
     arrays = robot.arrays
     neutral = neutral_feet(robot)
@@ -215,6 +220,7 @@ def model_of(robot: Robot, joint_speed_share: float) -> Model:
         folded,
         np.array(arrays.mass),
         np.array(arrays.com),
+        reach_bounds(np.asarray(arrays.lengths), limits, stretch, joint_margin),
         robot.body.mass * np.asarray(robot.body.com),
         robot.mass,
         -float(neutral[:, 2].mean()),

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
+from phasmid.control.bounds import HARD
 from phasmid.control.clock import best_phase, run_clock
 from phasmid.control.feet import land_here, move_feet
 from phasmid.control.governor import is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
 from phasmid.control.memory import all_at
 from phasmid.control.reach import (
-    HARD,
     bound_region,
     room_of,
     speed_share,
@@ -256,7 +256,7 @@ def brake(state: Any, share: float) -> None:
 
 
 @internal
-def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
+def refresh_region(state: Any, model: Any, leg: int) -> None:
     """Bound anew where one leg's foot may stand, if body, ground or foot are off by `STALE`."""
     g, posed, slope = state.ground[3], state.posed[leg], np.empty(3)
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
@@ -275,7 +275,7 @@ def refresh_region(state: Any, model: Any, tuning: Any, leg: int) -> None:
     for i in range(6):
         posed[i] = state.pose[3, i]
     posed[6], posed[7], posed[8] = slope[0], slope[1], slope[2]
-    bound_region(model, tuning, leg, state.pose[3], slope, state.region[leg])
+    bound_region(model, leg, state.pose[3], slope, state.region[leg])
 
 
 @inlined
@@ -300,7 +300,7 @@ def update(
     clock = state.clock
     change_gait(state, model, order, wanted)
     state.mode[1] = (state.mode[1] + 1) % len(state.leg)
-    refresh_region(state, model, tuning, state.mode[1])
+    refresh_region(state, model, state.mode[1])
     slow, said, failed = min(1.0, clock[3] + RECOVERY * dt), 0, 0
     most = model.joint_speed * dt
     for _ in range(12):
@@ -373,7 +373,7 @@ def tick(numbers: np.ndarray, codes: np.ndarray, legs: int, dt: float) -> int:
     state, trial, order, wanted, model, tuning = all_at(numbers, codes, legs)
     if dt == 0.0:
         for leg in range(legs):
-            refresh_region(state, model, tuning, leg)
+            refresh_region(state, model, leg)
         place_trunk(state, model, tuning)
         if not bend_legs(state, model, tuning, 0.0):
             return 1

@@ -1,0 +1,72 @@
+"""Whether a leg reaches a place, told without angles, is what its angles tell."""
+
+import numpy as np
+import pytest
+
+from phasmid.control.bounds import AT_ENOUGH, AT_PLANNED, ENOUGH, PLANNED, is_within, reach_bounds
+from phasmid.control.engine import LocomotionEngine
+from phasmid.control.reach import room_of
+from phasmid.robot import load_robot, preset_names
+
+ROUND_OFF = 1e-10
+"""Of rooms, which are angles over margins of 0.02 rad, or less where joints hardly turn: angles
+with a round-off of 1e-15 times the leg's conditioning, which is below 1e3 a margin from stretch."""
+
+
+def engine_of(name, **settings):
+    return LocomotionEngine(load_robot(name), feeling=False, dynamics="none", **settings)
+
+
+def compare(model, tuning, count=2000):
+    """How many of random places are within, by each share; fails where angles tell otherwise."""
+    far = model.lengths.sum(axis=1).max()
+    places = np.random.default_rng(1).uniform(-far, far, (count, 3))
+    within, q = np.zeros(2, int), np.empty(3)
+    for leg in range(len(model.lengths)):
+        for p in places:
+            room = room_of(model, tuning, leg, p, q)
+            for at, share in ((AT_PLANNED, PLANNED), (AT_ENOUGH, ENOUGH)):
+                found = is_within(model.lengths, model.reach, at, leg, *p)
+                within[at] += found
+                assert found == (room >= share) or abs(room - share) < ROUND_OFF, (leg, p)
+    return within
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_a_place_is_within_where_its_angles_keep_the_margins(name):
+    engine = engine_of(name)
+    planned, enough = compare(engine._model, engine._tuning)
+    # Wider margins leave less.
+    assert 100 < planned < enough
+
+
+@pytest.mark.parametrize("joint", range(3))
+@pytest.mark.parametrize(
+    ("low", "high"), [(-9, 9), (-3.3, 0.5), (-0.5, 3.3), (-0.1, 0.05), (0.3, 1.2), (-2.9, -1)]
+)
+def test_joints_that_turn_far_or_hardly_are_told_as_well(joint, low, high):
+    """Up to three turns, beyond half a turn to one side, narrow, and on one side of zero."""
+    engine = engine_of("phantomx-ax", joint_margin=0.1)
+    model, tuning = engine._model, engine._tuning
+    limits = model.limits.copy()
+    limits[:, joint] = low, high
+    reach = reach_bounds(model.lengths, limits, tuning.stretch, tuning.joint_margin)
+    within = compare(model._replace(limits=limits, reach=reach), tuning, count=500)
+    # A knee bends to one side alone, and by 0.4 rad where the leg is stretched to 0.98.
+    none = joint == 2 and low > -0.6
+    assert within[AT_PLANNED] == 0 if none else (within > 0).all()
+
+
+def test_a_leg_without_a_margin_of_stretch_reaches_up_to_its_length():
+    engine = engine_of("phantomx-ax", stretch=1.0, joint_margin=0.0)
+    assert (compare(engine._model, engine._tuning) > 100).all()
+
+
+def test_a_place_that_is_no_number_is_not_within():
+    model = engine_of("phantomx-ax")._model
+    foot = np.array([0.1, 0.0, -0.1])
+    assert is_within(model.lengths, model.reach, AT_PLANNED, 0, *foot)
+    for k in range(3):
+        p = foot.copy()
+        p[k] = np.nan
+        assert not is_within(model.lengths, model.reach, AT_PLANNED, 0, *p)
