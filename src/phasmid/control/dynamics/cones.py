@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import daqp
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.dynamics.instant import Needs
-from phasmid.control.dynamics.sharing import _grasp_of
+from phasmid.control.dynamics.instant import find_needs, needs_in, unpack
+from phasmid.control.dynamics.sharing import (
+    demand_of,
+    friction_needed,
+    grasp_of,
+    load_joints,
+    space_in,
+)
+from phasmid.control.memory import unwrapped
+from phasmid.control.views import take
 
 FACES = 8
 """Faces of the pyramid inside each friction cone; its edges lie on the cone."""
@@ -29,160 +36,217 @@ UNBOUNDED = 1e30
 """What the solver takes for infinity."""
 
 
-class Limited(NamedTuple):
-    """Forces within the limits.
-
-    Attributes:
-        force: Of the ground on the feet [N], shape (L, 3).
-        part: How much of the motion they give, 1: all of it, 0: they carry the robot at rest.
-    """
-
-    force: Float[np.ndarray, "legs 3"]
-    part: float
-
-
-def limited_forces(
-    needs: Needs,
-    rest: Needs,
-    inverse: Float[np.ndarray, "legs 3 3"],
-    cheapest: Float[np.ndarray, "legs 3"],
-    share: Float[np.ndarray, " legs"],
-    normals: Float[np.ndarray, "legs 3"],
-    friction: float,
-    limits: Float[np.ndarray, "2 legs 3"],
-) -> Limited | None:
-    """The forces nearest to the cheapest that keep friction and torque limits.
-
-    Where the whole motion cannot be had, as much of it is given as can.
-
-    Args:
-        needs: Of the motion.
-        rest: Of the robot in the same pose without any motion.
-        inverse: D of each foot's cost, shape (L, 3, 3).
-        cheapest: Forces that give the motion without limits [N], shape (L, 3).
-        share: Each foot's part of its full share, shape (L,).
-        normals: Of the ground, shape (L, 3).
-        friction: Coefficient that may be used; the pyramid inside its cone is kept to.
-        limits: Lowest and highest torques of the joints [N·m].
-
-    Returns:
-        None where not even the robot at rest can be carried within the limits.
-    """
-    feet = np.flatnonzero(share >= NEGLIGIBLE)
-    scale = float(np.abs(rest.wrench[:3]).max())
-    if not len(feet) or scale <= 0.0:
-        return None
-    count = len(feet)
-    size, rows = 3 * count + 1, 6 + (FACES + 3) * count
-    A, upper = np.zeros((rows, size)), np.empty(size + rows)
-    lower, W = np.full(size + rows, -UNBOUNDED), np.empty((count, 3, 3))
-    _lay_out(
-        needs,
-        rest,
-        inverse,
-        cheapest,
-        normals,
-        friction * WITHIN,
-        limits,
-        feet,
-        scale,
-        W,
-        A,
-        lower,
-        upper,
-    )
-    kinds = np.zeros(size + rows, np.int32)
-    kinds[size : size + 6] = EQUATION
-    cost = np.zeros(size)
-    cost[-1] = DEARER
-    x, _, flag, _ = daqp.solve(np.eye(size), cost, A, upper, lower, kinds)
-    if flag <= 0:
-        return None
-    force = np.zeros_like(cheapest)
-    change = (W @ np.asarray(x[:-1]).reshape(count, 3, 1))[..., 0]
-    force[feet] = cheapest[feet] + scale * change
-    return Limited(force, min(max(1.0 - float(x[-1]), 0.0), 1.0))
-
-
 NEGLIGIBLE = 1e-9
 """A foot with a smaller share than this carries nothing."""
 
 
-def _lay_out_rows(
-    needs: Needs,
-    rest: Needs,
-    inverse: np.ndarray,
-    cheapest: np.ndarray,
-    normals: np.ndarray,
+@internal
+def programme_size(feet: int) -> tuple[int, int]:
+    """Unknowns and rows of a programme: three and eleven a foot, one and six beside them."""
+    return 3 * feet + 1, (FACES + 3) * feet + 6
+
+
+@internal
+def programme_in(
+    row: np.ndarray, feet: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Views of a programme that lies in one row: its matrix, lower and upper bounds, and W."""
+    size, rows = programme_size(feet)
+    A, a = take(row, 0, (rows, size))
+    lower, a = take(row, a, (size + rows,))
+    upper, a = take(row, a, (size + rows,))
+    W, a = take(row, a, (feet, 3, 3))
+    return A, lower, upper, W
+
+
+class Programme:
+    """The programme of a number of feet that carry something: min |y|² + s² and more for s.
+
+    Unknowns are y of F = cheapest + W y, and s, the part of the motion that is left out.
+
+    Args:
+        feet: How many.
+
+    Attributes:
+        row: What `write_programme` fills.
+    """
+
+    def __init__(self, feet: int) -> None:
+        size, rows = unwrapped(programme_size)(feet)
+        self.row = np.zeros((rows + 2) * size + 2 * rows + 9 * feet)
+        self._A, self._lower, self._upper, _ = unwrapped(programme_in)(self.row, feet)
+        self._square, self._cost = np.eye(size), np.zeros(size)
+        self._cost[-1] = DEARER
+        self._kinds = np.zeros(size + rows, np.int32)
+        self._kinds[size : size + 6] = EQUATION
+
+    def solve(self) -> Float[np.ndarray, " unknowns"] | None:
+        """The unknowns; None where nothing keeps the limits."""
+        x, _, flag, _ = daqp.solve(
+            self._square, self._cost, self._A, self._upper, self._lower, self._kinds
+        )
+        return x if flag > 0 else None
+
+
+@compiled
+def write_programme(
+    masses: np.ndarray,
+    numbers: np.ndarray,
     friction: float,
-    limits: np.ndarray,
-    feet: np.ndarray,
-    scale: float,
-    W: np.ndarray,
-    A: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-) -> None:
-    """The programme's rows: unknowns are y of F = cheapest + W y, and what is left out, 0 to 1."""
-    count = feet.shape[0]
-    last = 3 * count
-    upper[:last] = 1e30
+    R: np.ndarray,
+    q: np.ndarray,
+    share: np.ndarray,
+    normals: np.ndarray,
+    work: np.ndarray,
+    rest: np.ndarray,
+    row: np.ndarray,
+    count: int,
+) -> float:
+    """Write the programme for forces near the cheapest that keep friction and torque limits.
+
+    Args:
+        masses: Of the robot, packed.
+        numbers: Of the `FeedForward`.
+        friction: Coefficient that may be used; the pyramid inside its cone is kept to.
+        R: Rotation of the trunk, shape (3, 3).
+        q: Joint angles [rad], shape (L, 3).
+        share: Each foot's part of its full share, shape (L,).
+        normals: Of the ground, shape (L, 3).
+        work: With what `find_effort` found.
+        rest: Written: needs of the robot in the same pose without any motion, in one row.
+        row: Written: of the `Programme`.
+        count: Feet that carry something.
+
+    Returns:
+        The load of the robot at rest, by which all forces are counted [N].
+    """
+    legs = q.shape[0]
+    needs, still = needs_in(work, legs), needs_in(rest, legs)
+    D, _, limits, cheapest, _ = space_in(work, legs)
+    nothing, felt, rates = np.zeros(3), np.zeros(3), np.zeros((legs, 3))
+    felt[2] = numbers[0]
+    find_needs(unpack(masses, legs), R, nothing, nothing, felt, q, rates, rates, still)
+    scale = 0.0
+    for i in range(3):
+        scale = max(scale, abs(still.wrench[i]))
+    if not scale > 0.0:
+        return 0.0
+    A, lower, upper, W = programme_in(row, count)
+    A[:] = 0.0
+    lower[:] = -UNBOUNDED
+    last, inside = 3 * count, friction * WITHIN
+    upper[:last] = UNBOUNDED
     lower[last], upper[last] = 0.0, 1.0
     first = last + 1
     grasp = np.zeros((6, 3))
     # What is left out of the wrench is no longer to be given.
     reach = 1e-9
-    for k in range(count):
+    for leg in range(legs):
         for i in range(3):
-            reach = max(reach, abs(needs.foot[feet[k], i]))
+            if share[leg] >= NEGLIGIBLE:
+                reach = max(reach, abs(needs.foot[leg, i]))
     for i in range(6):
         unit = 1.0 if i < 3 else 1.0 / reach
-        A[i, last] = unit * (needs.wrench[i] - rest.wrench[i]) / scale
+        A[i, last] = unit * (needs.wrench[i] - still.wrench[i]) / scale
         lower[first + i] = upper[first + i] = 0.0
-    for k in range(count):
-        foot = feet[k]
-        _root_of(inverse[foot], W[k])
-        _grasp_of(needs.foot[foot], 1.0 / reach, grasp)
+    k, t, u = -1, np.empty(3), np.empty(3)
+    for foot in range(legs):
+        if share[foot] < NEGLIGIBLE:
+            continue
+        k += 1
+        _root_of(D[foot], W[k])
+        grasp_of(needs.foot[foot], 1.0 / reach, grasp)
         for i in range(6):
             for j in range(3):
                 for m in range(3):
                     A[i, 3 * k + j] += grasp[i, m] * W[k, m, j]
         n = normals[foot]
-        # Two tangents, the first from the axis that lies farthest from the normal.
-        t, u = np.zeros(3), np.empty(3)
-        least = 0
-        for i in range(1, 3):
-            if abs(n[i]) < abs(n[least]):
-                least = i
-        t[least] = 1.0
-        for i in range(3):
-            t[i] -= n[least] * n[i]
-        length = math.sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
-        for i in range(3):
-            t[i] /= length
-        u[0], u[1] = n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2]
-        u[2] = n[0] * t[1] - n[1] * t[0]
-        for face in range(8):
-            row = 6 + 8 * k + face
-            c, s = math.cos(math.pi * face / 4), math.sin(math.pi * face / 4)
+        _tangents_of(n, t, u)
+        for face in range(FACES):
+            row_of = 6 + FACES * k + face
+            c, s = math.cos(2 * math.pi * face / FACES), math.sin(2 * math.pi * face / FACES)
             now = 0.0
             for i in range(3):
-                side = c * t[i] + s * u[i] - friction * n[i]
+                side = c * t[i] + s * u[i] - inside * n[i]
                 now += side * cheapest[foot, i] / scale
                 for j in range(3):
-                    A[row, 3 * k + j] += side * W[k, i, j]
-            upper[first + row] = -now
+                    A[row_of, 3 * k + j] += side * W[k, i, j]
+            upper[first + row_of] = -now
         for joint in range(3):
-            row = 6 + 8 * count + 3 * k + joint
+            row_of = 6 + FACES * count + 3 * k + joint
             now = needs.torque[foot, joint]
             for i in range(3):
                 J = needs.jacobian[foot, i, joint]
                 now -= J * cheapest[foot, i]
                 for j in range(3):
-                    A[row, 3 * k + j] -= J * W[k, i, j]
-            A[row, last] = (rest.torque[foot, joint] - needs.torque[foot, joint]) / scale
-            lower[first + row] = (limits[0, foot, joint] - now) / scale
-            upper[first + row] = (limits[1, foot, joint] - now) / scale
+                    A[row_of, 3 * k + j] -= J * W[k, i, j]
+            A[row_of, last] = (still.torque[foot, joint] - needs.torque[foot, joint]) / scale
+            lower[first + row_of] = (limits[0, foot, joint] - now) / scale
+            upper[first + row_of] = (limits[1, foot, joint] - now) / scale
+    return scale
+
+
+@compiled
+def take_solution(
+    x: np.ndarray,
+    part: float,
+    scale: float,
+    share: np.ndarray,
+    normals: np.ndarray,
+    work: np.ndarray,
+    rest: np.ndarray,
+    row: np.ndarray,
+    count: int,
+) -> tuple[float, float]:
+    """Write the forces and torques that a solution means in the place of the cheapest.
+
+    Args:
+        x: The unknowns.
+        part: How much of the motion they give.
+        scale: What `write_programme` returned [N].
+        share: As there.
+        normals: As there.
+        work: As there, changed.
+        rest: As there.
+        row: As there.
+        count: As there.
+
+    Returns:
+        The friction that they need, and the largest torque as a part of what its servo gives.
+    """
+    legs, k = share.shape[0], -1
+    needs, still = needs_in(work, legs), needs_in(rest, legs)
+    _, _, limits, force, torque = space_in(work, legs)
+    W = programme_in(row, count)[3]
+    for foot in range(legs):
+        if share[foot] < NEGLIGIBLE:
+            force[foot] = 0.0
+            continue
+        k += 1
+        for i in range(3):
+            for j in range(3):
+                force[foot, i] += scale * W[k, i, j] * x[3 * k + j]
+    load_joints(needs, force, torque)
+    for leg in range(legs):
+        for i in range(3):
+            torque[leg, i] += (1.0 - part) * (still.torque[leg, i] - needs.torque[leg, i])
+    return friction_needed(force, normals, share), demand_of(torque, limits)
+
+
+@internal
+def _tangents_of(n: np.ndarray, t: np.ndarray, u: np.ndarray) -> None:
+    """Two tangents of a normal, the first from the axis that lies farthest from it."""
+    least = 0
+    for i in range(1, 3):
+        if abs(n[i]) < abs(n[least]):
+            least = i
+    for i in range(3):
+        t[i] = (1.0 if i == least else 0.0) - n[least] * n[i]
+    length = math.sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2])
+    for i in range(3):
+        t[i] /= length
+    u[0], u[1] = n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2]
+    u[2] = n[0] * t[1] - n[1] * t[0]
 
 
 @internal
@@ -194,6 +258,3 @@ def _root_of(D: np.ndarray, W: np.ndarray) -> None:
     W[1, 1] = math.sqrt(D[1, 1] - W[1, 0] * W[1, 0])
     W[2, 1] = (D[2, 1] - W[2, 0] * W[1, 0]) / W[1, 1]
     W[2, 2] = math.sqrt(D[2, 2] - W[2, 0] * W[2, 0] - W[2, 1] * W[2, 1])
-
-
-_lay_out = compiled(_lay_out_rows)

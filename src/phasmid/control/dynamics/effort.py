@@ -8,11 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled, internal
-from phasmid.control.dynamics.cones import limited_forces
+from phasmid.compiled import compiled
+from phasmid.control.dynamics.cones import (
+    NEGLIGIBLE,
+    Programme,
+    take_solution,
+    write_programme,
+)
 from phasmid.control.dynamics.instant import (
-    _needs_in,
-    _unpack,
     find_needs,
     needs_in,
     needs_size,
@@ -20,8 +23,14 @@ from phasmid.control.dynamics.instant import (
     unpack,
 )
 from phasmid.control.dynamics.settings import EffortSettings
-from phasmid.control.dynamics.sharing import friction_needed, load_joints, share_forces
-from phasmid.control.views import take
+from phasmid.control.dynamics.sharing import (
+    demand_of,
+    friction_needed,
+    load_joints,
+    share_forces,
+    space_in,
+)
+from phasmid.control.memory import unwrapped
 from phasmid.errors import InvalidInput
 from phasmid.robot import JOINTS, Robot
 from phasmid.units import STANDARD_GRAVITY
@@ -48,21 +57,6 @@ class Effort(NamedTuple):
     friction: float
     demand: float
     remark: str
-
-
-def _space_in(
-    row: np.ndarray, legs: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What `find_effort` works in, after the needs: D, c, limits, forces and torques."""
-    D, a = take(row, needs_size(legs), (legs, 3, 3))
-    c, a = take(row, a, (legs, 3))
-    limits, a = take(row, a, (2, legs, 3))
-    force, a = take(row, a, (legs, 3))
-    torque, a = take(row, a, (legs, 3))
-    return D, c, limits, force, torque
-
-
-space_in = internal(_space_in)
 
 
 def _find_effort(
@@ -96,17 +90,6 @@ def _find_effort(
     return missing, friction_needed(force, normals, share), demand_of(torque, limits)
 
 
-def _demand_of(torque: np.ndarray, limits: np.ndarray) -> float:
-    worst = 0.0
-    for leg in range(torque.shape[0]):
-        for k in range(3):
-            value = torque[leg, k]
-            limit = limits[1, leg, k] if value > 0.0 else limits[0, leg, k]
-            worst = max(worst, value / limit if limit != 0.0 else np.inf)
-    return worst
-
-
-demand_of = compiled(_demand_of)
 find_effort = compiled(_find_effort)
 
 
@@ -142,15 +125,12 @@ class FeedForward:
         stall = self.settings.torque_used * servo.stall_torque
         drop = stall / servo.no_load_speed
         self.numbers = np.array([gravity, stall, drop, *self.settings.cost()])
-        self.work = np.zeros(needs_size(legs) + 24 * legs)
-        self._needs = _needs_in(self.work, legs)
-        self._rest = _needs_in(np.zeros(needs_size(legs)), legs)
-        self._D, _, self._limits, self._force, self._torque = _space_in(self.work, legs)
+        self.work = np.zeros(unwrapped(needs_size)(legs) + 24 * legs)
+        self._needs = unwrapped(needs_in)(self.work, legs)
+        _, _, self._limits, self._force, self._torque = unwrapped(space_in)(self.work, legs)
+        self._rest = np.zeros(unwrapped(needs_size)(legs))
+        self._programmes = [Programme(count) for count in range(legs + 1)]
         self._up = np.tile([0.0, 0.0, 1.0], (legs, 1))
-        self._lift = np.array([0.0, 0.0, gravity])
-        self._still, self._no_rates = np.zeros(3), np.zeros((legs, 3))
-        # Plain Python's views, as the loop makes them by their addresses.
-        self._masses = _unpack(self.masses, legs)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
 
     def update(
@@ -221,61 +201,27 @@ class FeedForward:
             share: As there.
             normals: As there.
         """
-        force, torque = self._force.copy(), self._torque.copy()
-        if friction <= self.friction and demand <= 1.0 and missing <= MISSING:
-            return Effort(torque, force, 1.0, friction, demand, "")
-        return self._within_limits(rotation, q, share, normals, force, torque, missing)
+        part, remark = 1.0, ""
+        if friction > self.friction or demand > 1.0 or missing > MISSING:
+            x, scale = None, 0.0
+            count = int(np.count_nonzero(share >= NEGLIGIBLE))
+            own = share, normals, self.work, self._rest, self._programmes[count].row, count
+            if missing <= MISSING and count:
+                body = self.masses, self.numbers, self.friction, rotation, q
+                scale = write_programme(*body, *own)
+                x = self._programmes[count].solve() if scale > 0.0 else None
+            part = 0.0 if x is None else min(max(1.0 - float(x[-1]), 0.0), 1.0)
+            if part < WHOLE:
+                remark = self._reason(normals, friction, demand, missing)
+            if x is not None:
+                friction, demand = take_solution(x, part, scale, *own)
+            elif not remark:
+                # The pyramids inside the cones are narrower than these.
+                part = 1.0
+        return Effort(self._torque.copy(), self._force.copy(), part, friction, demand, remark)
 
-    def _within_limits(
-        self,
-        rotation: np.ndarray,
-        q: np.ndarray,
-        share: np.ndarray,
-        normals: np.ndarray,
-        force: np.ndarray,
-        torque: np.ndarray,
-        missing: float,
-    ) -> Effort:
-        """Other forces that keep the limits, or as much of the motion as they can give."""
-        still, rates = self._still, self._no_rates
-        find_needs(self._masses, rotation, still, still, self._lift, q, rates, rates, self._rest)
-        found = None
-        if missing <= MISSING:
-            found = limited_forces(
-                self._needs,
-                self._rest,
-                self._D,
-                force,
-                share,
-                normals,
-                self.friction,
-                self._limits,
-            )
-        if found is None:
-            friction = float(friction_needed(force, normals, share))
-            demand = float(demand_of(torque, self._limits))
-            remark = self._reason(torque, normals, friction, demand, missing)
-            return Effort(torque, force, 0.0 if remark else 1.0, friction, demand, remark)
-        remark = ""
-        if found.part < WHOLE:
-            friction = float(friction_needed(force, normals, share))
-            demand = float(demand_of(torque, self._limits))
-            remark = self._reason(torque, normals, friction, demand, missing)
-        load_joints(self._needs, found.force, torque)
-        torque += (1.0 - found.part) * (self._rest.torque - self._needs.torque)
-        friction = float(friction_needed(found.force, normals, share))
-        demand = float(demand_of(torque, self._limits))
-        return Effort(torque, found.force, found.part, friction, demand, remark)
-
-    def _reason(
-        self,
-        torque: np.ndarray,
-        normals: np.ndarray,
-        friction: float,
-        demand: float,
-        missing: float,
-    ) -> str:
-        """The limit for which the motion cannot be had."""
+    def _reason(self, normals: np.ndarray, friction: float, demand: float, missing: float) -> str:
+        """The limit for which the motion cannot be had, by the cheapest forces."""
         if missing > MISSING:
             return "the standing feet cannot carry the robot: fewer than three, or on one line."
         along, up = self._slope(normals)
@@ -283,6 +229,7 @@ class FeedForward:
             needed = f"{along / up:.2f}" if up > 0.0 else "any amount"
             return f"the feet need a friction of {needed} of {self.friction:.2f}."
         if demand > 1.0:
+            torque = self._torque
             limit = np.where(torque > 0.0, self._limits[1], -self._limits[0]).ravel()
             share = np.abs(torque).ravel() / np.maximum(limit, 1e-12)
             worst = int(np.argmax(share))

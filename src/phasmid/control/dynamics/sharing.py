@@ -10,9 +10,25 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
-from phasmid.control.dynamics.instant import Needs
+from phasmid.compiled import internal
+from phasmid.control.dynamics.instant import Needs, needs_size
 from phasmid.control.dynamics.settings import MINIMUM_TORQUE, WEIGHTED
+from phasmid.control.views import take
+
+
+def _space_in(
+    row: np.ndarray, legs: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What `find_effort` works in, after the needs: D, c, limits, forces and torques."""
+    D, a = take(row, needs_size(legs), (legs, 3, 3))
+    c, a = take(row, a, (legs, 3))
+    limits, a = take(row, a, (2, legs, 3))
+    force, a = take(row, a, (legs, 3))
+    torque, a = take(row, a, (legs, 3))
+    return D, c, limits, force, torque
+
+
+space_in = internal(_space_in)
 
 
 def _share_forces(
@@ -48,7 +64,7 @@ def _share_forces(
             D[leg],
             c[leg],
         )
-        _grasp_of(needs.foot[leg], unit, A)
+        grasp_of(needs.foot[leg], unit, A)
         for i in range(6):
             for k in range(3):
                 AD[i, k] = A[i, 0] * D[leg, 0, k] + A[i, 1] * D[leg, 1, k] + A[i, 2] * D[leg, 2, k]
@@ -69,7 +85,7 @@ def _share_forces(
             multipliers[i] += change[i]
             rest[i] = wrench[i]
         for leg in range(legs):
-            _grasp_of(needs.foot[leg], unit, A)
+            grasp_of(needs.foot[leg], unit, A)
             x, y, z = c[leg, 0], c[leg, 1], c[leg, 2]
             for i in range(6):
                 x += A[i, 0] * multipliers[i]
@@ -89,7 +105,7 @@ def _share_forces(
 
 
 @internal
-def _grasp_of(foot: np.ndarray, unit: float, A: np.ndarray) -> None:
+def grasp_of(foot: np.ndarray, unit: float, A: np.ndarray) -> None:
     """What one foot's force gives: force, and moment times the unit."""
     x, y, z = unit * foot[0], unit * foot[1], unit * foot[2]
     A[0, 0] = A[1, 1] = A[2, 2] = 1.0
@@ -200,12 +216,25 @@ def _friction_needed(force: np.ndarray, normals: np.ndarray, share: np.ndarray) 
     return worst
 
 
+def _demand_of(torque: np.ndarray, limits: np.ndarray) -> float:
+    worst = 0.0
+    for leg in range(torque.shape[0]):
+        for k in range(3):
+            value = torque[leg, k]
+            limit = limits[1, leg, k] if value > 0.0 else limits[0, leg, k]
+            worst = max(worst, value / limit if limit != 0.0 else np.inf)
+    return worst
+
+
 share_forces = internal(_share_forces)
 """Fill the forces of the ground on the feet [N] that give `Needs.wrench` and cost least, and each
 foot's D and c of its cost; returns the part of the wrench that is missing."""
 
-load_joints = compiled(_load_joints)
+load_joints = internal(_load_joints)
 """Fill the joint torques [N·m] that motion and foot forces need."""
 
-friction_needed = compiled(_friction_needed)
+friction_needed = internal(_friction_needed)
 """The least coefficient of friction with which all feet hold; infinite where one would pull."""
+
+demand_of = internal(_demand_of)
+"""The largest torque as a part of what its servo gives at its speed."""
