@@ -43,6 +43,10 @@ FOLD = 0.8
 BACK, BACK_RISE, BACK_TIME = 0.01, 0.01, 0.16
 """How far a foot draws back from an obstacle, how far up [m], and in what time [s]."""
 
+ELSEWHERE = (0.06, -0.12)
+"""Where a foot that finds no ground looks next, from there along the body's way: first ahead, then
+as far behind [m]."""
+
 SEARCH, SEARCH_AFTER = 0.005, 0.08
 """How far a standing foot goes down at a time [m] that has felt the air for a while [s]."""
 
@@ -69,6 +73,9 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     x, y = then[0] + c * nx - s * ny - there[0], then[1] + s * nx + c * ny - there[1]
     c, s = math.cos(there[2]), math.sin(there[2])
     dx, dy = c * x + s * y - nx, c * y - s * x - ny
+    if state.search[leg, 0] > 0.0:
+        x, y = state.search[leg, 1] - there[0], state.search[leg, 2] - there[1]
+        dx, dy = c * x + s * y - nx, c * y - s * x - ny
     share, g, z = within(state.region[leg], dx, dy, 0.0), state.ground[3], order.landing[leg]
     c, s = math.cos(there[2]), math.sin(there[2])
     flat = not math.isfinite(z)
@@ -118,6 +125,19 @@ def land_here(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
 
 
 @internal
+def look_elsewhere(state: Any, leg: int) -> None:
+    """Write where a foot looks for the ground next that has not found it where it is."""
+    c, s = math.cos(state.path[2]), math.sin(state.path[2])
+    v, search = state.speed[2], state.search[leg]
+    x, y, size = v[0], v[1], math.sqrt(v[0] * v[0] + v[1] * v[1])
+    x, y = (x / size, y / size) if size > 1e-3 else (1.0, 0.0)
+    far = ELSEWHERE[int(search[0])]
+    search[0] += 1.0
+    search[1] = state.foot[leg, 0] + far * (c * x - s * y)
+    search[2] = state.foot[leg, 1] + far * (s * x + c * y)
+
+
+@internal
 def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None:
     """Let a foot stand at the end of its curve, or go on down where it feels no ground."""
     for i in range(3):
@@ -127,7 +147,15 @@ def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
         state.leg[leg] = PROBING
         look_down(state, model, tuning, leg, tuning.landing_depth)
         return
+    missed = state.leg[leg] == PROBING and order.touch[leg] == 0 and order.used[leg] == 1
+    if missed and state.search[leg, 0] < len(ELSEWHERE):
+        # It carries nothing yet: the others wait for it.
+        look_elsewhere(state, leg)
+        lift_off(state, model, order, leg, 0.0, (1.0 - order.gait[0]) * order.gait[1])
+        return
     settled = state.leg[leg] == SETTLING
+    if settled:
+        state.search[leg, 0] = 0.0
     plant(state, leg)
     state.leg[leg] = STANCE
     state.swing[leg] = 0.0

@@ -117,6 +117,8 @@ class State(NamedTuple):
         q: Joint angles, speeds and accelerations [rad, s], shape (3, L, 3).
         retreat: 1 while a swinging foot draws back from an obstacle, 2 or more where it was stopped
             on that way, 0 else, shape (L,).
+        search: How many times a foot has looked elsewhere for the ground since it found it last,
+            and where in odom it looks [m], shape (L, 3).
         body: Rotation of the body in odom, shape (3, 3).
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).
@@ -145,6 +147,7 @@ class State(NamedTuple):
     motion: np.ndarray
     q: np.ndarray
     retreat: np.ndarray
+    search: np.ndarray
     body: np.ndarray
     trunk: np.ndarray
     com: np.ndarray
