@@ -1,8 +1,11 @@
 """Scenario files and fields: what is read, written, changed, refused."""
 
+import pickle
+
 import numpy as np
 import pytest
 
+from phasmid import formats
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario, load_scenario, option_keys, scenario_to_toml
@@ -49,6 +52,29 @@ def test_fields_are_replaced_by_name_with_or_without_a_unit():
 def test_a_robot_object_may_stand_in_a_scenario():
     robot = load_robot("phantomx-mk4")
     assert load_scenario("paper").replace(robot=robot).load_robot().name == "phantomx-mk4"
+
+
+def test_a_robots_file_is_read_once_and_again_where_another_is_named(monkeypatch):
+    read = []
+
+    def load(source, options):
+        read.append((source, options))
+        return formats.load_robot(source, options)
+
+    monkeypatch.setattr("phasmid.scenario.scenario.load_robot", load)
+    scenario = Scenario(robot="quadruped")
+    robot = scenario.load_robot()
+    changed = scenario.replace(duration=3.0)
+    assert changed.base_robot() is scenario.base_robot()
+    assert len(read) == 1
+    assert scenario.replace(robot="octopod").load_robot().name == "octopod"
+    assert len(read) == 2
+    # It is no part of what the scenario says, nor goes with it to another process.
+    assert scenario == Scenario(robot="quadruped")
+    again = pickle.loads(pickle.dumps(scenario))
+    assert again == scenario
+    assert again.load_robot().mass == robot.mass
+    assert len(read) == 3
 
 
 def test_stance_radius_and_body_height_move_the_neutral_feet():

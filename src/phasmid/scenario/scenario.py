@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Le
@@ -192,7 +193,11 @@ class Scenario(Table):
                 raise InvalidInput(
                     f'a scenario has no field "{key}".', hint=f'"{guess}"' if guess else ""
                 )
-        return validate(Scenario, raw, locate)
+        made = validate(Scenario, raw, locate)
+        known, source = self.__dict__.get("loaded_robot"), (self.robot, self.robot_import)
+        if known and isinstance(self.robot, str) and source == (made.robot, made.robot_import):
+            made.__dict__["loaded_robot"] = known
+        return made
 
     def load_robot(self) -> Robot:
         """The robot with this scenario's variants of mass, mounts and stance.
@@ -210,11 +215,27 @@ class Scenario(Table):
             InvalidInput: The robot file is absent or not well formed.
             InvalidRobot: No machine could have these numbers.
         """
+        return self.loaded_robot
+
+    @cached_property
+    def loaded_robot(self) -> Robot:
+        """The robot of the file, which is read once: a run has one robot, whatever becomes of it.
+
+        Raises:
+            InvalidInput: The robot file is absent or not well formed.
+            InvalidRobot: No machine could have these numbers.
+        """
         if isinstance(self.robot, Robot):
             return self.robot
         # What a robot needed once, its own file says in the folder of a run.
         options = self.robot_import.options() if is_foreign(self.robot) else None
         return load_robot(self.robot, options)
+
+    def __getstate__(self) -> dict[Any, Any]:
+        state = super().__getstate__()
+        # For another process, which reads it itself.
+        kept = {name: value for name, value in state["__dict__"].items() if name != "loaded_robot"}
+        return state | {"__dict__": kept}
 
     def vary(self, robot: Robot) -> Robot:
         """A robot as this scenario's variants make it.
