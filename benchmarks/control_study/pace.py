@@ -36,7 +36,7 @@ STAGES = {
     "with feeling": (level, {"feeling": True, "dynamics": "none"}),
     "with dynamics": (level, {"feeling": False, "dynamics": "feed-forward"}),
     "with both": (level, BOTH),
-    "with both on waves": (rough, BOTH),
+    "with both, on waves of 20 mm": (rough, BOTH),
 }
 """Where a robot walks, and how its engine is set."""
 

@@ -16,6 +16,7 @@ from phasmid.control.command import Command
 from phasmid.control.memory import Memory, clear, new_order
 from phasmid.control.observation import Observation
 from phasmid.control.pattern import Pattern
+from phasmid.control.remarks import Remarks
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
     DIRECTIONS,
@@ -39,10 +40,6 @@ if TYPE_CHECKING:
 
 SWAY_BANDWIDTH = 15.0
 """Of the filter of the body's way aside [1/s]."""
-
-
-NOTHING = 0, False, False, ""
-"""What is remarked of an update at which all is well."""
 
 
 class LocomotionEngine:
@@ -93,9 +90,7 @@ class LocomotionEngine:
         self.order: Order = memory.order
         self._wanted = memory.wanted
         self._verdict = np.zeros(4)
-        self.events: list[tuple[float, str]] = []
-        self._said: set[str] = set()
-        self._news: tuple[int, bool, bool, str] = NOTHING
+        self._remarks = Remarks(self.state, robot.leg_names)
         self._pattern = Pattern(robot, settings, self._model)
         self.gait = self._pattern.gait
         self._command: Command | None = None
@@ -145,7 +140,7 @@ class LocomotionEngine:
             self._take(command)
         if self.feel is not None and self._feels:
             for sentence in self.feel.update(observation, self._memory):
-                self.events.append((float(self.state.clock[1]), sentence))
+                self._remarks.events.append((float(self.state.clock[1]), sentence))
         if self.dynamics is not None and self.dynamics.velocity_share != self._had:
             self._had = self.dynamics.velocity_share
             self.order.velocity[:] = self._wanted.velocity[:] = self._had * self._admitted
@@ -161,19 +156,20 @@ class LocomotionEngine:
         if self.dynamics is not None:
             torque = self.dynamics.update(memory)
             remark = self.dynamics.effort.remark
-        waits = bool(state.clock[4] > 0.25)
-        news = code, waits, waits and bool(state.mode[2] == 1), remark
-        if news != self._news:
-            self._news = news
-            self._remark(*news)
+        self._remarks.of_update(code, remark)
         motion = state.q[:2].copy()
         if state.clock[3] != 1.0:
             motion[1] *= state.clock[3]
         return JointTargets(motion[0], motion[1], torque)
 
+    @property
+    def events(self) -> list[tuple[float, str]]:
+        """What was said since it was asked last: times [s] and sentences."""
+        return self._remarks.events
+
     def take_events(self) -> list[tuple[float, str]]:
         """What was said since it was asked last; it is forgotten, so that no memory grows."""
-        told, self.events = self.events, []
+        told, self._remarks.events = self._remarks.events, []
         return told
 
     def largest_velocity(
@@ -297,7 +293,7 @@ class LocomotionEngine:
     @property
     def is_lame(self) -> bool:
         """Whether the legs that are left cannot walk, so that it stands as it did."""
-        return "lame" in self._said
+        return self._remarks.goes_on("lame")
 
     # The rest
 
@@ -312,8 +308,7 @@ class LocomotionEngine:
         self._resting, self._changing = True, False
         if self.dynamics is not None:
             self.dynamics.reset()
-        self.events = []
-        self._said, self._news = set(), NOTHING
+        self._remarks.forget()
         # What the robot can feel is known by its first observation.
         self._feels = False
         for order in (self.order, self._wanted):
@@ -333,11 +328,11 @@ class LocomotionEngine:
             if not command.lost_legs:
                 raise
             # Robots that cannot walk any more stand as they did.
-            self._tell("lame", True, f"stands: {error.what}")
+            self._remarks.tell("lame", True, f"stands: {error.what}")
             self._asked = command.velocity
             order.velocity[:] = wanted.velocity[:] = 0.0
             return
-        self._tell("lame", False, "")
+        self._remarks.tell("lame", False, "")
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
         resting = bool(self.state.mode[0] == STILL)
@@ -362,7 +357,9 @@ class LocomotionEngine:
                 if before < share:
                     # What is left of the gait, or of the step, that is being given up.
                     share, reason = before, reason_of(self._verdict, self.robot)[0]
-            self._tell("scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}")
+            self._remarks.tell(
+                "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
+            )
         order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
         self._had = math.nan
 
@@ -392,7 +389,9 @@ class LocomotionEngine:
             above = self._belly.share(base, pose)
             if above < share:
                 share, reason = above, "the trunk would come too near to the ground"
-            self._tell("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
+            self._remarks.tell(
+                "posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}"
+            )
         self.order.pose[:] = wanted.pose[:] = base + share * pose
 
     def _share(self, order: Order, velocity: np.ndarray, most: float) -> float:
@@ -424,21 +423,3 @@ class LocomotionEngine:
                 self._reach.bound_region(self._model, leg, pose, np.zeros(3), region[leg])
             self._regions[key] = region
         return self._regions[key]
-
-    def _remark(self, code: int, waits: bool, back: bool, effort: str) -> None:
-        """Note what is new of an update."""
-        self._tell("slowed", code == 1, "slowed down: a joint would turn too fast")
-        self._tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
-        self._tell("held", code == 3, "held all: a leg could not follow")
-        self._tell("back", waits and back, "a lift waits: the body comes back from a farther pose")
-        weak = waits and not back
-        self._tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
-        self._tell("effort", bool(effort), f"slows down: {effort.rstrip('.')}")
-
-    def _tell(self, kind: str, is_so: bool | np.bool_, sentence: str) -> None:
-        """Note an event once for as long as it goes on."""
-        if not is_so:
-            self._said.discard(kind)
-        elif kind not in self._said:
-            self._said.add(kind)
-            self.events.append((float(self.state.clock[1]), sentence))

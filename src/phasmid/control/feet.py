@@ -125,14 +125,18 @@ def land_here(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
 
 
 @internal
-def look_elsewhere(state: Any, leg: int) -> None:
-    """Write where a foot looks for the ground next that has not found it where it is."""
+def look_elsewhere(state: Any, leg: int, far: float) -> None:
+    """Write where a foot looks for the ground that has not found it where it is.
+
+    Args:
+        state: Where the engine is.
+        leg: The leg's index.
+        far: How far from there along the body's way [m].
+    """
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
     v, search = state.speed[2], state.search[leg]
     x, y, size = v[0], v[1], math.sqrt(v[0] * v[0] + v[1] * v[1])
     x, y = (x / size, y / size) if size > 1e-3 else (1.0, 0.0)
-    far = ELSEWHERE[int(search[0])]
-    search[0] += 1.0
     search[1] = state.foot[leg, 0] + far * (c * x - s * y)
     search[2] = state.foot[leg, 1] + far * (s * x + c * y)
 
@@ -147,15 +151,20 @@ def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
         state.leg[leg] = PROBING
         look_down(state, model, tuning, leg, tuning.landing_depth)
         return
+    looked = state.search[leg, 0]
     missed = state.leg[leg] == PROBING and order.touch[leg] == 0 and order.used[leg] == 1
-    if missed and state.search[leg, 0] < len(ELSEWHERE):
-        # It carries nothing yet: the others wait for it.
-        look_elsewhere(state, leg)
-        lift_off(state, model, order, leg, 0.0, (1.0 - order.gait[0]) * order.gait[1])
-        return
+    if missed and looked <= len(ELSEWHERE):
+        state.search[leg, 0] += 1.0
+        state.mode[3] += 1
+        if looked < len(ELSEWHERE):
+            # It carries nothing yet: the others wait for it.
+            look_elsewhere(state, leg, ELSEWHERE[int(looked)])
+            lift_off(state, model, order, leg, 0.0, (1.0 - order.gait[0]) * order.gait[1])
+            return
     settled = state.leg[leg] == SETTLING
-    if settled:
+    if settled and looked > 0.0:
         state.search[leg, 0] = 0.0
+        state.mode[3] += 1
     plant(state, leg)
     state.leg[leg] = STANCE
     state.swing[leg] = 0.0

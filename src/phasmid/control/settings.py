@@ -41,7 +41,8 @@ class EngineSettings:
             before a foot may lift [m].
         planned_margin: Distance more that a steady walk keeps [m].
         lowest_lift: Part of the swing before which contact is not believed to be a landing.
-        landing_depth: How far a foot that finds no ground goes on down [m].
+        landing_depth: How far a foot that finds no ground goes on down, before it looks elsewhere
+            [m].
         landing_speed: How fast it does [m/s].
         patience: Time for which a lift waits for support before feet are put in order [s].
         dynamics: ``feed-forward``: targets come with the torques that the motion takes, and the

@@ -118,7 +118,7 @@ class State(NamedTuple):
         retreat: 1 while a swinging foot draws back from an obstacle, 2 or more where it was stopped
             on that way, 0 else, shape (L,).
         search: How many times a foot has looked elsewhere for the ground since it found it last,
-            and where in odom it looks [m], shape (L, 3).
+            one more where it has given up; and where in odom it looks [m], shape (L, 3).
         body: Rotation of the body in odom, shape (3, 3).
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).
@@ -130,7 +130,7 @@ class State(NamedTuple):
         offset: What is added to the feet's targets in odom [m], shape (L, 3).
         leg: What each leg does, shape (L,).
         mode: What the clock does; leg whose region is next; 1 while a foot that is due would
-            hardly rise before the pose is where it goes to; the last is free, shape (4,).
+            hardly rise before the pose is where it goes to; changes of `search`, shape (4,).
         numbers: All of the former as one row.
         codes: The last two.
     """

@@ -11,6 +11,7 @@ from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
 
 ROBOT = load_robot("phantomx-mk4")
+NAMES = ROBOT.leg_names
 DT = 0.005
 DEPTH = 0.3
 AHEAD = Command(velocity=(0.05, 0.0, 0.0))
@@ -84,8 +85,13 @@ def test_a_foot_looks_ahead_first_and_then_as_far_behind():
 
 def test_it_gives_up_until_it_has_found_ground_again():
     walker = Walker(-10.0, 20.0)
-    leg, _, _, _, search = walked(walker, 15.0)
-    assert search.max() == len(ELSEWHERE)
+    leg, _, _, _, search = walked(walker, 25.0)
+    assert search.max() == len(ELSEWHERE) + 1
+    # Each leg has told once; one that its reach stops on its way down does not tell the end of it.
+    told = [sentence for _, sentence in walker.engine.events]
+    ends = [f"leg {name} finds no ground there either: stands as planned" for name in NAMES]
+    assert all(told.count(f"leg {name} finds no ground: looks elsewhere") == 1 for name in NAMES)
+    assert [told.count(end) for end in ends] == (search[-1] > len(ELSEWHERE)).tolist()
     assert (np.diff(search, axis=0) >= 0).all()
     swings = (np.diff(leg, axis=0) != 0) & (leg[1:] == SWING)
     # Without ground it walks on as planned, as blind as before.

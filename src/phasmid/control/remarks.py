@@ -1,0 +1,88 @@
+"""What the locomotion engine says of its updates."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from phasmid.control.feet import ELSEWHERE
+from phasmid.control.state import State
+
+PATIENT = 0.25
+"""A lift that waits for longer is worth a sentence [s]."""
+
+NOTHING = 0, False, False, "", 0
+"""What is new of an update of which nothing is to be said."""
+
+
+class Remarks:
+    """Sentences, each once for as long as what it tells goes on.
+
+    Args:
+        state: Where the engine is.
+        names: Of the legs.
+
+    Attributes:
+        events: Times [s] and sentences.
+    """
+
+    def __init__(self, state: State, names: tuple[str, ...]) -> None:
+        self._state, self._names = state, names
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget all that was said."""
+        self.events: list[tuple[float, str]] = []
+        self._said: set[str] = set()
+        self._news: tuple[int, bool, bool, str, int] = NOTHING
+
+    def tell(self, kind: str, is_so: bool | np.bool_, sentence: str) -> None:
+        """Say something that is so, unless it has been so since it was said.
+
+        Args:
+            kind: A word for it.
+            is_so: Whether it is so now.
+            sentence: What is said.
+        """
+        if not is_so:
+            self._said.discard(kind)
+        elif kind not in self._said:
+            self._said.add(kind)
+            self.events.append((float(self._state.clock[1]), sentence))
+
+    def goes_on(self, kind: str) -> bool:
+        """Whether something that was said is still so.
+
+        Args:
+            kind: The word for it.
+        """
+        return kind in self._said
+
+    def of_update(self, code: int, effort: str) -> None:
+        """Say what is new of an update.
+
+        Args:
+            code: What became of it, see `phasmid.control.step.update`.
+            effort: Why ground or servos cannot give the motion; empty where they can.
+        """
+        state = self._state
+        waits = bool(state.clock[4] > PATIENT)
+        back, looks = waits and bool(state.mode[2] == 1), int(state.mode[3])
+        news = code, waits, back, effort, looks
+        if news == self._news:
+            return
+        looked = looks != self._news[-1]
+        self._news = news
+        self.tell("slowed", code == 1, "slowed down: a joint would turn too fast")
+        self.tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
+        self.tell("held", code == 3, "held all: a leg could not follow")
+        self.tell("back", back, "a lift waits: the body comes back from a farther pose")
+        weak = waits and not back
+        self.tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
+        self.tell("effort", bool(effort), f"slows down: {effort.rstrip('.')}")
+        if not looked:
+            return
+        for name, count in zip(self._names, state.search[:, 0], strict=True):
+            elsewhere = 0 < count <= len(ELSEWHERE)
+            self.tell(f"{name} looks", elsewhere, f"leg {name} finds no ground: looks elsewhere")
+            gone = f"leg {name} finds no ground there either: stands as planned"
+            self.tell(f"{name} stands", count > len(ELSEWHERE), gone)
