@@ -68,13 +68,14 @@ def test_a_robots_file_is_read_once_and_again_where_another_is_named(monkeypatch
     assert changed.base_robot() is scenario.base_robot()
     assert len(read) == 1
     assert scenario.replace(robot="octopod").load_robot().name == "octopod"
-    assert len(read) == 2
+    assert scenario.model_copy(update={"robot": "octopod"}).load_robot().name == "octopod"
+    assert len(read) == 3
     # It is no part of what the scenario says, nor goes with it to another process.
     assert scenario == Scenario(robot="quadruped")
     again = pickle.loads(pickle.dumps(scenario))
     assert again == scenario
     assert again.load_robot().mass == robot.mass
-    assert len(read) == 3
+    assert len(read) == 4
 
 
 def test_stance_radius_and_body_height_move_the_neutral_feet():

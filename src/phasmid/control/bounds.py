@@ -22,7 +22,7 @@ BOUNDS = 8
 same of the femur."""
 
 NEVER = 2.0
-"""A cosine that no angle has."""
+"""A cosine that no angle has; all have more than its negative."""
 
 
 def edge_width(limits: Float[np.ndarray, "... 2"], joint_margin: float) -> Float[np.ndarray, "..."]:
@@ -64,7 +64,8 @@ def reach_bounds(
         for joint, first in ((0, 2), (1, 5)):
             middle, half = (low + high)[:, joint] / 2, (high - low)[:, joint] / 2
             bounds[at, :, first], bounds[at, :, first + 1] = np.cos(middle), np.sin(middle)
-            bounds[at, :, first + 2] = np.where(half >= 0, np.cos(half), NEVER)
+            half_cos = np.where(half < math.pi, np.cos(half), -NEVER)
+            bounds[at, :, first + 2] = np.where(half >= 0, half_cos, NEVER)
     return bounds
 
 
@@ -76,7 +77,8 @@ def is_within(
 
     It is `reach.room_of` compared with a share, without any angle: the distance from the femur's
     axis tells the knee and the stretch, and an angle is in a range where its cosine, counted from
-    the range's middle, is not less than that of half the range.
+    the range's middle, is not less than that of half the range. On the coxa's own axis, where its
+    angle may be any, it is taken to be in its range.
 
     Args:
         lengths: Of coxa, femur and tibia [m], shape (L, 3).

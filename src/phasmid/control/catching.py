@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from phasmid.control.elsewhere import STAYS
 from phasmid.control.state import PROBING, SWING, Order, State
 
 SPEED = 0.4
@@ -35,3 +36,5 @@ def come_down(state: State, order: Order, depth: float) -> None:
         state.landing[leg, 2] = foot[2] - way
         state.swing[leg] = 0.0, time, 0.0
         state.leg[leg] = PROBING
+        # A foot that looked for ground elsewhere would hold nothing meanwhile.
+        state.search[leg] = STAYS

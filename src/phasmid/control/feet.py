@@ -8,7 +8,15 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.clock import lift_off
+from phasmid.control.clock import is_asked_to_move, lift_off
+from phasmid.control.elsewhere import (
+    GAVE_UP,
+    LOOKS,
+    STAYS,
+    is_looking,
+    look_elsewhere,
+    set_search,
+)
 from phasmid.control.governor import is_landing
 from phasmid.control.reach import is_reached, within
 from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
@@ -43,10 +51,6 @@ FOLD = 0.8
 BACK, BACK_RISE, BACK_TIME = 0.01, 0.01, 0.16
 """How far a foot draws back from an obstacle, how far up [m], and in what time [s]."""
 
-ELSEWHERE = (0.06, -0.12)
-"""Where a foot that finds no ground looks next, from there along the body's way: first ahead, then
-as far behind [m]."""
-
 SEARCH, SEARCH_AFTER = 0.005, 0.08
 """How far a standing foot goes down at a time [m] that has felt the air for a while [s]."""
 
@@ -73,8 +77,8 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     x, y = then[0] + c * nx - s * ny - there[0], then[1] + s * nx + c * ny - there[1]
     c, s = math.cos(there[2]), math.sin(there[2])
     dx, dy = c * x + s * y - nx, c * y - s * x - ny
-    if state.search[leg, 0] > 0.0:
-        x, y = state.search[leg, 1] - there[0], state.search[leg, 2] - there[1]
+    if is_looking(state, leg):
+        x, y = state.sought[0, leg, 0] - there[0], state.sought[0, leg, 1] - there[1]
         dx, dy = c * x + s * y - nx, c * y - s * x - ny
     share, g, z = within(state.region[leg], dx, dy, 0.0), state.ground[3], order.landing[leg]
     c, s = math.cos(there[2]), math.sin(there[2])
@@ -117,28 +121,13 @@ def land_here(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
     """Let a foot go straight down from rest, and beyond the ground where it feels for it."""
     plant(state, leg)
     state.leg[leg] = PROBING
+    # What has stopped it here would stop it on its way elsewhere.
+    set_search(state, leg, STAYS)
     g, foot = state.ground[3], state.foot[leg]
     depth = foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1])
     if order.touch[leg] >= 0:
         depth += tuning.landing_depth
     look_down(state, model, tuning, leg, max(depth, 0.0))
-
-
-@internal
-def look_elsewhere(state: Any, leg: int, far: float) -> None:
-    """Write where a foot looks for the ground that has not found it where it is.
-
-    Args:
-        state: Where the engine is.
-        leg: The leg's index.
-        far: How far from there along the body's way [m].
-    """
-    c, s = math.cos(state.path[2]), math.sin(state.path[2])
-    v, search = state.speed[2], state.search[leg]
-    x, y, size = v[0], v[1], math.sqrt(v[0] * v[0] + v[1] * v[1])
-    x, y = (x / size, y / size) if size > 1e-3 else (1.0, 0.0)
-    search[1] = state.foot[leg, 0] + far * (c * x - s * y)
-    search[2] = state.foot[leg, 1] + far * (s * x + c * y)
 
 
 @internal
@@ -151,20 +140,14 @@ def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
         state.leg[leg] = PROBING
         look_down(state, model, tuning, leg, tuning.landing_depth)
         return
-    looked = state.search[leg, 0]
     missed = state.leg[leg] == PROBING and order.touch[leg] == 0 and order.used[leg] == 1
-    if missed and looked <= len(ELSEWHERE):
-        state.search[leg, 0] += 1.0
-        state.mode[3] += 1
-        if looked < len(ELSEWHERE):
-            # It carries nothing yet: the others wait for it.
-            look_elsewhere(state, leg, ELSEWHERE[int(looked)])
-            lift_off(state, model, order, leg, 0.0, (1.0 - order.gait[0]) * order.gait[1])
+    # A robot that is to stand still has no way along which to look.
+    if missed and state.search[leg] <= LOOKS and is_asked_to_move(state, order):
+        if state.search[leg] < LOOKS:
+            look_elsewhere(state, order, leg)
             return
+        set_search(state, leg, GAVE_UP)
     settled = state.leg[leg] == SETTLING
-    if settled and looked > 0.0:
-        state.search[leg, 0] = 0.0
-        state.mode[3] += 1
     plant(state, leg)
     state.leg[leg] = STANCE
     state.swing[leg] = 0.0
@@ -219,6 +202,8 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     for leg in range(len(state.leg)):
         doing = state.leg[leg]
         swing = state.swing[leg]
+        if doing == HELD or (doing == STANCE and order.touch[leg] != 0):
+            set_search(state, leg, 0.0)
         if doing == STANCE and swing[0] >= swing[1]:
             if not searches(state, model, order, tuning, leg, h):
                 continue

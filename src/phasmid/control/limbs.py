@@ -161,7 +161,8 @@ def deepest_of(feet: np.ndarray, standing: np.ndarray, i: int, j: int) -> float:
     for k in range(len(feet)):
         if standing[k]:
             side = dx * (feet[k, 1] - y) - dy * (feet[k, 0] - x)
-            if side < 0.0 and side * side >= 1e-24 * square:
+            # Written so that a foot that is no number is to the right of it.
+            if not (side >= 0.0 or side * side < 1e-24 * square):
                 return -1.0
             deepest = max(deepest, side)
     return deepest

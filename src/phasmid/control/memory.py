@@ -15,7 +15,7 @@ from phasmid.control.bounds import BOUNDS
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 from phasmid.control.views import take
 
-STATE, ORDER, MODEL = (93, 97), (24, 6), (3, 39 + 2 * BOUNDS)
+STATE, ORDER, MODEL = (93, 101), (24, 6), (3, 39 + 2 * BOUNDS)
 """Numbers in each, whatever the number of legs, and for each leg."""
 
 
@@ -45,7 +45,8 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     motion, a = take(numbers, a, (2, legs, 3))
     q, a = take(numbers, a, (3, legs, 3))
     retreat, a = take(numbers, a, (legs,))
-    search, a = take(numbers, a, (legs, 3))
+    search, a = take(numbers, a, (legs,))
+    sought, a = take(numbers, a, (2, legs, 3))
     body, a = take(numbers, a, (3, 3))
     trunk, a = take(numbers, a, (5, 3))
     com, a = take(numbers, a, (3,))
@@ -69,6 +70,7 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
         q,
         retreat,
         search,
+        sought,
         body,
         trunk,
         com,

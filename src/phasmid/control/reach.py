@@ -364,7 +364,7 @@ def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarra
             if i == j or not standing[j]:
                 continue
             dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
-            # Of all edges that it comes nearer to; both are times the edge's length.
+            # Of the edges that it comes nearer to; closing, depth and room are times their length.
             closing = (dy * wx - dx * wy) * left
             length = math.sqrt(dx * dx + dy * dy)
             if closing > 1e-12 * length and deepest_of(feet, standing, i, j) >= 0.0:

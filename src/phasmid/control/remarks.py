@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.control.feet import ELSEWHERE
+from phasmid.control.elsewhere import GAVE_UP, LOOKS
 from phasmid.control.state import State
 
 PATIENT = 0.25
@@ -81,8 +81,8 @@ class Remarks:
         self.tell("effort", bool(effort), f"slows down: {effort.rstrip('.')}")
         if not looked:
             return
-        for name, count in zip(self._names, state.search[:, 0], strict=True):
-            elsewhere = 0 < count <= len(ELSEWHERE)
-            self.tell(f"{name} looks", elsewhere, f"leg {name} finds no ground: looks elsewhere")
-            gone = f"leg {name} finds no ground there either: stands as planned"
-            self.tell(f"{name} stands", count > len(ELSEWHERE), gone)
+        for name, count in zip(self._names, state.search, strict=True):
+            told = f"leg {name} finds no ground: it looks elsewhere"
+            self.tell(f"{name} looks", 0 < count <= LOOKS, told)
+            told = f"leg {name} finds no ground there either: it stands in the air"
+            self.tell(f"{name} stands", count == GAVE_UP, told)

@@ -117,8 +117,9 @@ class State(NamedTuple):
         q: Joint angles, speeds and accelerations [rad, s], shape (3, L, 3).
         retreat: 1 while a swinging foot draws back from an obstacle, 2 or more where it was stopped
             on that way, 0 else, shape (L,).
-        search: How many times a foot has looked elsewhere for the ground since it found it last,
-            one more where it has given up; and where in odom it looks [m], shape (L, 3).
+        search: How many times a foot has looked elsewhere for the ground since it found it last, or
+            more, see `phasmid.control.elsewhere`, shape (L,).
+        sought: Where it looks, and where it found none first, in odom [m], shape (2, L, 3).
         body: Rotation of the body in odom, shape (3, 3).
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).
@@ -148,6 +149,7 @@ class State(NamedTuple):
     q: np.ndarray
     retreat: np.ndarray
     search: np.ndarray
+    sought: np.ndarray
     body: np.ndarray
     trunk: np.ndarray
     com: np.ndarray

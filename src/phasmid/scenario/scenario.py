@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Le
@@ -194,9 +193,8 @@ class Scenario(Table):
                     f'a scenario has no field "{key}".', hint=f'"{guess}"' if guess else ""
                 )
         made = validate(Scenario, raw, locate)
-        known, source = self.__dict__.get("loaded_robot"), (self.robot, self.robot_import)
-        if known and isinstance(self.robot, str) and source == (made.robot, made.robot_import):
-            made.__dict__["loaded_robot"] = known
+        if "_read" in self.__dict__:
+            made.__dict__["_read"] = self.__dict__["_read"]
         return made
 
     def load_robot(self) -> Robot:
@@ -211,15 +209,7 @@ class Scenario(Table):
     def base_robot(self) -> Robot:
         """The robot as its file gives it, without this scenario's variants.
 
-        Raises:
-            InvalidInput: The robot file is absent or not well formed.
-            InvalidRobot: No machine could have these numbers.
-        """
-        return self.loaded_robot
-
-    @cached_property
-    def loaded_robot(self) -> Robot:
-        """The robot of the file, which is read once: a run has one robot, whatever becomes of it.
+        The file is read once: a run has one robot, whatever becomes of its file.
 
         Raises:
             InvalidInput: The robot file is absent or not well formed.
@@ -229,12 +219,16 @@ class Scenario(Table):
             return self.robot
         # What a robot needed once, its own file says in the folder of a run.
         options = self.robot_import.options() if is_foreign(self.robot) else None
-        return load_robot(self.robot, options)
+        known: tuple[object, Robot] | None = self.__dict__.get("_read")
+        if known is None or known[0] != (self.robot, options):
+            known = (self.robot, options), load_robot(self.robot, options)
+            self.__dict__["_read"] = known
+        return known[1]
 
     def __getstate__(self) -> dict[Any, Any]:
         state = super().__getstate__()
-        # For another process, which reads it itself.
-        kept = {name: value for name, value in state["__dict__"].items() if name != "loaded_robot"}
+        # Another process reads it itself.
+        kept = {name: value for name, value in state["__dict__"].items() if name != "_read"}
         return state | {"__dict__": kept}
 
     def vary(self, robot: Robot) -> Robot:

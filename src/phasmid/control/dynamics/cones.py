@@ -151,7 +151,7 @@ def write_programme(
         lower[first + i] = upper[first + i] = 0.0
     k, t, u = -1, np.empty(3), np.empty(3)
     for foot in range(legs):
-        if share[foot] < NEGLIGIBLE:
+        if not share[foot] >= NEGLIGIBLE:
             continue
         k += 1
         _root_of(D[foot], W[k])
@@ -163,26 +163,26 @@ def write_programme(
         n = normals[foot]
         _tangents_of(n, t, u)
         for face in range(FACES):
-            row_of = 6 + FACES * k + face
+            at = 6 + FACES * k + face
             c, s = math.cos(2 * math.pi * face / FACES), math.sin(2 * math.pi * face / FACES)
             now = 0.0
             for i in range(3):
                 side = c * t[i] + s * u[i] - inside * n[i]
                 now += side * cheapest[foot, i] / scale
                 for j in range(3):
-                    A[row_of, 3 * k + j] += side * W[k, i, j]
-            upper[first + row_of] = -now
+                    A[at, 3 * k + j] += side * W[k, i, j]
+            upper[first + at] = -now
         for joint in range(3):
-            row_of = 6 + FACES * count + 3 * k + joint
+            at = 6 + FACES * count + 3 * k + joint
             now = needs.torque[foot, joint]
             for i in range(3):
                 J = needs.jacobian[foot, i, joint]
                 now -= J * cheapest[foot, i]
                 for j in range(3):
-                    A[row_of, 3 * k + j] -= J * W[k, i, j]
-            A[row_of, last] = (still.torque[foot, joint] - needs.torque[foot, joint]) / scale
-            lower[first + row_of] = (limits[0, foot, joint] - now) / scale
-            upper[first + row_of] = (limits[1, foot, joint] - now) / scale
+                    A[at, 3 * k + j] -= J * W[k, i, j]
+            A[at, last] = (still.torque[foot, joint] - needs.torque[foot, joint]) / scale
+            lower[first + at] = (limits[0, foot, joint] - now) / scale
+            upper[first + at] = (limits[1, foot, joint] - now) / scale
     return scale
 
 
@@ -219,7 +219,7 @@ def take_solution(
     _, _, limits, force, torque = space_in(work, legs)
     W = programme_in(row, count)[3]
     for foot in range(legs):
-        if share[foot] < NEGLIGIBLE:
+        if not share[foot] >= NEGLIGIBLE:
             force[foot] = 0.0
             continue
         k += 1

@@ -202,7 +202,8 @@ class FeedForward:
             normals: As there.
         """
         part, remark = 1.0, ""
-        if friction > self.friction or demand > 1.0 or missing > MISSING:
+        # Written so that what is no number keeps no limit.
+        if not (friction <= self.friction and demand <= 1.0 and missing <= MISSING):
             x, scale = None, 0.0
             count = int(np.count_nonzero(share >= NEGLIGIBLE))
             own = share, normals, self.work, self._rest, self._programmes[count].row, count
