@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.control.elsewhere import STAYS
+from phasmid.control.elsewhere import HERE, set_search
 from phasmid.control.state import PROBING, SWING, Order, State
 
 SPEED = 0.4
@@ -36,5 +36,6 @@ def come_down(state: State, order: Order, depth: float) -> None:
         state.landing[leg, 2] = foot[2] - way
         state.swing[leg] = 0.0, time, 0.0
         state.leg[leg] = PROBING
+    for leg in np.flatnonzero(state.leg == PROBING):
         # A foot that looked for ground elsewhere would hold nothing meanwhile.
-        state.search[leg] = STAYS
+        set_search(state, leg, HERE)

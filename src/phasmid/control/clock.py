@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import internal
+from phasmid.control.elsewhere import is_looking
 from phasmid.control.limbs import margin_of
 from phasmid.control.reach import is_reached, speed_share, wave
 from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
@@ -310,6 +311,8 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
                     lift_off(state, model, order, leg, 0.0, 0.3)
                 lifted[leg] = 0
             continue
+        # A body that sways would go on over feet that wait.
+        wait = wait or (gait[2] != 0.0 and is_looking(state, leg))
         if 1.0 - (clock[0] - order.offsets[leg]) % 1.0 > step:
             continue
         if state.leg[leg] != STANCE and state.leg[leg] != HELD:

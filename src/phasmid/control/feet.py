@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.clock import is_asked_to_move, lift_off
+from phasmid.control.clock import lift_off
 from phasmid.control.elsewhere import (
     GAVE_UP,
+    HERE,
     LOOKS,
-    STAYS,
+    end_search,
     is_looking,
-    look_elsewhere,
+    looks_elsewhere,
     set_search,
 )
 from phasmid.control.governor import is_landing
@@ -104,6 +105,13 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
 
 
 @internal
+def above(state: Any, leg: int) -> float:
+    """How far a foot is over the ground that is believed [m]."""
+    g, foot = state.ground[3], state.foot[leg]
+    return float(foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1]))
+
+
+@internal
 def look_down(state: Any, model: Any, tuning: Any, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down, by a depth or as far as its leg reaches [m]."""
     foot = state.foot[leg]
@@ -111,6 +119,8 @@ def look_down(state: Any, model: Any, tuning: Any, leg: int, depth: float) -> No
         if is_reached(state, model, leg, foot[0], foot[1], foot[2] - depth):
             break
         depth *= 0.7
+    else:
+        depth = 0.0
     state.landing[leg, 2] = foot[2] - depth
     state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
     state.swing[leg, 1] = max(1.875 * depth / tuning.landing_speed, 0.05)
@@ -122,9 +132,8 @@ def land_here(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
     plant(state, leg)
     state.leg[leg] = PROBING
     # What has stopped it here would stop it on its way elsewhere.
-    set_search(state, leg, STAYS)
-    g, foot = state.ground[3], state.foot[leg]
-    depth = foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1])
+    set_search(state, leg, HERE)
+    depth = above(state, leg)
     if order.touch[leg] >= 0:
         depth += tuning.landing_depth
     look_down(state, model, tuning, leg, max(depth, 0.0))
@@ -138,16 +147,16 @@ def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
     if state.leg[leg] == SWING and order.touch[leg] == 0 and tuning.landing_depth > 0:
         plant(state, leg)
         state.leg[leg] = PROBING
-        look_down(state, model, tuning, leg, tuning.landing_depth)
+        # Where it has met obstacles it lands above the ground that is believed.
+        look_down(state, model, tuning, leg, max(above(state, leg), 0.0) + tuning.landing_depth)
         return
     missed = state.leg[leg] == PROBING and order.touch[leg] == 0 and order.used[leg] == 1
-    # A robot that is to stand still has no way along which to look.
-    if missed and state.search[leg] <= LOOKS and is_asked_to_move(state, order):
-        if state.search[leg] < LOOKS:
-            look_elsewhere(state, order, leg)
+    if missed and state.search[leg] <= LOOKS:
+        if looks_elsewhere(state, order, leg):
             return
         set_search(state, leg, GAVE_UP)
     settled = state.leg[leg] == SETTLING
+    end_search(state, leg, settled)
     plant(state, leg)
     state.leg[leg] = STANCE
     state.swing[leg] = 0.0
@@ -222,7 +231,7 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             before, swing[0] = 0.0, h
         retreats = doing == SWING and state.retreat[leg] != 0.0
         if retreats and swing[0] >= swing[1] - 1e-9:
-            # Then it steps over it.
+            # Then it steps over the obstacle, or elsewhere.
             ago = swing[0] - swing[1]
             time = (1.0 - order.gait[0]) * order.gait[1]
             lift_off(state, model, order, leg, ago, time)

@@ -84,5 +84,5 @@ class Remarks:
         for name, count in zip(self._names, state.search, strict=True):
             told = f"leg {name} finds no ground: it looks elsewhere"
             self.tell(f"{name} looks", 0 < count <= LOOKS, told)
-            told = f"leg {name} finds no ground there either: it stands in the air"
+            told = f"leg {name} finds no ground: it stands in the air"
             self.tell(f"{name} stands", count == GAVE_UP, told)

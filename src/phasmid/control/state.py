@@ -18,6 +18,9 @@ where it has met the ground early, or it goes on down where it has not met it.""
 OBSTACLE = 2
 """What is felt at a foot that has just met something on its way."""
 
+RISES = 0.5
+"""`State.retreat` of a foot that comes up from where it has found no ground."""
+
 STILL, WALKING = 0, 1
 """What the clock does: it rests, or it runs."""
 
@@ -116,9 +119,9 @@ class State(NamedTuple):
         motion: Velocity and acceleration of the feet in odom, shape (2, L, 3).
         q: Joint angles, speeds and accelerations [rad, s], shape (3, L, 3).
         retreat: 1 while a swinging foot draws back from an obstacle, 2 or more where it was stopped
-            on that way, 0 else, shape (L,).
-        search: How many times a foot has looked elsewhere for the ground since it found it last, or
-            more, see `phasmid.control.elsewhere`, shape (L,).
+            on that way, `RISES` while it comes up from a hole, 0 else, shape (L,).
+        search: 0; while a foot looks elsewhere for the ground that it has not found, for how many
+            times it does; `GAVE_UP` or `HERE` of `phasmid.control.elsewhere`, shape (L,).
         sought: Where it looks, and where it found none first, in odom [m], shape (2, L, 3).
         body: Rotation of the body in odom, shape (3, 3).
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).

@@ -10,6 +10,7 @@ import numpy as np
 from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.bounds import HARD
 from phasmid.control.clock import best_phase, run_clock
+from phasmid.control.elsewhere import end_search
 from phasmid.control.feet import land_here, move_feet
 from phasmid.control.governor import is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
@@ -346,6 +347,7 @@ def update(
             plant(state, leg)
             state.leg[leg] = STANCE
             state.swing[leg] = 0.0
+            end_search(state, leg, order.touch[leg] == 1)
         elif stopped:
             # It looks for the ground where it is.
             land_here(state, model, order, tuning, leg)

@@ -8,6 +8,7 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.limbs import foot_of
+from phasmid.control.state import RISES
 
 FREE = 0.15
 """Part of a swing at each of its ends in which a foot comes to its curve wholly."""
@@ -88,8 +89,8 @@ def yield_to_limits(state: Any, model: Any, tuning: Any, leg: int) -> bool:
         Whether the joints are within their limits.
     """
     part, time, q = state.swing[leg, 0] / state.swing[leg, 1], state.swing[leg, 1], state.q
-    # What goes down straight began in the air.
-    begun = part if state.swing[leg, 2] > 0.0 else 1.0
+    # What goes down straight, or back, began in the air.
+    begun = part if state.swing[leg, 2] > 0.0 or state.retreat[leg] == RISES else 1.0
     end = min(min(begun, 1.0 - part) / FREE, 1.0)
     w, wd, wdd = blend(end, FREE * time)
     if part > 0.5:
