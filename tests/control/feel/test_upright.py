@@ -36,6 +36,9 @@ def test_odom_turns_upright_and_no_joint_moves():
     lean = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
     level = np.concatenate([lean, np.zeros(6)])
     stood = np.column_stack([state.foot, np.ones(6)])
+    # Places where feet look for ground, beside them.
+    state.sought[:] = np.add(state.foot, [0.06, 0.0, 0.0])
+    looks = (state.sought - state.trunk[0]) @ state.body
     planes = np.array([[0.01, 0.1, -0.2, state.path[0], state.path[1]]] * 3)
     turned = np.repeat(state.body[None], 2, axis=0)
     up_body = state.body.T @ lean
@@ -51,6 +54,7 @@ def test_odom_turns_upright_and_no_joint_moves():
     np.testing.assert_allclose(state.body @ up_body, [0.0, 0.0, 1.0], atol=1e-6)
     np.testing.assert_allclose(turned[0], state.body, atol=1e-12)
     np.testing.assert_allclose(stood[:, :3], state.foot, atol=1e-12)
+    np.testing.assert_allclose((state.sought - state.trunk[0]) @ state.body, looks, atol=1e-12)
     np.testing.assert_allclose(
         state.ground[3, 0] + state.ground[3, 1:] @ state.path[:2], height, atol=1e-12
     )
