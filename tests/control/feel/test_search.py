@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from phasmid.control import Command, Observation
-from phasmid.control.elsewhere import FAR, GAVE_UP, LOOKS
+from phasmid.control.elsewhere import CLOSE, FAR, GAVE_UP, LOOKS, is_free, looks_elsewhere
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.state import HELD, PROBING, RISES, STANCE, STILL, SWING
 from phasmid.kinematics import joint_angles
@@ -119,6 +119,26 @@ def test_turning_on_the_spot_a_foot_looks_along_its_own_way():
     to_foot = first - state.path[:2]
     way = np.array([-to_foot[1], to_foot[0]]) / np.linalg.norm(to_foot)
     np.testing.assert_allclose(look - first, FAR * way, atol=1e-12)
+
+
+def test_no_foot_looks_close_to_another():
+    """A place that another foot has is left out: the first look is then the one behind."""
+    walker = Walker()
+    state, order = walker.engine.state, walker.engine.order
+    order.velocity[:] = SPEED, 0.0, 0.0
+    x, y = state.foot[0, :2]
+    other = 1
+    state.landing[other, :2] = x + FAR, y + 0.99 * CLOSE
+    assert not is_free(state, 0, x + FAR, y)
+    state.landing[other, 1] = y + 1.01 * CLOSE
+    assert is_free(state, 0, x + FAR, y)
+    state.landing[other, 1] = y
+    assert looks_elsewhere(state, order, 0)
+    assert state.search[0] == LOOKS
+    np.testing.assert_allclose(state.sought[0, 0, :2], [x - FAR, y], atol=1e-12)
+    # None is left where feet have both.
+    state.search[0], state.landing[2, :2] = 0, (x - FAR, y)
+    assert not looks_elsewhere(state, order, 0)
 
 
 def test_it_gives_up_until_it_has_found_ground_again():
