@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.elsewhere import is_looking
+from phasmid.control.elsewhere import RETURNED, is_looking, set_search
 from phasmid.control.limbs import margin_of
 from phasmid.control.reach import is_reached, speed_share, wave
-from phasmid.control.state import HELD, STANCE, STILL, SWING, WALKING
+from phasmid.control.state import HELD, PROBING, STANCE, STILL, SWING, WALKING
+
+DEEP = 0.01
+"""A foot that is farther than this below the ground that is believed is in a hole [m]."""
 
 HOME, STAYS = 5e-4, 4e-3
 """A foot nearer than this to its neutral place need not step there [m]; and than this where the
@@ -41,7 +44,12 @@ ALMOST = 1e-9
 
 @internal
 def from_home(state: Any, model: Any, leg: int) -> float:
-    """Distance of a foot from its neutral place on the path, from above [m]."""
+    """Distance of a foot from its neutral place on the path, from above [m].
+
+    One that has come back from where there is no ground is as good as there.
+    """
+    if state.search[leg] == RETURNED:
+        return 0.0
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
     x = state.path[0] + c * model.neutral[leg, 0] - s * model.neutral[leg, 1]
     y = state.path[1] + s * model.neutral[leg, 0] + c * model.neutral[leg, 1]
@@ -133,6 +141,14 @@ def best_phase(
 
 
 @internal
+def is_deep(state: Any, leg: int) -> bool:
+    """Whether a foot goes down deeper than the ground was believed to be."""
+    g, foot = state.ground[3], state.foot[leg]
+    ground = g[0] + g[1] * foot[0] + g[2] * foot[1]
+    return bool(state.leg[leg] == PROBING and foot[2] < ground - DEEP)
+
+
+@internal
 def rises(state: Any, model: Any, leg: int, height: float) -> bool:
     """Whether a foot reaches a height above where it is, as the body is now [m]."""
     foot = state.foot[leg]
@@ -160,6 +176,12 @@ def lift_off(state: Any, model: Any, order: Any, leg: int, ago: float, time: flo
         ago: Time since it lifted [s].
         time: Of the swing [s].
     """
+    if state.leg[leg] == STANCE:
+        if order.touch[leg] == 1:
+            for i in range(3):
+                state.sought[2, leg, i] = state.foot[leg, i]
+        if state.search[leg] == RETURNED:
+            set_search(state, leg, 0.0)
     state.leg[leg] = SWING
     state.retreat[leg] = 0.0
     state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = ago, time, order.step[0]
@@ -311,8 +333,8 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
                     lift_off(state, model, order, leg, 0.0, 0.3)
                 lifted[leg] = 0
             continue
-        # A body that sways would go on over feet that wait.
-        wait = wait or (gait[2] != 0.0 and is_looking(state, leg))
+        # A body that sways would go on over a foot that goes down into a hole.
+        wait = wait or is_looking(state, leg) or (gait[2] != 0.0 and is_deep(state, leg))
         if 1.0 - (clock[0] - order.offsets[leg]) % 1.0 > step:
             continue
         if state.leg[leg] != STANCE and state.leg[leg] != HELD:

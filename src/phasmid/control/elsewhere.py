@@ -12,9 +12,15 @@ from phasmid.control.swing import plant
 FAR, LOOKS = 0.06, 2
 """How far from where it has found none a foot looks [m], ahead and then behind, and how often."""
 
-GAVE_UP, HERE = LOOKS + 1, LOOKS + 2
-"""What `State.search` is of a foot that has found no ground anywhere, and of one that is to stand
-where it comes down, whatever it finds."""
+RETURNS = LOOKS + 1
+"""What `State.search` is of a foot that then goes back to where it stood."""
+
+RETURNED, GAVE_UP, HERE = RETURNS + 1, RETURNS + 2, RETURNS + 3
+"""What it is of a foot that stands there again, of one that has found no ground there either, and
+of one that is to stand where it comes down, whatever it finds."""
+
+FARTHEST_RETURN = 0.18
+"""Distance beyond which a foot does not go back [m]."""
 
 CLOSE = 0.03
 """Distance of another foot at which it does not look [m]."""
@@ -26,8 +32,8 @@ way [m/s], and the least time for it [s]."""
 
 @internal
 def is_looking(state: Any, leg: int) -> bool:
-    """Whether a foot in the air looks for ground elsewhere."""
-    return bool(0.0 < state.search[leg] <= LOOKS)
+    """Whether a foot in the air looks for ground elsewhere, or goes back to it."""
+    return bool(0.0 < state.search[leg] <= RETURNS)
 
 
 @internal
@@ -42,7 +48,7 @@ def set_search(state: Any, leg: int, how: float) -> None:
 def end_search(state: Any, leg: int, found: bool) -> None:
     """Note that a foot stands, whether it has found ground or not."""
     if found or state.search[leg] == HERE:
-        set_search(state, leg, 0.0)
+        set_search(state, leg, RETURNED if state.search[leg] == RETURNS else 0.0)
     elif is_looking(state, leg):
         set_search(state, leg, GAVE_UP)
 
@@ -61,8 +67,9 @@ def is_free(state: Any, leg: int, x: float, y: float) -> bool:
 def looks_elsewhere(state: Any, order: Any, leg: int) -> bool:
     """Let a foot that has come down to no ground rise out of the hole, to swing elsewhere.
 
-    First it goes to a place along its own way with the body, then as far to the other side, but to
-    none that is near another foot.
+    First it goes to a place along its own way with the body, then as far to the other side, then
+    back to where it stood, but to none that is near another foot. Of a robot that is to stand still
+    it goes back at once.
 
     Args:
         state: Where the engine is, changed.
@@ -70,20 +77,23 @@ def looks_elsewhere(state: Any, order: Any, leg: int) -> bool:
         leg: The leg's index.
 
     Returns:
-        Whether it does; a robot that is to stand still has no way along which to look.
+        Whether it does.
     """
     v, path, foot = order.velocity, state.path, state.foot[leg]
     there, first, looked = state.sought[0, leg], state.sought[1, leg], state.search[leg]
-    if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0:
-        return False
     if looked == 0.0:
+        for i in range(3):
+            first[i] = foot[i]
+    if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0:
+        looked = max(looked, float(LOOKS))
+    elif looked == 0.0:
         c, s = math.cos(path[2]), math.sin(path[2])
         x = c * v[0] - s * v[1] - v[2] * (foot[1] - path[1])
         y = s * v[0] + c * v[1] + v[2] * (foot[0] - path[0])
         size = math.sqrt(x * x + y * y)
         x, y = (x / size, y / size) if size > 1e-9 else (c, s)
         for i in range(3):
-            first[i] = there[i] = foot[i]
+            there[i] = foot[i]
         # As if it had looked behind before.
         there[0] -= FAR * x
         there[1] -= FAR * y
@@ -94,7 +104,14 @@ def looks_elsewhere(state: Any, order: Any, leg: int) -> bool:
         if is_free(state, leg, there[0], there[1]):
             break
     else:
-        return False
+        looked = float(RETURNS)
+        stood = state.sought[2, leg]
+        dx, dy = stood[0] - foot[0], stood[1] - foot[1]
+        far = dx * dx + dy * dy > FARTHEST_RETURN * FARTHEST_RETURN
+        if state.search[leg] >= RETURNS or far or not is_free(state, leg, stood[0], stood[1]):
+            return False
+        for i in range(3):
+            there[i] = stood[i]
     set_search(state, leg, looked)
     # Straight up, since the wall of the hole may be near.
     g = state.ground[3]

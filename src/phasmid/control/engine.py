@@ -13,6 +13,7 @@ from phasmid.arguments import check_type
 from phasmid.control.belly import Belly
 from phasmid.control.catching import come_down
 from phasmid.control.command import Command
+from phasmid.control.edge import UNKNOWN, Edge
 from phasmid.control.memory import Memory, clear, new_order
 from phasmid.control.observation import Observation
 from phasmid.control.pattern import Pattern
@@ -91,6 +92,7 @@ class LocomotionEngine:
         self._wanted = memory.wanted
         self._verdict = np.zeros(4)
         self._remarks = Remarks(self.state, robot.leg_names)
+        self._edge = Edge(self.state)
         self._pattern = Pattern(robot, settings, self._model)
         self.gait = self._pattern.gait
         self._command: Command | None = None
@@ -151,6 +153,8 @@ class LocomotionEngine:
         changed = self._changing and self.order.gait[3] == 0.0
         if changed or self._resting != bool(self.state.mode[0] == STILL):
             # What was admitted regarded the old gait too.
+            self._take(command)
+        elif self._edge.is_found(self.order.velocity):
             self._take(command)
         state, torque, remark = self.state, None, ""
         if self.dynamics is not None:
@@ -250,7 +254,7 @@ class LocomotionEngine:
         state.pose[:, 2] = -ground - self._model.height
         self.order.plane[:] = 0.0, 0.0, 1.0, 0.0
         state.foot[:] = feet - [0.0, 0.0, ground]
-        state.line[0], state.landing[:] = state.foot, state.foot
+        state.line[0], state.landing[:], state.sought[2] = state.foot, state.foot, state.foot
         if self._place() != 0:
             raise InvalidInput("a foot stands where its leg cannot walk from.")
 
@@ -309,6 +313,7 @@ class LocomotionEngine:
         if self.dynamics is not None:
             self.dynamics.reset()
         self._remarks.forget()
+        self._edge.forget()
         # What the robot can feel is known by its first observation.
         self._feels = False
         for order in (self.order, self._wanted):
@@ -349,7 +354,12 @@ class LocomotionEngine:
         asked = np.array(command.velocity, dtype=float)
         self._asked = command.velocity
         share = 1.0
-        if asked.any():
+        stopped_by = self._edge.closed_by(asked)
+        stops, leg = stopped_by != UNKNOWN, self.robot.leg_names[stopped_by]
+        self._remarks.tell("edge", stops, f"goes no farther: leg {leg} finds no ground there")
+        if stops:
+            share = 0.0
+        elif asked.any():
             share = self._share(wanted, asked, 1.0)
             reason = reason_of(self._verdict, self.robot)[0]
             if differs:

@@ -12,7 +12,8 @@ from phasmid.control.clock import lift_off
 from phasmid.control.elsewhere import (
     GAVE_UP,
     HERE,
-    LOOKS,
+    RETURNED,
+    RETURNS,
     end_search,
     is_looking,
     looks_elsewhere,
@@ -151,7 +152,7 @@ def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
         look_down(state, model, tuning, leg, max(above(state, leg), 0.0) + tuning.landing_depth)
         return
     missed = state.leg[leg] == PROBING and order.touch[leg] == 0 and order.used[leg] == 1
-    if missed and state.search[leg] <= LOOKS:
+    if missed and state.search[leg] <= RETURNS:
         if looks_elsewhere(state, order, leg):
             return
         set_search(state, leg, GAVE_UP)
@@ -211,7 +212,8 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     for leg in range(len(state.leg)):
         doing = state.leg[leg]
         swing = state.swing[leg]
-        if doing == HELD or (doing == STANCE and order.touch[leg] != 0):
+        stands = doing == STANCE and order.touch[leg] != 0 and state.search[leg] != RETURNED
+        if doing == HELD or stands:
             set_search(state, leg, 0.0)
         if doing == STANCE and swing[0] >= swing[1]:
             if not searches(state, model, order, tuning, leg, h):

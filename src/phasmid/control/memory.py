@@ -15,7 +15,7 @@ from phasmid.control.bounds import BOUNDS
 from phasmid.control.state import DIRECTIONS, Model, Order, State, Tuning
 from phasmid.control.views import take
 
-STATE, ORDER, MODEL = (93, 101), (24, 6), (3, 39 + 2 * BOUNDS)
+STATE, ORDER, MODEL = (93, 104), (24, 6), (3, 39 + 2 * BOUNDS)
 """Numbers in each, whatever the number of legs, and for each leg."""
 
 
@@ -46,7 +46,7 @@ def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> State:
     q, a = take(numbers, a, (3, legs, 3))
     retreat, a = take(numbers, a, (legs,))
     search, a = take(numbers, a, (legs,))
-    sought, a = take(numbers, a, (2, legs, 3))
+    sought, a = take(numbers, a, (3, legs, 3))
     body, a = take(numbers, a, (3, 3))
     trunk, a = take(numbers, a, (5, 3))
     com, a = take(numbers, a, (3,))

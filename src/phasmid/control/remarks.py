@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.control.elsewhere import GAVE_UP, LOOKS
+from phasmid.control.elsewhere import GAVE_UP, RETURNED, RETURNS
 from phasmid.control.state import State
 
 PATIENT = 0.25
@@ -83,6 +83,8 @@ class Remarks:
             return
         for name, count in zip(self._names, state.search, strict=True):
             told = f"leg {name} finds no ground: it looks elsewhere"
-            self.tell(f"{name} looks", 0 < count <= LOOKS, told)
+            self.tell(f"{name} looks", 0 < count <= RETURNS, told)
+            told = f"leg {name} finds no ground: it is back where it stood"
+            self.tell(f"{name} returned", count == RETURNED, told)
             told = f"leg {name} finds no ground: it stands in the air"
             self.tell(f"{name} stands", count == GAVE_UP, told)

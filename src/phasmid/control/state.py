@@ -110,8 +110,8 @@ class State(NamedTuple):
         pose: Four stages of the filter of the body's pose, the last is the pose, shape (4, 6).
         sway: Four stages of the filter of the body's way aside, shape (4, 2).
         clock: Phase of the gait; time [s]; share of the sway; slow-down; time a lift has waited
-            [s]; support margin [m]; share of the commanded velocity; lean ahead and left [m];
-            joint speed over the limit, shape (10,).
+            [s]; support margin [m]; share of the commanded velocity, below 0 on the way back from
+            where no ground is; lean ahead and left [m]; joint speed over the limit, shape (10,).
         foot: Feet in odom [m], shape (L, 3).
         line: Of each foot its place without the lift, its velocity and acceleration, (3, L, 3).
         swing: Of each foot time since its lift, time of its swing [s], height [m], shape (L, 3).
@@ -121,8 +121,9 @@ class State(NamedTuple):
         retreat: 1 while a swinging foot draws back from an obstacle, 2 or more where it was stopped
             on that way, `RISES` while it comes up from a hole, 0 else, shape (L,).
         search: 0; while a foot looks elsewhere for the ground that it has not found, for how many
-            times it does; `GAVE_UP` or `HERE` of `phasmid.control.elsewhere`, shape (L,).
-        sought: Where it looks, and where it found none first, in odom [m], shape (2, L, 3).
+            times it does; else what `phasmid.control.elsewhere` says, shape (L,).
+        sought: Where it looks, where it found none first, and where it last stood and felt the
+            ground, in odom [m], shape (3, L, 3).
         body: Rotation of the body in odom, shape (3, 3).
         trunk: Its place, velocity, angular velocity, and their rates, in odom, shape (5, 3).
         com: Centre of mass in the body frame [m], shape (3,).

@@ -10,7 +10,7 @@ import numpy as np
 from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.bounds import HARD
 from phasmid.control.clock import best_phase, run_clock
-from phasmid.control.elsewhere import end_search
+from phasmid.control.elsewhere import RETURNS, end_search, is_looking
 from phasmid.control.feet import land_here, move_feet
 from phasmid.control.governor import is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
@@ -51,25 +51,29 @@ RECOVERY = 2.0
 def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
     """Let the path's velocity, the path, the pose and the sway follow what is asked."""
     clock, speed, pose = state.clock, state.speed, state.pose
-    share = speed_share(
-        state, model, order.used, order.velocity, order.offsets, order.gait, clock[0]
-    )
-    share = min(share, support_share(state, tuning, order.used, order.velocity))
-    if order.gait[3] > 0:
-        share = min(share, clock[6] * math.exp(-4 * h))
-    probing = False
+    probing, looking, returns = False, False, False
     for leg in range(len(state.leg)):
         probing = probing or state.leg[leg] == PROBING
-    if clock[4] > 0.0 and not probing:
+        looking = looking or is_looking(state, leg)
+        returns = returns or state.search[leg] == RETURNS
+    # With a foot that goes back to where it stood the body comes back, too.
+    way, velocity = -1.0 if returns else 1.0, np.empty(3)
+    for i in range(3):
+        velocity[i] = way * order.velocity[i]
+    share = speed_share(state, model, order.used, velocity, order.offsets, order.gait, clock[0])
+    share = min(share, support_share(state, tuning, order.used, velocity))
+    if order.gait[3] > 0:
+        share = min(share, max(clock[6], 0.0) * math.exp(-4 * h))
+    if not returns and (looking or (clock[4] > 0.0 and not probing)):
         # A lift that waits for the ground alone lets the body go on, as far as its feet do.
         share = 0.0
     if order.gait[2] > 0.0:
         # A body that does not sway yet would leave its feet behind before one may lift.
         share *= clock[2]
-    clock[6] = share
+    clock[6] = way * share
     target, old = np.empty(3), np.empty(3)
     for i in range(3):
-        target[i] = share * order.velocity[i]
+        target[i] = share * velocity[i]
     wanted = np.empty(6)
     for i in range(6):
         wanted[i] = order.pose[i] + order.correction[i]

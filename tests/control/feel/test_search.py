@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from phasmid.control import Command, Observation
-from phasmid.control.elsewhere import CLOSE, FAR, GAVE_UP, LOOKS, is_free, looks_elsewhere
+from phasmid.control.elsewhere import (
+    CLOSE,
+    FAR,
+    GAVE_UP,
+    LOOKS,
+    RETURNED,
+    RETURNS,
+    is_free,
+    looks_elsewhere,
+)
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.state import HELD, PROBING, RISES, STANCE, STILL, SWING
 from phasmid.kinematics import joint_angles
@@ -115,7 +124,7 @@ def test_turning_on_the_spot_a_foot_looks_along_its_own_way():
     while not (state.search == 1).any():
         walker.step()
     leg = int(np.argmax(state.search == 1))
-    look, first = state.sought[:, leg, :2]
+    look, first = state.sought[:2, leg, :2]
     to_foot = first - state.path[:2]
     way = np.array([-to_foot[1], to_foot[0]]) / np.linalg.norm(to_foot)
     np.testing.assert_allclose(look - first, FAR * way, atol=1e-12)
@@ -136,8 +145,12 @@ def test_no_foot_looks_close_to_another():
     assert looks_elsewhere(state, order, 0)
     assert state.search[0] == LOOKS
     np.testing.assert_allclose(state.sought[0, 0, :2], [x - FAR, y], atol=1e-12)
-    # None is left where feet have both.
+    # Where feet have both it goes back to where it stood, unless one has that, too.
     state.search[0], state.landing[2, :2] = 0, (x - FAR, y)
+    assert looks_elsewhere(state, order, 0)
+    assert state.search[0] == RETURNS
+    np.testing.assert_array_equal(state.sought[0, 0], state.sought[2, 0])
+    state.search[0], state.landing[3, :2] = 0, (x, y)
     assert not looks_elsewhere(state, order, 0)
 
 
@@ -269,3 +282,66 @@ def test_joints_go_on_where_a_foot_begins_to_look(name, period):
             off = max(off, np.abs(jump[begins]).max())
     assert looks > 0
     assert off < 100 * DT**2 / 4
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("start", [0.01, 0.03, 0.06])
+def test_a_robot_stops_at_an_edge(way, start):
+    """Where no look finds ground its feet go back, and it rests on them; told so again it stays."""
+    walker = Walker(way)
+    walker.trench = front(walker) + start, 10.0
+    leg, foot, _, q, margin, _, _ = walker.walk(25.0)
+    state = walker.engine.state
+    assert state.mode[0] == STILL
+    assert (state.leg == STANCE).all()
+    assert not walker.is_over_trench(foot[leg == STANCE]).any()
+    assert margin.min() >= 0.0
+    most = ROBOT.servo.no_load_speed * DT
+    assert np.abs(np.diff(q, axis=0)).max() <= most * (1 + 1e-9)
+    told = [sentence for _, sentence in walker.engine.events]
+    assert any(sentence.startswith("goes no farther: leg ") for sentence in told)
+    assert (state.search == RETURNED).any()
+    assert any(sentence.endswith("it is back where it stood") for sentence in told)
+    walker.command = Command(velocity=(*(0.8 * SPEED * walker.way), 0.0))
+    *_, path = walker.walk(2.0)
+    assert np.ptp(path) < 1e-9
+
+
+def test_a_robot_that_has_stopped_at_an_edge_goes_elsewhere():
+    walker = Walker()
+    walker.trench = front(walker) + 0.03, 10.0
+    walker.walk(25.0)
+    engine, state = walker.engine, walker.engine.state
+    # Along the edge, slowly, since feet look for ground at their steps; and straight back.
+    for velocity, least in (((0.0, SPEED, 0.0), 0.05), ((-SPEED, 0.0, 0.0), 0.5)):
+        walker.command, before = Command(velocity=velocity), state.path[:2].copy()
+        walker.walk(4.0)
+        gone = state.path[:2] - before
+        assert gone @ velocity[:2] / SPEED > least * SPEED * 4.0
+    assert (state.search == 0).all()
+    # Then there is a way ahead again, as far as the edge.
+    walker.command = Command(velocity=(SPEED, 0.0, 0.0))
+    engine.take_events()
+    *_, path = walker.walk(30.0)
+    assert np.ptp(path) > 0.05
+    assert state.mode[0] == STILL
+    assert any(sentence.startswith("goes no farther") for _, sentence in engine.events)
+
+
+def test_a_foot_goes_back_to_where_it_has_felt_the_ground_last():
+    walker = Walker()
+    walker.walk(3.0)
+    state = walker.engine.state
+    while state.leg[0] != STANCE:
+        walker.step()
+    stood = state.foot[0].copy()
+    while state.leg[0] == STANCE:
+        walker.step()
+    np.testing.assert_allclose(state.sought[2, 0], stood, atol=1e-12)
+    # Of one that feels the air as it lifts that place stays.
+    walker.told[0] = 0.0
+    while state.leg[0] != STANCE:
+        walker.step()
+    while state.leg[0] == STANCE:
+        walker.step()
+    np.testing.assert_allclose(state.sought[2, 0], stood, atol=1e-12)

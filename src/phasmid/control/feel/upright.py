@@ -97,8 +97,9 @@ def set_upright(
     turn_about(R, p, state.foot)
     turn_about(R, p, state.line[0])
     turn_about(R, p, state.landing)
-    for k in range(2):
+    for k in range(3):
         turn_about(R, p, state.sought[k])
+    for k in range(2):
         turn(R, state.line[1 + k])
         turn(R, state.motion[k])
     turn_about(R, p, stood[:, :3])
