@@ -43,12 +43,19 @@ ALMOST = 1e-9
 
 
 @internal
-def from_home(state: Any, model: Any, leg: int) -> float:
+def stays_back(state: Any, order: Any, leg: int) -> bool:
+    """Whether a foot has come back from where no ground is, of a robot that is to stand."""
+    v = order.velocity
+    return bool(state.search[leg] == RETURNED and v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0)
+
+
+@internal
+def from_home(state: Any, model: Any, order: Any, leg: int) -> float:
     """Distance of a foot from its neutral place on the path, from above [m].
 
-    One that has come back from where there is no ground is as good as there.
+    One that stays where it has come back to is as good as there.
     """
-    if state.search[leg] == RETURNED:
+    if stays_back(state, order, leg):
         return 0.0
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
     x = state.path[0] + c * model.neutral[leg, 0] - s * model.neutral[leg, 1]
@@ -272,7 +279,7 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
             return
         if (
             order.used[leg]
-            and from_home(state, model, leg) > HOME
+            and from_home(state, model, order, leg) > HOME
             and not is_hindered(state, model, order, leg)
         ):
             lifted[leg] = 1
@@ -300,7 +307,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
     away, near = False, STAYS if state.mode[0] == STILL else HOME
     for leg in range(legs):
         if order.used[leg]:
-            away = away or state.leg[leg] != STANCE or from_home(state, model, leg) > near
+            away = away or state.leg[leg] != STANCE or from_home(state, model, order, leg) > near
         elif state.leg[leg] != HELD:
             away = True
     if not (moving or away):
@@ -340,7 +347,9 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         if state.leg[leg] != STANCE and state.leg[leg] != HELD:
             # One that has only just lifted is not late.
             wait = wait or state.swing[leg, 0] > 0.25 * state.swing[leg, 1]
-        elif state.leg[leg] == HELD or moving or from_home(state, model, leg) > HOME:
+        elif stays_back(state, order, leg):
+            continue
+        elif state.leg[leg] == HELD or moving or from_home(state, model, order, leg) > HOME:
             lifted[leg] = 1
             due += 1
             if state.leg[leg] == STANCE and is_hindered(state, model, order, leg):

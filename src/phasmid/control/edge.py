@@ -33,12 +33,8 @@ class Edge:
         self._ways: dict[int, np.ndarray] = {}
         self._seen, self._back = 0, np.zeros(len(self._state.leg), dtype=bool)
 
-    def is_found(self, velocity: Float[np.ndarray, "3"]) -> bool:
-        """Whether a foot has come back since this was asked last; its way is closed from then on.
-
-        Args:
-            velocity: That the body was to go at, ahead, left [m/s] and turn [rad/s], shape (3,).
-        """
+    def is_found(self) -> bool:
+        """Whether a foot has come back since this was asked last; its way is then closed."""
         news = int(self._state.mode[3])
         if news == self._seen:
             return False
@@ -46,7 +42,8 @@ class Edge:
         back = self._state.search == RETURNED
         new, self._back = back & ~self._back, back
         for leg in np.flatnonzero(new):
-            way = self._way_of(int(leg), velocity)
+            sought = self._state.sought[:, leg, :2]
+            way = sought[1] - sought[2]
             size = math.hypot(*way)
             if size > 0:
                 self._ways[int(leg)] = way / size

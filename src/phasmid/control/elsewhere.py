@@ -12,15 +12,16 @@ from phasmid.control.swing import plant
 FAR, LOOKS = 0.06, 2
 """How far from where it has found none a foot looks [m], ahead and then behind, and how often."""
 
-RETURNS = LOOKS + 1
-"""What `State.search` is of a foot that then goes back to where it stood."""
+RETURNS, AGAIN = LOOKS + 1, 0.25
+"""What `State.search` is of a foot that then goes back to where it stood, and how much more at each
+new attempt: the body, which comes back, too, may have been too far away at first."""
 
 RETURNED, GAVE_UP, HERE = RETURNS + 1, RETURNS + 2, RETURNS + 3
 """What it is of a foot that stands there again, of one that has found no ground there either, and
 of one that is to stand where it comes down, whatever it finds."""
 
-FARTHEST_RETURN = 0.18
-"""Distance beyond which a foot does not go back [m]."""
+THERE = 0.03
+"""A foot nearer than this to where it stood is back [m]."""
 
 CLOSE = 0.03
 """Distance of another foot at which it does not look [m]."""
@@ -33,7 +34,21 @@ way [m/s], and the least time for it [s]."""
 @internal
 def is_looking(state: Any, leg: int) -> bool:
     """Whether a foot in the air looks for ground elsewhere, or goes back to it."""
-    return bool(0.0 < state.search[leg] <= RETURNS)
+    return bool(0.0 < state.search[leg] < RETURNED)
+
+
+@internal
+def goes_back(state: Any, leg: int) -> bool:
+    """Whether a foot goes back to where it stood."""
+    return bool(RETURNS <= state.search[leg] < RETURNED)
+
+
+@internal
+def from_stood(state: Any, leg: int) -> float:
+    """How far a foot is from where it last stood and felt the ground, from above [m]."""
+    dx = state.foot[leg, 0] - state.sought[2, leg, 0]
+    dy = state.foot[leg, 1] - state.sought[2, leg, 1]
+    return math.sqrt(dx * dx + dy * dy)
 
 
 @internal
@@ -47,8 +62,10 @@ def set_search(state: Any, leg: int, how: float) -> None:
 @internal
 def end_search(state: Any, leg: int, found: bool) -> None:
     """Note that a foot stands, whether it has found ground or not."""
-    if found or state.search[leg] == HERE:
-        set_search(state, leg, RETURNED if state.search[leg] == RETURNS else 0.0)
+    if found and goes_back(state, leg) and from_stood(state, leg) < THERE:
+        set_search(state, leg, RETURNED)
+    elif (found and state.search[leg] != RETURNED) or state.search[leg] == HERE:
+        set_search(state, leg, 0.0)
     elif is_looking(state, leg):
         set_search(state, leg, GAVE_UP)
 
@@ -104,14 +121,21 @@ def looks_elsewhere(state: Any, order: Any, leg: int) -> bool:
         if is_free(state, leg, there[0], there[1]):
             break
     else:
-        looked = float(RETURNS)
-        stood = state.sought[2, leg]
-        dx, dy = stood[0] - foot[0], stood[1] - foot[1]
-        far = dx * dx + dy * dy > FARTHEST_RETURN * FARTHEST_RETURN
-        if state.search[leg] >= RETURNS or far or not is_free(state, leg, stood[0], stood[1]):
+        tried = goes_back(state, leg)
+        looked = looked + AGAIN if tried else float(RETURNS)
+        if looked >= RETURNED or (tried and from_stood(state, leg) < THERE):
             return False
-        for i in range(3):
-            there[i] = stood[i]
+        stood, found = state.sought[2, leg], False
+        for k in range(3):
+            # Another foot may have followed it there; then it goes as near as may be.
+            share = k * CLOSE / max(from_stood(state, leg), CLOSE)
+            for i in range(3):
+                there[i] = stood[i] + share * (foot[i] - stood[i])
+            found = found or is_free(state, leg, there[0], there[1])
+            if found:
+                break
+        if not found:
+            return False
     set_search(state, leg, looked)
     # Straight up, since the wall of the hole may be near.
     g = state.ground[3]

@@ -154,7 +154,7 @@ class LocomotionEngine:
         if changed or self._resting != bool(self.state.mode[0] == STILL):
             # What was admitted regarded the old gait too.
             self._take(command)
-        elif self._edge.is_found(self.order.velocity):
+        elif self._edge.is_found():
             self._take(command)
         state, torque, remark = self.state, None, ""
         if self.dynamics is not None:

@@ -13,8 +13,8 @@ from phasmid.control.elsewhere import (
     GAVE_UP,
     HERE,
     RETURNED,
-    RETURNS,
     end_search,
+    goes_back,
     is_looking,
     looks_elsewhere,
     set_search,
@@ -64,6 +64,9 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     v, goal, rest = state.speed[2].copy(), np.empty(3), np.empty(3)
     for i in range(3):
         goal[i] = state.clock[6] * order.velocity[i]
+        if goes_back(state, leg):
+            # So does the body.
+            goal[i] = state.speed[0, i]
     approach(v, goal, 0, model.radius, tuning.acceleration * left)
     for i in range(3):
         mean[i] = (v[i] + state.speed[2, i]) / 2
@@ -152,7 +155,7 @@ def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
         look_down(state, model, tuning, leg, max(above(state, leg), 0.0) + tuning.landing_depth)
         return
     missed = state.leg[leg] == PROBING and order.touch[leg] == 0 and order.used[leg] == 1
-    if missed and state.search[leg] <= RETURNS:
+    if missed and state.search[leg] < RETURNED:
         if looks_elsewhere(state, order, leg):
             return
         set_search(state, leg, GAVE_UP)

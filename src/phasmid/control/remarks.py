@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.control.elsewhere import GAVE_UP, RETURNED, RETURNS
+from phasmid.control.elsewhere import GAVE_UP, RETURNED
 from phasmid.control.state import State
 
 PATIENT = 0.25
@@ -76,14 +76,15 @@ class Remarks:
         self.tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
         self.tell("held", code == 3, "held all: a leg could not follow")
         self.tell("back", back, "a lift waits: the body comes back from a farther pose")
-        weak = waits and not back
+        # What waits for a foot that looks for ground is told below.
+        weak = waits and not back and not ((state.search > 0) & (state.search < RETURNED)).any()
         self.tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
         self.tell("effort", bool(effort), f"slows down: {effort.rstrip('.')}")
         if not looked:
             return
         for name, count in zip(self._names, state.search, strict=True):
             told = f"leg {name} finds no ground: it looks elsewhere"
-            self.tell(f"{name} looks", 0 < count <= RETURNS, told)
+            self.tell(f"{name} looks", 0 < count < RETURNED, told)
             told = f"leg {name} finds no ground: it is back where it stood"
             self.tell(f"{name} returned", count == RETURNED, told)
             told = f"leg {name} finds no ground: it stands in the air"

@@ -110,8 +110,8 @@ class State(NamedTuple):
         pose: Four stages of the filter of the body's pose, the last is the pose, shape (4, 6).
         sway: Four stages of the filter of the body's way aside, shape (4, 2).
         clock: Phase of the gait; time [s]; share of the sway; slow-down; time a lift has waited
-            [s]; support margin [m]; share of the commanded velocity, below 0 on the way back from
-            where no ground is; lean ahead and left [m]; joint speed over the limit, shape (10,).
+            [s]; support margin [m]; share of the commanded velocity; lean ahead and left [m];
+            joint speed over the limit, shape (10,).
         foot: Feet in odom [m], shape (L, 3).
         line: Of each foot its place without the lift, its velocity and acceleration, (3, L, 3).
         swing: Of each foot time since its lift, time of its swing [s], height [m], shape (L, 3).

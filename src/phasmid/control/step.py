@@ -10,7 +10,7 @@ import numpy as np
 from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.bounds import HARD
 from phasmid.control.clock import best_phase, run_clock
-from phasmid.control.elsewhere import RETURNS, end_search, is_looking
+from phasmid.control.elsewhere import end_search, goes_back, is_looking
 from phasmid.control.feet import land_here, move_feet
 from phasmid.control.governor import is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
@@ -43,8 +43,34 @@ STRAIGHT = -0.2
 STALE = 1e-3
 """Where a foot may stand is looked at anew once body, ground or foot are off by this [m]."""
 
+RETURN_SPEED = 0.06
+"""Of the body that comes back from where a foot has found no ground [m/s]."""
+
+STUCK = 1e-3
+"""A slow-down to less than this does not end by itself."""
+
 RECOVERY = 2.0
 """How fast the slow-down ends, per second."""
+
+
+@internal
+def way_back(state: Any, velocity: np.ndarray) -> None:
+    """Write the velocity at which the body comes back with feet that go back to where they stood.
+
+    Args:
+        state: Where the engine is.
+        velocity: Written: ahead, left [m/s] and turn [rad/s], shape (3,).
+    """
+    x, y = 0.0, 0.0
+    for leg in range(len(state.leg)):
+        if goes_back(state, leg):
+            x += state.sought[2, leg, 0] - state.sought[1, leg, 0]
+            y += state.sought[2, leg, 1] - state.sought[1, leg, 1]
+    size = max(math.sqrt(x * x + y * y), 1e-6)
+    c, s = math.cos(state.path[2]), math.sin(state.path[2])
+    velocity[0] = RETURN_SPEED * (c * x + s * y) / size
+    velocity[1] = RETURN_SPEED * (c * y - s * x) / size
+    velocity[2] = 0.0
 
 
 @internal
@@ -55,22 +81,21 @@ def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
     for leg in range(len(state.leg)):
         probing = probing or state.leg[leg] == PROBING
         looking = looking or is_looking(state, leg)
-        returns = returns or state.search[leg] == RETURNS
-    # With a foot that goes back to where it stood the body comes back, too.
-    way, velocity = -1.0 if returns else 1.0, np.empty(3)
-    for i in range(3):
-        velocity[i] = way * order.velocity[i]
+        returns = returns or goes_back(state, leg)
+    velocity = order.velocity.copy()
+    if returns:
+        way_back(state, velocity)
     share = speed_share(state, model, order.used, velocity, order.offsets, order.gait, clock[0])
     share = min(share, support_share(state, tuning, order.used, velocity))
     if order.gait[3] > 0:
-        share = min(share, max(clock[6], 0.0) * math.exp(-4 * h))
+        share = min(share, clock[6] * math.exp(-4 * h))
     if not returns and (looking or (clock[4] > 0.0 and not probing)):
         # A lift that waits for the ground alone lets the body go on, as far as its feet do.
         share = 0.0
     if order.gait[2] > 0.0:
         # A body that does not sway yet would leave its feet behind before one may lift.
         share *= clock[2]
-    clock[6] = way * share
+    clock[6] = 0.0 if returns else share
     target, old = np.empty(3), np.empty(3)
     for i in range(3):
         target[i] = share * velocity[i]
@@ -336,6 +361,8 @@ def update(
             return said
         slow *= 0.99 / ratio
         said = max(said, 1)
+        if slow < STUCK:
+            break
     # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
     brake(state, 0.0)
     arm = np.empty(3)

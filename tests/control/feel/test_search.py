@@ -30,12 +30,16 @@ EVERYWHERE = -10.0, 10.0
 class Walker:
     """An engine on level ground with a trench across its way, whose feet feel what they touch."""
 
-    def __init__(self, way="ahead", trench=(0.0, 0.0)):
-        self.engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none", period=1.0)
-        self.q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
+    def __init__(
+        self, way="ahead", trench=(0.0, 0.0), *, robot=ROBOT, speed=SPEED, period=1.0, gait=None
+    ):
+        self.engine = LocomotionEngine(
+            robot, feeling=False, dynamics="none", period=period, gait=gait
+        )
+        self.q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
         self.way, self.trench, self.time = np.array(WAYS[way]), trench, 0.0
-        self.command = Command(velocity=(*(SPEED * self.way), 0.0))
-        self.told = np.full(LEGS, np.nan)
+        self.command = Command(velocity=(*(speed * self.way), 0.0))
+        self.told = np.full(len(robot.legs), np.nan)
 
     def along(self, foot):
         return foot[..., :2] @ self.way
@@ -345,3 +349,57 @@ def test_a_foot_goes_back_to_where_it_has_felt_the_ground_last():
     while state.leg[0] == STANCE:
         walker.step()
     np.testing.assert_allclose(state.sought[2, 0], stood, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "gait", "period", "way", "speed"),
+    [
+        ("phantomx-ax", "tripod", 1.0, "left", 0.12),
+        ("phantomx-mk4", "ripple", 2.5, "left", 0.04),
+        ("octopod", "tetrapod", 1.5, "ahead", 0.12),
+    ],
+)
+def test_robots_stop_at_an_edge_at_any_speed(name, gait, period, way, speed):
+    """Also where a foot that goes back passes under its hip, where joints would jump."""
+    walker = Walker(way, robot=load_robot(name), speed=speed, period=period, gait=gait)
+    walker.trench = front(walker) + 0.03, 10.0
+    leg, foot, _, _, margin, _, _ = walker.walk(30.0)
+    assert walker.engine.state.mode[0] == STILL
+    assert not walker.is_over_trench(foot[-1]).any()
+    assert (leg[-1] == STANCE).all()
+    assert margin.min() >= 0.0
+
+
+def returning():
+    """A walker at an edge, of which a foot has begun to go back."""
+    walker = Walker()
+    walker.trench = front(walker) + 0.03, 10.0
+    while not (walker.engine.state.search == RETURNS).any():
+        walker.step()
+    walker.engine.take_events()
+    return walker
+
+
+def test_a_robot_that_is_told_to_go_back_while_a_foot_does_goes_back():
+    walker = returning()
+    walker.walk(0.05)
+    walker.command = Command(velocity=(-SPEED, 0.0, 0.0))
+    *_, path = walker.walk(8.0)
+    assert path.max() < path[0] + 1e-3
+    assert path[-1] < path[0] - 0.5 * SPEED * 8.0
+    said = [sentence for _, sentence in walker.engine.events]
+    assert not any(sentence.startswith("goes no farther") for sentence in said)
+
+
+@pytest.mark.parametrize("later", [0.05, 0.4])
+def test_a_way_is_closed_although_the_robot_is_told_to_stop_while_a_foot_goes_back(later):
+    walker = returning()
+    walker.walk(later)
+    ahead, walker.command = walker.command, Command()
+    walker.walk(6.0)
+    assert walker.engine.state.mode[0] == STILL
+    walker.command = ahead
+    *_, path = walker.walk(2.0)
+    assert np.ptp(path) < 1e-9
+    said = [sentence for _, sentence in walker.engine.events]
+    assert any(sentence.startswith("goes no farther") for sentence in said)
