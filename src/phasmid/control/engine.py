@@ -222,13 +222,15 @@ class LocomotionEngine:
     def telemetry(self) -> dict[str, Any]:
         """Numbers of the last update by channel name, to be recorded."""
         state = self.state
+        # As Python's numbers, of which one is asked for sooner.
+        phase, _, _, slow, _, margin, *_ = state.clock.tolist()
         return {
             "stance": state.leg == STANCE,
             "velocity_command": np.array(self._asked),
-            "velocity_reference": state.clock[3] * state.speed[2],
-            "slow_down": float(state.clock[3]),
-            "support_margin": float(state.clock[5]),
-            "gait_phase": float(state.clock[0]),
+            "velocity_reference": slow * state.speed[2],
+            "slow_down": slow,
+            "support_margin": margin,
+            "gait_phase": phase,
         }
 
     # What other stages of the control call

@@ -133,8 +133,8 @@ class SafeController:
     def telemetry(self) -> Mapping[str, Any]:
         """The mode by number, beside what the controller tells."""
         inner = getattr(self.controller, "telemetry", None)
-        told = dict(inner()) if callable(inner) else {}
-        return told | {"safety_mode": float(self.guard.mode)}
+        told = inner() if callable(inner) else {}
+        return {**told, "safety_mode": float(self.guard.mode)}
 
     def _hold(self, observation: Observation, dt: float) -> JointTargets:
         """Brake, and stay there."""

@@ -8,7 +8,7 @@ from enum import IntEnum
 from types import MappingProxyType
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from phasmid.arguments import check_number
 from phasmid.compiled import compiled
@@ -132,7 +132,6 @@ class Guard:
         self._factor, self._crouch = 1.0, 0.0
         self._time = observation.time if observation else math.nan
         self._q = self._zero.copy()
-        self._known: Bool[np.ndarray, "legs 3"] = np.zeros(self._zero.shape, dtype=bool)
         self._warmth: Float[np.ndarray, "legs 3"] = np.full(self._zero.shape, AMBIENT)
         self._overloaded = np.zeros(self._zero.shape)
         self._work, self._since = np.zeros(self._zero.shape), 0.0
@@ -142,7 +141,7 @@ class Guard:
         self._made: Command = self._good
         if observation is not None:
             good = np.isfinite(observation.joint_position)
-            self._q[good], self._known = observation.joint_position[good], good
+            self._q[good] = observation.joint_position[good]
 
     def check(self, observation: Observation, command: Command) -> tuple[Observation, Command]:
         """What a controller may be told.
@@ -180,8 +179,6 @@ class Guard:
         )
         if bad:
             observation = self._mended(observation, time)
-        elif not self._known.all():
-            self._known = np.ones(self._zero.shape, dtype=bool)
         if not bad & 1:
             self._q = observation.joint_position
         if tilt > set_.tilt_share * self.tip_angle:
@@ -238,7 +235,6 @@ class Guard:
             self._blame("joints", Mode.SLOW, 0.0, time, f"no angle is known of {shown}")
             self._q = np.where(good, q, self._q)
             changed["joint_position"] = self._q
-            self._known = self._known | good
         for name in ("joint_velocity", "joint_load", "orientation", "angular_velocity"):
             value = getattr(observation, name)
             if value is not None and not np.isfinite(value).all():

@@ -109,8 +109,9 @@ class DrivenRun(Run):
         self._deaths = sorted(faults.servos())
         start = begin.sample(np.zeros(1))
         self._hold = Hold(between, self.period_steps, self.dt, start.q[0], start.qd[0])
-        self._wanted = np.zeros((3, self.block_steps, *self._shape))
-        self._wanted[:2, 0] = start.q[0], start.qd[0]
+        updates = self.block_steps // self.period_steps
+        self._wanted = np.zeros((updates, 3, self.period_steps, *self._shape))
+        self._wanted[0, :2, 0] = start.q[0], start.qd[0]
         self._kept = slice(0, 1)
         self.asked: list[tuple[float, Command]] = []
         self._newest: Command | None = None
@@ -226,11 +227,10 @@ class DrivenRun(Run):
             # One more step with what was asked last, so that there is a sample to tell it of.
             self._failure = Trouble(Ending.FAILED, at, _not_finite(targets, self.robot.leg_names))
             targets, count = self._hold.last, 1
-        wanted = self._hold.setpoints(targets)
-        rows = self.drive.targets(wanted, self.dt)[:count]
-        self._wanted[:, at : at + len(rows)] = self._hold.rows[:, : len(rows)]
-        self._tell(at // self.period_steps, decision)
-        return rows
+        update = at // self.period_steps
+        wanted = self._hold.setpoints(targets, self._wanted[update])
+        self._tell(update, decision)
+        return self.drive.targets(wanted, self.dt)[:count]
 
     def _let_die(self, time: float) -> None:
         """Let those servos die whose time has come, at an update."""
@@ -271,13 +271,13 @@ class DrivenRun(Run):
         update = np.arange(self._kept.start, self._kept.stop, self._kept.step) // self.period_steps
         told = {name: values[update] for name, values in self._told.items()}
         names = ("joint_position_target", "joint_velocity_target", "joint_acceleration_target")
-        wanted = self._wanted[:, self._kept].copy()
+        wanted = np.moveaxis(self._wanted, 1, 0).reshape(3, self.block_steps, *self._shape)
+        wanted = wanted[:, self._kept].copy()
         return run_channels(self, rows, told | dict(zip(names, wanted, strict=True)))
 
     def _room_for(self, decision: Decision) -> dict[str, np.ndarray]:
         """Memory of a block's telemetry, with that of the first update in its first place."""
-        updates = self.block_steps // self.period_steps
-        legs = len(self.robot.legs)
+        updates, legs = len(self._wanted), len(self.robot.legs)
         sizes = {"leg": legs} | {dim: len(labels) for dim, labels in COORDINATES.items()}
         own = run_channels(self, self.first, {}).keys()
         room: dict[str, np.ndarray] = {}
@@ -366,11 +366,8 @@ def _check_targets(targets: object, shape: tuple[int, int]) -> None:
 
 
 def _adds_up(*arrays: np.ndarray) -> bool:
-    """Whether arrays hold nothing but finite numbers, not too large."""
-    total = 0.0
-    for array in arrays:
-        total += np.add.reduce(array, axis=None)
-    return math.isfinite(total)
+    """Whether arrays hold nothing but finite numbers, whose squares can be added up."""
+    return all(math.isfinite(np.vdot(array, array)) for array in arrays)
 
 
 def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:

@@ -61,9 +61,6 @@ class Hold:
         dt: Time step [s].
         q: Angles from which the joints begin [rad], shape (L, 3).
         qd: Speeds with which they begin [rad/s], shape (L, 3).
-
-    Attributes:
-        rows: Angles, speeds and accelerations of the last period, shape (3, steps, L, 3).
     """
 
     def __init__(
@@ -77,20 +74,25 @@ class Hold:
         self._shape = (3, steps, *q.shape)
         period = steps * dt
         self._weights = _weights(between, np.arange(steps) / steps, period)
-        self.rows = np.zeros(self._shape)
         self._torque = np.zeros(self._shape[1:])
-        self._ends = np.concatenate([q.ravel(), qd.ravel()] * 2).reshape(4, -1)
+        self._ends = np.stack([q, qd, q, qd])
+        # The same memory, as it is multiplied.
+        self._flat = self._ends.reshape(4, -1)
 
-    def setpoints(self, targets: JointTargets) -> Setpoints:
-        """What the joints do at each step from an update to before the next; good until then.
+    def setpoints(
+        self, targets: JointTargets, rows: Float[np.ndarray, "3 steps legs 3"] | None = None
+    ) -> Setpoints:
+        """What the joints do at each step from an update to before the next.
 
         Args:
             targets: Of that update.
+            rows: Takes angles, speeds and accelerations at each step, shape (3, steps, L, 3).
         """
         ends = self._ends
         ends[:2] = ends[2:]
-        ends[2], ends[3] = targets.position.ravel(), targets.velocity.ravel()
-        rows = self.rows = (self._weights @ ends).reshape(self._shape)
+        ends[2], ends[3] = targets.position, targets.velocity
+        rows = np.empty(self._shape) if rows is None else rows
+        np.matmul(self._weights, self._flat, out=rows.reshape(len(self._weights), -1))
         torque = None
         if targets.torque is not None:
             torque = self._torque
@@ -100,10 +102,7 @@ class Hold:
     @property
     def last(self) -> JointTargets:
         """What was asked last, or where the joints began."""
-        shape = self._shape[2:]
-        return JointTargets(
-            self._ends[2].reshape(shape).copy(), self._ends[3].reshape(shape).copy()
-        )
+        return JointTargets(self._ends[2].copy(), self._ends[3].copy())
 
 
 def _weights(

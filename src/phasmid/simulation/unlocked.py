@@ -44,9 +44,9 @@ ir: Any = import_module("llvmlite.ir")
 ROWS = 4
 """Arrays that are copied at each step: angles, speeds, sensors, the drive's state."""
 
-MODEL, DATA, STEP, FORWARD, COUNT, END, MADE, JOINTS, TARGETS, COMMAND, MEMORY = range(11)
-TORQUE, TORQUE_MOVES, TO_TORQUE, EQUALITIES, CONSTRAINTS, LOST = range(11, 17)
-FROM, TO, WIDTH = 17, 17 + ROWS, 17 + 2 * ROWS
+MODEL, DATA, STEP, FORWARD, COUNT, END, AT, MADE, JOINTS, TARGETS, COMMAND, MEMORY = range(12)
+TORQUE, TORQUE_MOVES, TO_TORQUE, EQUALITIES, CONSTRAINTS, LOST = range(12, 18)
+FROM, TO, WIDTH = 18, 18 + ROWS, 18 + 2 * ROWS
 SIZE = WIDTH + ROWS
 """Places in the table of numbers and addresses that the loop is given, and their number."""
 
@@ -88,13 +88,15 @@ class UnlockedLoop:
             table[EQUALITIES] = data._address + _offset_of("ne")
             table[CONSTRAINTS] = data._address + _offset_of("nefc")
         table[FROM : FROM + ROWS] = [array.ctypes.data for array in sources]
-        self._goals = np.array([array.ctypes.data for array in (*goals, buffer.torque)], np.int64)
-        self._strides = 8 * np.array([array.shape[1] for array in (*goals, buffer.torque)])
+        table[TO : TO + ROWS] = [array.ctypes.data for array in goals]
+        table[TO_TORQUE] = buffer.torque.ctypes.data
         table[WIDTH : WIDTH + ROWS] = [array.size for array in sources]
-        self._room = len(buffer.torque)
+        # Where targets lie is asked once: that takes longer than to copy them.
+        self._targets = np.empty(buffer.torque.shape)
+        table[TARGETS] = self._targets.ctypes.data
         self._keeps = model, data, drive, buffer, memory
-        self._steps, self._place = steps.address, table.ctypes.data
-        self._batch = _new_batch()
+        self._batch, self._apply = _new_batch(), _library().mjb_apply
+        self._given = self._batch, None, 1, steps.address, table.ctypes.data, 0
         weakref.finalize(self, _library().mjb_deleteBatch, self._batch)
 
     def advance(self, targets: Float[np.ndarray, "samples joints"], end: int, at: int = 0) -> Made:
@@ -108,17 +110,13 @@ class UnlockedLoop:
         Returns:
             What became of it.
         """
-        table, library = self._table, _library()
-        if not targets.flags.c_contiguous:
-            targets = np.ascontiguousarray(targets)
-        table[COUNT], table[END], table[MADE], table[LOST] = len(targets), end, 0, 0
-        table[TARGETS] = targets.__array_interface__["data"][0]
-        if at + len(targets) > self._room:
-            raise OSError(f"{len(targets)} steps from {at} on for a buffer of {self._room}")
-        goals = self._goals + at * self._strides
-        table[TO : TO + ROWS], table[TO_TORQUE] = goals[:ROWS], goals[ROWS]
-        failed = library.mjb_apply(self._batch, None, 1, self._steps, self._place, 0)
-        error = library.mjb_error(self._batch, 0).decode() if failed else ""
+        table, count, room = self._table, len(targets), len(self._targets)
+        if at + count > room:
+            raise OSError(f"{count} steps from {at} on for a buffer of {room}")
+        self._targets[:count] = targets
+        table[COUNT], table[END], table[AT], table[MADE], table[LOST] = count, end, at, 0, 0
+        failed = self._apply(*self._given)
+        error = _library().mjb_error(self._batch, 0).decode() if failed else ""
         return Made(int(table[MADE]), error, bool(table[LOST]))
 
 
@@ -278,14 +276,15 @@ def steps(_model: Any, _data: Any, _simulation: Any, given: Any) -> None:
     table = numba.carray(given, (SIZE,), np.int64)
     joints = table[JOINTS]
     for k in range(table[COUNT]):
+        at = table[AT] + k
         for row in range(2):
             width = table[WIDTH + row]
-            copy(table[FROM + row], table[TO + row] + 8 * k * width, width)
+            copy(table[FROM + row], table[TO + row] + 8 * at * width, width)
         call(table[COMMAND], table[TARGETS] + 8 * k * joints, table[MEMORY])
         call(table[FORWARD] if k == table[END] else table[STEP], table[MODEL], table[DATA])
         for row in range(2, ROWS):
             width = table[WIDTH + row]
-            copy(table[FROM + row], table[TO + row] + 8 * k * width, width)
+            copy(table[FROM + row], table[TO + row] + 8 * at * width, width)
         torque = table[TORQUE]
         if table[TORQUE_MOVES]:
             torque = numba.carray(pointer(torque), (1,), np.int64)[0]
@@ -295,7 +294,7 @@ def steps(_model: Any, _data: Any, _simulation: Any, given: Any) -> None:
             if torque == 0 or equalities < joints or constraints < joints:
                 table[LOST] = 1
                 return
-        copy(torque, table[TO_TORQUE] + 8 * k * joints, joints)
+        copy(torque, table[TO_TORQUE] + 8 * at * joints, joints)
         table[MADE] += 1
 
 

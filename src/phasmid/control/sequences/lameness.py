@@ -61,7 +61,7 @@ class Lameness:
 
     def adapt(self, time: float, command: Command) -> Command:
         """The command for the legs that are left; the same object as long as it is the same."""
-        lost = self._servos.legs if self._servos.lost.any() else frozenset[int]()
+        lost = self._servos.legs
         if not (lost or command.lost_legs):
             return command
         if self._seen and self._seen[0] is command and self._seen[1] == lost:

@@ -31,6 +31,7 @@ class LostServos:
 
     Attributes:
         lost: Which servos are lost, shape (L, 3).
+        legs: Numbers of the legs with a lost servo, from 1.
         doubtful: Whether there is one that does not answer, and is not lost yet.
         events: Sentences on those that were lost since `reset`, with their times [s].
     """
@@ -38,6 +39,7 @@ class LostServos:
     def __init__(self, robot: Robot) -> None:
         self._names = robot.leg_names
         self.lost: Bool[np.ndarray, "legs 3"] = np.zeros((len(robot.legs), 3), dtype=bool)
+        self.legs: frozenset[int] = frozenset()
         self.doubtful = False
         self.events: list[tuple[float, str]] = []
         self._answered = np.full(self.lost.shape, -math.inf)
@@ -46,6 +48,7 @@ class LostServos:
     def reset(self, time: float) -> None:
         """Forget all; every servo is taken for sound at a time [s]."""
         self.lost[:] = self.doubtful = False
+        self.legs = frozenset()
         self._answered[:] = self._all_answered = time
         self.events.clear()
 
@@ -70,15 +73,11 @@ class LostServos:
         if not new.any():
             return False
         self.lost |= new
+        self.legs = frozenset(int(leg) + 1 for leg in np.flatnonzero(self.lost.any(axis=1)))
         for leg, joint in np.argwhere(new):
             name = f"{self._names[leg]}.{JOINTS[joint]}"
             self.events.append((time, f"servo {name} answers no more; its leg is lost."))
         return True
-
-    @property
-    def legs(self) -> frozenset[int]:
-        """Numbers of the legs with a lost servo, from 1."""
-        return frozenset(int(leg) + 1 for leg in np.flatnonzero(self.lost.any(axis=1)))
 
 
 def lifted_leg(

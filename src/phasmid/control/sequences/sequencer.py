@@ -195,8 +195,8 @@ class Sequencer:
     def telemetry(self) -> Mapping[str, Any]:
         """The stage by number, beside what the walking controller tells."""
         inner = getattr(self.walker, "telemetry", None)
-        told = dict(inner()) if callable(inner) else {}
-        return told | {"sequence": float(self.stage.value)}
+        told = inner() if callable(inner) else {}
+        return {**told, "sequence": float(self.stage.value)}
 
     def take_events(self) -> list[tuple[float, str]]:
         """What was said since it was asked last, by the walking controller too; it is forgotten."""
