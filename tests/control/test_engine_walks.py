@@ -222,7 +222,7 @@ def stopped_twice(touch, retreat=0.0):
         engine.state.retreat[swinging], engine.state.swing[swinging, 2] = retreat, 0.0
     # A standing leg that may not go on.
     stays = int(np.flatnonzero(engine.state.leg == STANCE)[0])
-    memory = engine._memory
+    memory = engine.memory
     limits = memory.model.limits[stays].copy()
     doings = []
     for _ in range(2):
@@ -247,7 +247,7 @@ def test_a_foot_that_cannot_go_on_goes_straight_then_stands_or_looks_for_the_gro
 def test_a_foot_that_nobody_feels_goes_down_to_the_ground_and_no_deeper(touch, least, most):
     engine = core_engine(load_robot("phantomx-ax"))
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    memory, leg = engine._memory, int(np.flatnonzero(engine.state.leg == SWING)[0])
+    memory, leg = engine.memory, int(np.flatnonzero(engine.state.leg == SWING)[0])
     memory.order.touch[leg] = touch
     land_here(memory.state, memory.model, memory.order, memory.tuning, leg)
     assert least <= engine.state.landing[leg, 2] <= most

@@ -8,8 +8,9 @@ import pytest
 
 from phasmid import load_robot
 from phasmid.control import Command, JointTargets, Observation, Posture
+from phasmid.control.loads import AMBIENT
 from phasmid.control.safe import BRAKING, SafeController
-from phasmid.control.safety import AMBIENT, Guard, Mode, SafetySettings
+from phasmid.control.safety import Guard, Mode, SafetySettings
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.kinematics import rpy_quaternion
 from sequence_runs import DT, Still

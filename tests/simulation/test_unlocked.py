@@ -24,7 +24,7 @@ def both(scenario):
     """A run in either loop."""
     walk = plan(scenario)
     runs = Run(scenario, walk), Run(scenario, walk, beside=True)
-    assert [run._unlocked is None for run in runs] == [True, False]
+    assert [run.unlocked is None for run in runs] == [True, False]
     return runs
 
 
@@ -77,13 +77,13 @@ def test_an_unlocked_loop_begins_no_step_once_it_is_interrupted():
 
 def test_ground_that_follows_the_feet_is_walked_in_the_plain_loop():
     scenario = PAPER.replace(terrain="waves")
-    assert Run(scenario, plan(scenario), beside=True)._unlocked is None
+    assert Run(scenario, plan(scenario), beside=True).unlocked is None
 
 
 def test_without_numba_runs_side_by_side_take_the_plain_loop(monkeypatch):
     monkeypatch.setattr("phasmid.simulation.run.numba", lambda: None)
     assert unlocked_loop() is None
-    assert Run(PAPER, plan(PAPER), beside=True)._unlocked is None
+    assert Run(PAPER, plan(PAPER), beside=True).unlocked is None
 
 
 def test_runs_take_the_plain_loop_where_the_engine_is_laid_out_otherwise(monkeypatch):
@@ -91,7 +91,7 @@ def test_runs_take_the_plain_loop_where_the_engine_is_laid_out_otherwise(monkeyp
         raise OSError("no library of the engine")
 
     monkeypatch.setattr("phasmid.simulation.unlocked._new_batch", missing)
-    assert Run(PAPER, plan(PAPER), beside=True)._unlocked is None
+    assert Run(PAPER, plan(PAPER), beside=True).unlocked is None
 
 
 def in_a_process_of_its_own(text: str) -> str:
@@ -185,7 +185,7 @@ def test_runs_take_the_plain_loop_where_the_machine_code_cannot_be_had(change):
     # None of these may reach a user: without the loop there is the plain one.
     said = in_a_process_of_its_own(f"""
 {change}
-print(unlocked_loop(), Run(PAPER, plan(PAPER), beside=True)._unlocked)
+print(unlocked_loop(), Run(PAPER, plan(PAPER), beside=True).unlocked)
 """)
     assert said == "None None\n"
 

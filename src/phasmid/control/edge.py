@@ -33,12 +33,15 @@ class Edge:
         self._ways: dict[int, np.ndarray] = {}
         self._seen, self._back = 0, np.zeros(len(self._state.leg), dtype=bool)
 
+    def is_steady(self) -> bool:
+        """Whether no foot has begun or ended to look since this was asked last."""
+        return int(self._state.mode[3]) == self._seen
+
     def is_found(self) -> bool:
         """Whether a foot has come back since this was asked last; its way is then closed."""
-        news = int(self._state.mode[3])
-        if news == self._seen:
+        if self.is_steady():
             return False
-        self._seen = news
+        self._seen = int(self._state.mode[3])
         back = self._state.search == RETURNED
         new, self._back = back & ~self._back, back
         for leg in np.flatnonzero(new):

@@ -20,7 +20,6 @@ from phasmid.control.pattern import Pattern
 from phasmid.control.remarks import Remarks
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
-    DIRECTIONS,
     HELD,
     STANCE,
     STILL,
@@ -53,6 +52,13 @@ class LocomotionEngine:
         robot: The robot, four or more legs.
         settings: How it walks; or its fields, as keywords.
 
+    Attributes:
+        memory: Where it is, and all else that its loops work on.
+        feel: The stage that feels the ground; None: it does not.
+        dynamics: The stage that finds torques; None: it does not.
+        admitted: The velocity that the robot can keep to, shape (3,).
+        had: Part of it that is in the order; NaN: it is to be written anew.
+
     Raises:
         InvalidInput: A setting is out of range.
         InvalidGait: The gait does not fit the robot.
@@ -76,17 +82,18 @@ class LocomotionEngine:
         elif keywords:
             raise InvalidInput("settings are given as a whole or as keywords, not both.")
         # Compilers are loaded by who walks, not by who names a command.
-        from phasmid.control import limits, reach, step
+        from phasmid.control import limits, step
         from phasmid.control.dynamics.stage import DynamicsStage
+        from phasmid.control.regions import Regions
 
-        self._step, self._limits, self._reach = step, limits, reach
+        self._step, self._limits = step, limits
         self.robot = robot
         self.settings = settings
         self._model = model_of(
             robot, settings.joint_speed_share, settings.stretch, settings.joint_margin
         )
         self._tuning = tuning_of(settings, SWAY_BANDWIDTH)
-        memory = self._memory = Memory(self._model, self._tuning)
+        memory = self.memory = Memory(self._model, self._tuning)
         self.state: State = memory.state
         self.order: Order = memory.order
         self._wanted = memory.wanted
@@ -98,7 +105,7 @@ class LocomotionEngine:
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
         self._belly = Belly(robot, self._model.height)
-        self._regions: dict[tuple[float, ...], np.ndarray] = {}
+        self._regions = Regions(self._model)
         self.dynamics: DynamicsStage | None = None
         if settings.dynamics == "feed-forward":
             self.dynamics = DynamicsStage(robot, settings.effort, settings.update_period)
@@ -107,7 +114,7 @@ class LocomotionEngine:
             from phasmid.control.feel.stage import FeelStage
 
             self.feel = FeelStage(robot, settings.senses, settings.update_period)
-        self._admitted, self._had = np.zeros(3), math.nan
+        self.admitted, self.had = np.zeros(3), math.nan
         self._start()
 
     # What a user calls
@@ -141,20 +148,19 @@ class LocomotionEngine:
         if command is not self._command:
             self._take(command)
         if self.feel is not None and self._feels:
-            for sentence in self.feel.update(observation, self._memory):
+            for sentence in self.feel.update(observation, self.memory):
                 self._remarks.events.append((float(self.state.clock[1]), sentence))
-        if self.dynamics is not None and self.dynamics.velocity_share != self._had:
-            self._had = self.dynamics.velocity_share
-            self.order.velocity[:] = self._wanted.velocity[:] = self._had * self._admitted
-        memory = self._memory
+        if self.dynamics is not None and self.dynamics.velocity_share != self.had:
+            self.had = self.dynamics.velocity_share
+            self.order.velocity[:] = self._wanted.velocity[:] = self.had * self.admitted
+        memory = self.memory
         code = self._step.tick(
             memory.numbers, memory.codes, memory.legs, self.settings.update_period
         )
         changed = self._changing and self.order.gait[3] == 0.0
-        if changed or self._resting != bool(self.state.mode[0] == STILL):
-            # What was admitted regarded the old gait too.
-            self._take(command)
-        elif self._edge.is_found():
+        rests = bool(self.state.mode[0] == STILL)
+        if changed or self._resting != rests or self._edge.is_found():
+            # What was admitted regarded the old gait too, or a way that is closed now.
             self._take(command)
         state, torque, remark = self.state, None, ""
         if self.dynamics is not None:
@@ -235,12 +241,7 @@ class LocomotionEngine:
 
     # What other stages of the control call
 
-    def stand(
-        self,
-        feet: Float[np.ndarray, "legs 3"],
-        *,
-        time: float = 0.0,
-    ) -> None:
+    def stand(self, feet: Float[np.ndarray, "legs 3"], *, time: float = 0.0) -> None:
         """Take over a robot that stands with its feet at these places, at rest.
 
         Args:
@@ -268,7 +269,7 @@ class LocomotionEngine:
             q: Its joint angles [rad], shape (3,).
         """
         # The loops have a copy of their own.
-        for model in (self._model, self._memory.model):
+        for model in (self._model, self.memory.model):
             model.folded[leg] = q
 
     def hold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
@@ -291,6 +292,30 @@ class LocomotionEngine:
         """Let all feet that swing come down from where they are, at once and without a jump."""
         come_down(self.state, self.order, self.settings.landing_depth)
 
+    def is_steady(self, command: Command) -> bool:
+        """Whether the next update with the same command will say and change nothing beside its
+        memory, if nothing happens.
+
+        Args:
+            command: The command.
+        """
+        same = self._command is command and not self._changing and self._feels
+        rests = self._resting == bool(self.state.mode[0] == STILL)
+        return same and rests and self._edge.is_steady() and self._remarks.is_steady()
+
+    def catch_up(self, share: float, had: float, friction: float, demand: float) -> None:
+        """Note updates that were made in its memory without it.
+
+        Args:
+            share: Part of the admitted velocity that can be had.
+            had: Part of it that is in the order.
+            friction: Coefficient that the last update's forces need.
+            demand: Its largest torque as a part of what the servo gives.
+        """
+        assert self.dynamics is not None
+        self.dynamics.catch_up(self.memory, share, friction, demand)
+        self.had = had
+
     @property
     def is_standing(self) -> bool:
         """Whether all feet stand, near to their neutral places, and the body rests over them."""
@@ -305,7 +330,7 @@ class LocomotionEngine:
 
     def _place(self) -> int:
         """Bend the legs to where the state says that body and feet are; 0: they reach it."""
-        memory = self._memory
+        memory = self.memory
         return int(self._step.tick(memory.numbers, memory.codes, memory.legs, 0.0))
 
     def _start(self) -> None:
@@ -372,8 +397,8 @@ class LocomotionEngine:
             self._remarks.tell(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
-        order.velocity[:] = wanted.velocity[:] = self._admitted[:] = share * asked
-        self._had = math.nan
+        order.velocity[:] = wanted.velocity[:] = self.admitted[:] = share * asked
+        self.had = math.nan
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""
@@ -407,7 +432,7 @@ class LocomotionEngine:
         self.order.pose[:] = wanted.pose[:] = base + share * pose
 
     def _share(self, order: Order, velocity: np.ndarray, most: float) -> float:
-        region = self._region(order.pose)
+        region = self._regions.at(order.pose)
         return float(
             self._limits.share_of_velocity(
                 self._model,
@@ -423,15 +448,3 @@ class LocomotionEngine:
                 self._verdict,
             )
         )
-
-    def _region(self, pose: np.ndarray) -> np.ndarray:
-        """Where feet may stand at a pose of the body, kept for the last few poses."""
-        key = tuple(pose)
-        if key not in self._regions:
-            if len(self._regions) >= 8:
-                self._regions.clear()
-            region = np.zeros((len(self.robot.legs), DIRECTIONS, 3))
-            for leg in range(len(region)):
-                self._reach.bound_region(self._model, leg, pose, np.zeros(3), region[leg])
-            self._regions[key] = region
-        return self._regions[key]

@@ -57,6 +57,16 @@ class Remarks:
         """
         return kind in self._said
 
+    def is_steady(self) -> bool:
+        """Whether of an update like this one nothing is to be said, and no remark goes on."""
+        return self._news_of(0, "") == self._news
+
+    def _news_of(self, code: int, effort: str) -> tuple[int, bool, bool, str, int]:
+        """What there would be to say of an update."""
+        state = self._state
+        waits = bool(state.clock[4] > PATIENT)
+        return code, waits, waits and bool(state.mode[2] == 1), effort, int(state.mode[3])
+
     def of_update(self, code: int, effort: str) -> None:
         """Say what is new of an update.
 
@@ -64,10 +74,8 @@ class Remarks:
             code: What became of it, see `phasmid.control.step.update`.
             effort: Why ground or servos cannot give the motion; empty where they can.
         """
-        state = self._state
-        waits = bool(state.clock[4] > PATIENT)
-        back, looks = waits and bool(state.mode[2] == 1), int(state.mode[3])
-        news = code, waits, back, effort, looks
+        state, news = self._state, self._news_of(code, effort)
+        _, waits, back, _, looks = news
         if news == self._news:
             return
         looked = looks != self._news[-1]

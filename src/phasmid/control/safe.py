@@ -40,6 +40,9 @@ class SafeController:
     Attributes:
         controller: What decides.
         guard: What it is told goes through this.
+        limits: Lowest and highest targets [rad], shape (2, L, 3).
+        speed: Largest speed of targets [rad/s].
+        last: The last targets; None: none yet.
     """
 
     def __init__(
@@ -54,13 +57,13 @@ class SafeController:
         """
         self.controller, self.guard = controller, Guard(robot, settings)
         limits = robot.arrays.joint_limits
-        self._low = np.ascontiguousarray(limits[..., 0]) - LIMIT_SLACK
-        self._high = np.ascontiguousarray(limits[..., 1]) + LIMIT_SLACK
-        self._speed = SPEED_SLACK * robot.servo.no_load_speed
+        self.limits = np.stack([limits[..., 0] - LIMIT_SLACK, limits[..., 1] + LIMIT_SLACK])
+        self._low, self._high = self.limits
+        self.speed = SPEED_SLACK * robot.servo.no_load_speed
         self._faulty = compiled(faulty)
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
         self._none = np.zeros(self._low.shape)
-        self._last: JointTargets | None = None
+        self.last: JointTargets | None = None
         self._time = 0.0
         self._held = False
         self._told: dict[str, float] = {}
@@ -88,7 +91,7 @@ class SafeController:
     def reset(self, observation: Observation) -> None:
         """Forget all, and begin with the robot as it is observed."""
         self.guard.reset(observation)
-        self._last, self._held, self._time = None, False, observation.time
+        self.last, self._held, self._time = None, False, observation.time
         self._told.clear()
         self._heard = 0
         self.controller.reset(observation)
@@ -104,17 +107,17 @@ class SafeController:
             return self._hold(observation, dt)
         if self._held:
             self._held = False
-            assert self._last is not None
+            assert self.last is not None
             # It forgets what it has said.
             self.guard.events += list(getattr(self.controller, "events", ()))[self._heard :]
             self._heard = 0
-            self.controller.reset(replace(observation, joint_position=self._last.position.copy()))
+            self.controller.reset(replace(observation, joint_position=self.last.position.copy()))
         targets = self.controller.update(observation, command)
-        last = self._last
+        last = self.last
         if last is None:
             last = JointTargets(observation.joint_position, targets.velocity)
             dt = math.inf
-        farthest = self._speed * dt if dt > 0.0 else math.inf
+        farthest = self.speed * dt if dt > 0.0 else math.inf
         torque = targets.torque
         wrong = self._faulty(
             targets.position,
@@ -127,8 +130,26 @@ class SafeController:
         )
         if wrong:
             targets = self._mended(targets, last, farthest, wrong)
-        self._last = targets
+        self.last = targets
         return targets
+
+    def is_steady(self, command: Command) -> bool:
+        """Whether the next update with the same command will be like the last, if nothing happens.
+
+        Args:
+            command: The command.
+        """
+        fed = self.last is not None and self.last.torque is not None
+        return fed and not self._held and self.guard.is_steady(command)
+
+    def catch_up(self, time: float, targets: JointTargets) -> None:
+        """Note updates that were made without it, in which it would have changed nothing.
+
+        Args:
+            time: Of the last [s].
+            targets: Of the last.
+        """
+        self._time, self.last = time, targets
 
     def telemetry(self) -> Mapping[str, Any]:
         """The mode by number, beside what the controller tells."""
@@ -138,15 +159,15 @@ class SafeController:
 
     def _hold(self, observation: Observation, dt: float) -> JointTargets:
         """Brake, and stay there."""
-        last, self._held = self._last, True
+        last, self._held = self.last, True
         if last is None:
             q = np.array(observation.joint_position)
             last = JointTargets(q, 0 * q)
         change = BRAKING * dt
         v = last.velocity - np.clip(last.velocity, -change, change)
         q = np.clip(last.position + dt * (last.velocity + v) / 2, self._low, self._high)
-        self._last = JointTargets(q, v, last.torque)
-        return self._last
+        self.last = JointTargets(q, v, last.torque)
+        return self.last
 
     def _mended(
         self, targets: JointTargets, last: JointTargets, farthest: float, wrong: int

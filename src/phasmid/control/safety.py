@@ -13,6 +13,7 @@ from jaxtyping import Float
 from phasmid.arguments import check_number
 from phasmid.compiled import compiled
 from phasmid.control.command import Command, Posture
+from phasmid.control.loads import AMBIENT, HEAT_STEP, add_loads, heating
 from phasmid.control.observation import Observation
 from phasmid.errors import InvalidInput
 from phasmid.gait.support import support_margin
@@ -21,12 +22,6 @@ from phasmid.robot import JOINTS, Robot
 
 GRAVITY = 9.81
 """For how soon a tilting robot is over its edge [m/s²]."""
-
-AMBIENT = 25.0
-"""Temperature at which servos are taken to begin [°C]."""
-
-HEAT_STEP = 0.1
-"""Time between two looks at the servos' warmth [s]."""
 
 LARGEST_LEAN = math.radians(60)
 """Roll, pitch and yaw of a commanded pose beyond this are slips [rad]."""
@@ -105,20 +100,31 @@ class Guard:
         mode: What the controller may do.
         events: Times [s] and sentences since `reset`.
         tip_angle: Tilt at which the robot tips over its neutral feet [rad].
+        tip_time: The time in which it would [s].
+        time: Of the last observation [s].
+        hot: Temperature from which on a servo is too warm [°C].
+        since: How long outputs have been added up [s].
+        loads: Of each servo: squares of its output added up [s], for how long it has given nearly
+            all that it can [s], and its temperature [°C], shape (3, L, 3).
+        heating: What `add_loads` has to know of the servos.
     """
 
     def __init__(self, robot: Robot, settings: SafetySettings | None = None) -> None:
         self.robot, self.settings = robot, settings or SafetySettings()
         self.events: list[tuple[float, str]] = []
         self.mode = Mode.FREE
-        self.tip_angle, self._tip_time = tipping(robot)
+        self.tip_angle, self.tip_time = tipping(robot)
         legs, lengths = len(robot.legs), robot.arrays.lengths.sum(axis=1)
         fastest = robot.servo.no_load_speed * float(lengths.max())
         hips = np.hypot(*robot.arrays.p_body_hip[:, :2].T)
         self._most = (fastest, fastest, fastest / float(max(hips.min(), 0.01)))
         self._farthest = float(lengths.max())
-        self._look = compiled(look)
-        self._zero = np.zeros((legs, 3))
+        self._look, self._add_loads = compiled(look), compiled(add_loads)
+        self._zero, self.loads = np.zeros((legs, 3)), np.zeros((3, legs, 3))
+        self.heating = heating(robot.servo, self.settings.load_share)
+        self.hot = math.inf
+        if robot.servo.stall_current is not None:
+            self.hot = robot.servo.temperature_limit - self.settings.heat_margin
         self._upright = np.array([1.0, 0.0, 0.0, 0.0])
         self._still = np.zeros(3)
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
@@ -130,11 +136,10 @@ class Guard:
         self.mode = Mode.FREE
         self._reasons: dict[str, _Reason] = {}
         self._factor, self._crouch = 1.0, 0.0
-        self._time = observation.time if observation else math.nan
+        self.time = observation.time if observation else math.nan
         self._q = self._zero.copy()
-        self._warmth: Float[np.ndarray, "legs 3"] = np.full(self._zero.shape, AMBIENT)
-        self._overloaded = np.zeros(self._zero.shape)
-        self._work, self._since = np.zeros(self._zero.shape), 0.0
+        self.since = 0.0
+        self.loads[:2], self.loads[2] = 0.0, AMBIENT
         self._checked: Command | None = None
         self._good: Command = Command()
         self._sent: tuple[Command, float, float, Mode] | None = None
@@ -154,16 +159,16 @@ class Guard:
             The same where nothing is wrong; else with what is sound of them.
         """
         time, set_ = observation.time, self.settings
-        dt = time - self._time
+        dt = time - self.time
         if not dt <= set_.observation_time:
             if math.isfinite(time) and math.isfinite(dt):
                 told = f"sensors told nothing for {dt:.2g} s"
                 self._blame("gap", Mode.SLOW, 0.0, time, told)
             elif not math.isfinite(time):
-                time, dt = self._time, 0.0
+                time, dt = self.time, 0.0
         # Older news than the last one, or the same again.
         dt = max(dt, 0.0) if math.isfinite(dt) else 0.0
-        self._time = time
+        self.time = time
         load, turn, rate = (
             observation.joint_load,
             observation.orientation,
@@ -175,7 +180,7 @@ class Guard:
             self._zero if load is None else load,
             self._upright if turn is None else turn,
             self._still if rate is None else rate,
-            self._tip_time,
+            self.tip_time,
         )
         if bad:
             observation = self._mended(observation, time)
@@ -184,9 +189,9 @@ class Guard:
         if tilt > set_.tilt_share * self.tip_angle:
             self._tilted(tilt, time)
         if load is not None and not bad & 4:
-            self._work += dt * load * load
-            self._since += dt
-            if self._since >= HEAT_STEP:
+            self.loads[0] += dt * load * load
+            self.since += dt
+            if self.since >= HEAT_STEP:
                 self._loads(load, time)
         if command is not self._checked:
             self._checked, self._good = command, self._in_range(command, time)
@@ -196,6 +201,25 @@ class Guard:
         if self._reasons or self._factor < 1.0 or self._crouch > 0.0:
             return observation, self._limited(self._good, time, dt)
         return observation, self._good
+
+    def is_steady(self, command: Command) -> bool:
+        """Whether it has let this command through as it is, and has nothing on its mind.
+
+        Args:
+            command: As it came.
+        """
+        calm = not self._reasons and self._factor == 1.0 and self._crouch == 0.0
+        same = self._checked is command and self._good is command
+        return calm and same and command.time is None
+
+    def catch_up(self, time: float, q: Float[np.ndarray, "legs 3"]) -> None:
+        """Note updates that were made without it, in which it would have found nothing.
+
+        Args:
+            time: Of the last [s].
+            q: Joint angles that were observed then [rad], shape (L, 3).
+        """
+        self.time, self._q = time, q
 
     # Reasons -------------------------------------------------------------------------------------
 
@@ -244,24 +268,19 @@ class Guard:
         return replace(observation, **changed)  # type: ignore[arg-type]
 
     def _loads(self, load: Float[np.ndarray, "legs 3"], time: float) -> None:
-        servo, set_, since = self.robot.servo, self.settings, self._since
-        high = np.abs(load) > set_.load_share
-        self._overloaded = np.where(high, self._overloaded + since, 0.0)
-        if self._overloaded.max() > set_.load_time:
-            name = self._names[int(np.argmax(self._overloaded))]
+        set_ = self.settings
+        self._add_loads(load, self.since, self.loads, self.heating)
+        self.since = 0.0
+        _, overloaded, warmth = self.loads
+        if overloaded.max() > set_.load_time:
+            name = self._names[int(np.argmax(overloaded))]
             why = f"servo {name} gives more than {set_.load_share:.0%} for {set_.load_time:g} s"
             self._blame("load", Mode.SLOW, set_.slow_factor, time, why)
-        if servo.stall_current is not None:
-            power = self._work / since * servo.rated_voltage * servo.stall_current
-            lost = (self._warmth - AMBIENT) / servo.thermal_resistance
-            self._warmth = self._warmth + (power - lost) * (since / servo.heat_capacity)
-            hot = servo.temperature_limit - set_.heat_margin
-            # Once it is too hot it must cool down by as much again.
-            if self._warmth.max() > hot - (set_.heat_margin if "heat" in self._reasons else 0.0):
-                worst = int(np.argmax(self._warmth))
-                why = f"servo {self._names[worst]} is as warm as {self._warmth.flat[worst]:.0f} °C"
-                self._blame("heat", Mode.SIT, 0.0, time, why)
-        self._work[:], self._since = 0.0, 0.0
+        # Once it is too hot it must cool down by as much again.
+        if warmth.max() > self.hot - (set_.heat_margin if "heat" in self._reasons else 0.0):
+            worst = int(np.argmax(warmth))
+            why = f"servo {self._names[worst]} is as warm as {warmth.flat[worst]:.0f} °C"
+            self._blame("heat", Mode.SIT, 0.0, time, why)
 
     def _in_range(self, command: Command, time: float) -> Command:
         """A command without what no robot of this size could mean."""

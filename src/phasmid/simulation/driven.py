@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -19,6 +19,7 @@ from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
+from phasmid.simulation.complaint import CollectedComplaints
 from phasmid.simulation.ending import Ending, Trouble, trunk_clearance
 from phasmid.simulation.fault import Faults
 from phasmid.simulation.hold import Between, Hold
@@ -27,6 +28,9 @@ from phasmid.simulation.run import WATCH_STEPS, Run
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.senses import ToldSenses
 from phasmid.simulation.telling import run_channels
+
+if TYPE_CHECKING:
+    from phasmid.simulation.uneventful import Uneventful
 
 Pose: TypeAlias = tuple[float, float, float]
 """Where the body truly is: x, y [m] and yaw [rad] in the world."""
@@ -65,10 +69,16 @@ class DrivenRun(Run):
         faults: What fails, when.
         interrupted: The robot comes to rest no further as soon as this is not empty.
         endless: Whether it goes on for as long as it is advanced, whatever the scenario's duration.
+        stands_until: Tells before when what is commanded at a time stays the same [s]; None:
+            nobody knows.
 
     Attributes:
         controller: What decides.
         period_steps: Time steps from one update to the next.
+        now: Index of the next time step.
+        hold: Fills in targets between updates.
+        wanted: What joints shall do in each period of a block, as `Hold.setpoints` writes it.
+        told_now: What each update of a block has told, by channel.
         asked: Every command that differed from the one before it, with its time [s].
 
     Raises:
@@ -88,6 +98,7 @@ class DrivenRun(Run):
         faults: Faults,
         interrupted: Sequence[int] = (),
         endless: bool = False,
+        stands_until: Callable[[float], float] | None = None,
     ) -> None:
         self.period_steps = period_steps(scenario, rate)
         self._shall_lie = True
@@ -99,7 +110,7 @@ class DrivenRun(Run):
         self._pushes: list[tuple[int, np.ndarray]] = []
         super().__init__(scenario, begin, interrupted=interrupted, beside=beside, endless=endless)
         self.controller, self._commands = controller, commands
-        self._shape, self._now = (len(self.robot.legs), 3), self.step
+        self._shape, self.now = (len(self.robot.legs), 3), self.step
         self._running = np.ones(self._shape, dtype=bool)
         # Views of the engine's memory, which stays: it takes long to make a new one.
         self._moves = self.data.qpos, self.data.qvel
@@ -108,10 +119,10 @@ class DrivenRun(Run):
         self._senses = ToldSenses(self, faults)
         self._deaths = sorted(faults.servos())
         start = begin.sample(np.zeros(1))
-        self._hold = Hold(between, self.period_steps, self.dt, start.q[0], start.qd[0])
+        self.hold = Hold(between, self.period_steps, self.dt, start.q[0], start.qd[0])
         updates = self.block_steps // self.period_steps
-        self._wanted = np.zeros((updates, 3, self.period_steps, *self._shape))
-        self._wanted[0, :2, 0] = start.q[0], start.qd[0]
+        self.wanted = np.zeros((updates, 3, self.period_steps, *self._shape))
+        self.wanted[0, :2, 0] = start.q[0], start.qd[0]
         self._kept = slice(0, 1)
         self.asked: list[tuple[float, Command]] = []
         self._newest: Command | None = None
@@ -120,7 +131,10 @@ class DrivenRun(Run):
         self._decision = self._decide(observation)
         if self._decision is None:
             raise InvalidInput("the commands ended before their first one.")
-        self._told = self._room_for(self._decision)
+        self.told_now = self._room_for(self._decision)
+        self._stands_until = stands_until
+        self._uneventful: Uneventful | None = None
+        self._can_go_on = stands_until is not None and self.unlocked is not None
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.05) -> float:
         """Push the trunk at its centre of mass, from the next update on.
@@ -146,7 +160,7 @@ class DrivenRun(Run):
         period = self.period_steps
         steps = max(1, math.ceil(duration / (period * self.dt) - 1e-9)) * period
         R_world_body = quaternion_rotation(self.data.qpos[3:7])
-        self._pushes.append((self._now + steps, R_world_body @ wanted / (steps * self.dt)))
+        self._pushes.append((self.now + steps, R_world_body @ wanted / (steps * self.dt)))
         return steps * self.dt
 
     def let_die(self, leg: int, joint: int) -> None:
@@ -156,23 +170,21 @@ class DrivenRun(Run):
             leg: The leg's index.
             joint: The joint's index.
         """
-        self._deaths.insert(0, (self._now * self.dt, leg, joint))
+        self._deaths.insert(0, (self.now * self.dt, leg, joint))
 
     def _push_on(self) -> None:
         """Set the force of all pushes that go on, at an update."""
         if not self._pushes:
             return
-        self._pushes = [push for push in self._pushes if push[0] > self._now]
+        self._pushes = [push for push in self._pushes if push[0] > self.now]
         force = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else 0.0
         self.data.xfrc_applied[self.data.body("trunk").id, :3] = force
 
     def _observe(self) -> Observation:
         """What the controller is told now, of servos that live."""
-        self._let_die(self._now * self.dt)
+        self._let_die(self.now * self.dt)
         # A copy, since the controller may keep it.
-        return self._senses.observe(
-            self._now * self.dt, self._running.copy(), self._velocity_before
-        )
+        return self._senses.observe(self.now * self.dt, self._running.copy(), self._velocity_before)
 
     def _pose(self) -> Pose:
         x, y, _, w, i, j, k = self._whereabouts.tolist()
@@ -203,21 +215,59 @@ class DrivenRun(Run):
         made, count = 0, min(self.block_steps, end - self.step)
         while made < count and not (interrupted or self._failure or self.ended):
             # The first decision was made before the run.
-            decision = self._decision if self._now == 0 else self._decide(self._observe())
+            decision = self._decision if self.now == 0 else self._decide(self._observe())
             if decision is None:
                 self.ended = True
                 break
             self._push_on()
             rows = self._rows_of(decision, made, count - made)
-            last = self._now + len(rows) > self.steps
+            last = self.now + len(rows) > self.steps
             now = self._advance(rows, at=made, last=last, interrupted=interrupted)
             if now:
-                self._senses.take(made, made + now, self._now)
+                self._senses.take(made, made + now, self.now)
                 made += now
-                self._now += now
+                self.now += now
                 self._velocity_before = self.buffer.qvel[made - 1, :3]
+                made += self._go_on(made, (count - made) // self.period_steps)
             if now < len(rows) or self._complaints or self._lost or not self._is_finite():
                 break
+        return made
+
+    def _go_on(self, at: int, most: int) -> int:
+        """Make steps for as long as nothing happens of which anybody would speak.
+
+        Args:
+            at: The buffer's row of the first.
+            most: How many updates at most.
+
+        Returns:
+            How many steps were made.
+        """
+        sensors = self._senses.are_true and self.ground.faces_up and self._running.all()
+        if not (self._can_go_on and sensors) or self._pushes:
+            return 0
+        assert self._stands_until is not None
+        assert self._newest is not None
+        period, time = self.period_steps * self.dt, self.now * self.dt
+        until = min([self._stands_until(time), *(death for death, _, _ in self._deaths[:1])])
+        # The last step of all is for who measures it.
+        most = min(most, (self.steps - self.now) // self.period_steps)
+        if until < math.inf:
+            most = min(most, math.ceil((until - 1e-8 - time) / period))
+        try:
+            if self._uneventful is None:
+                from phasmid.simulation.uneventful import Uneventful
+
+                self._uneventful = Uneventful(self)
+            with CollectedComplaints(self._complaints):
+                made = self._uneventful.advance(at, most, self._newest)
+        except (ImportError, OSError, AttributeError):
+            # Another controller, or a compiler that works in another way.
+            self._can_go_on = False
+            return 0
+        if made:
+            self.now += made
+            self._velocity_before = self.buffer.qvel[at + made - 1, :3]
         return made
 
     def _rows_of(self, decision: Decision, at: int, count: int) -> np.ndarray:
@@ -226,9 +276,9 @@ class DrivenRun(Run):
         if not _adds_up(targets.position, targets.velocity):
             # One more step with what was asked last, so that there is a sample to tell it of.
             self._failure = Trouble(Ending.FAILED, at, _not_finite(targets, self.robot.leg_names))
-            targets, count = self._hold.last, 1
+            targets, count = self.hold.last, 1
         update = at // self.period_steps
-        wanted = self._hold.setpoints(targets, self._wanted[update])
+        wanted = self.hold.setpoints(targets, self.wanted[update])
         self._tell(update, decision)
         return self.drive.targets(wanted, self.dt)[:count]
 
@@ -240,7 +290,7 @@ class DrivenRun(Run):
             self.drive.fail(3 * leg + joint)
             if isinstance(self.drive, PrescribedDrive):
                 # That loop counts on a constraint for every joint.
-                self._unlocked = None
+                self.unlocked = None
 
     def _is_finite(self) -> bool:
         """Whether the engine's state is one that a controller can be told of."""
@@ -269,15 +319,15 @@ class DrivenRun(Run):
         """
         del time
         update = np.arange(self._kept.start, self._kept.stop, self._kept.step) // self.period_steps
-        told = {name: values[update] for name, values in self._told.items()}
+        told = {name: values[update] for name, values in self.told_now.items()}
         names = ("joint_position_target", "joint_velocity_target", "joint_acceleration_target")
-        wanted = np.moveaxis(self._wanted, 1, 0).reshape(3, self.block_steps, *self._shape)
+        wanted = np.moveaxis(self.wanted, 1, 0).reshape(3, self.block_steps, *self._shape)
         wanted = wanted[:, self._kept].copy()
         return run_channels(self, rows, told | dict(zip(names, wanted, strict=True)))
 
     def _room_for(self, decision: Decision) -> dict[str, np.ndarray]:
         """Memory of a block's telemetry, with that of the first update in its first place."""
-        updates, legs = len(self._wanted), len(self.robot.legs)
+        updates, legs = len(self.wanted), len(self.robot.legs)
         sizes = {"leg": legs} | {dim: len(labels) for dim, labels in COORDINATES.items()}
         own = run_channels(self, self.first, {}).keys()
         room: dict[str, np.ndarray] = {}
@@ -292,20 +342,20 @@ class DrivenRun(Run):
             shape = tuple(sizes[dim] for dim in CHANNELS[name].dims[1:])
             kind = np.bool_ if CHANNELS[name].kind == "bool" else np.float64
             room[name] = np.zeros((updates, *shape), kind)
-        self._told = room
+        self.told_now = room
         self._tell(0, decision)
         return room
 
     def _tell(self, update: int, decision: Decision) -> None:
         """Note an update's command and telemetry; what it does not tell stays as it was."""
         told = {**decision.telemetry, COMMANDED: decision.command.velocity}
-        if len(told) > len(self._told) or not told.keys() <= self._told.keys():
-            name = next(iter(told.keys() - self._told.keys()))
+        if len(told) > len(self.told_now) or not told.keys() <= self.told_now.keys():
+            name = next(iter(told.keys() - self.told_now.keys()))
             raise InvalidInput(
                 f'the controller\'s telemetry has the channel "{name}", which its first did not '
                 "have; it must tell the same channels at every update."
             )
-        for name, room in self._told.items():
+        for name, room in self.told_now.items():
             value = told.get(name)
             if value is None:
                 room[update] = room[update - 1]

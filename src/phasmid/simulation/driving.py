@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -278,6 +279,7 @@ class Driving:
             between=between_updates(self.scenario.simulation.drive, self.between),
             faults=self.faults,
             endless=endless,
+            stands_until=_standing_until(self.commands),
         )
 
     def attributes(self, run: DrivenRun) -> Attributes:
@@ -355,6 +357,15 @@ def _with_delays(scenario: Scenario) -> Scenario:
     delays = {f"{sensor}_delay": getattr(table, f"{sensor}_delay") for sensor in SENSORS}
     short = {name: dt for name, delay in delays.items() if delay < dt}
     return scenario.replace(**short) if short and table.measured == "everything" else scenario
+
+
+def _standing_until(commands: Commanded) -> Callable[[float], float] | None:
+    """Before when what is commanded at a time stays the same; None: nobody knows."""
+    if isinstance(commands, Command):
+        return lambda _: math.inf
+    if isinstance(commands, CommandScript) and not commands.waypoint:
+        return commands.stands_until
+    return None
 
 
 def _asking(commands: Commanded) -> Commands:

@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.compiled import compiled
 from phasmid.control import JointTargets
 from phasmid.errors import InvalidInput, nearest
 from phasmid.simulation.joint_drive import Setpoints
@@ -61,6 +62,10 @@ class Hold:
         dt: Time step [s].
         q: Angles from which the joints begin [rad], shape (L, 3).
         qd: Speeds with which they begin [rad/s], shape (L, 3).
+
+    Attributes:
+        weights: What each step takes of both ends, as `fill_setpoints` has it.
+        ends: Angles and speeds of the last targets but one, then of the last, shape (4, 3 L).
     """
 
     def __init__(
@@ -73,11 +78,11 @@ class Hold:
     ) -> None:
         self._shape = (3, steps, *q.shape)
         period = steps * dt
-        self._weights = _weights(between, np.arange(steps) / steps, period)
+        self.weights = _weights(between, np.arange(steps) / steps, period)
         self._torque = np.zeros(self._shape[1:])
         self._ends = np.stack([q, qd, q, qd])
         # The same memory, as it is multiplied.
-        self._flat = self._ends.reshape(4, -1)
+        self.ends = self._ends.reshape(4, -1)
 
     def setpoints(
         self, targets: JointTargets, rows: Float[np.ndarray, "3 steps legs 3"] | None = None
@@ -92,7 +97,7 @@ class Hold:
         ends[:2] = ends[2:]
         ends[2], ends[3] = targets.position, targets.velocity
         rows = np.empty(self._shape) if rows is None else rows
-        np.matmul(self._weights, self._flat, out=rows.reshape(len(self._weights), -1))
+        compiled(fill_setpoints)(self.weights, self.ends, rows.reshape(3, len(rows[0]), -1))
         torque = None
         if targets.torque is not None:
             torque = self._torque
@@ -103,6 +108,26 @@ class Hold:
     def last(self) -> JointTargets:
         """What was asked last, or where the joints began."""
         return JointTargets(self._ends[2].copy(), self._ends[3].copy())
+
+
+def fill_setpoints(
+    weights: Float[np.ndarray, "rows 4"],
+    ends: Float[np.ndarray, "4 joints"],
+    rows: Float[np.ndarray, "3 steps joints"],
+) -> None:
+    """Write angles, speeds and accelerations between two targets.
+
+    Args:
+        weights: What each step's take of the ends: all angles, then speeds, then accelerations.
+        ends: Angles and speeds at the beginning, then at the end.
+        rows: Written.
+    """
+    steps = rows.shape[1]
+    for row in range(weights.shape[0]):
+        a, b, c, d = weights[row, 0], weights[row, 1], weights[row, 2], weights[row, 3]
+        for j in range(ends.shape[1]):
+            value = a * ends[0, j] + b * ends[1, j] + c * ends[2, j] + d * ends[3, j]
+            rows[row // steps, row % steps, j] = value
 
 
 def _weights(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +14,13 @@ from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
 
 if TYPE_CHECKING:
     import mujoco
+
+
+PRESCRIBED, IDEAL, SERVO = range(3)
+"""Laws by which drives make goals of what the joints shall do, for machine code."""
+
+Law: TypeAlias = tuple[int, np.ndarray, np.ndarray]
+"""Which law it is, its numbers, and what it remembers, shape (2, J) or (2, 0)."""
 
 
 class LostConstraints(PhasmidError):
@@ -73,6 +80,9 @@ class Drive(Protocol):
     def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """What `command` is told so that setpoints are followed with a time step [s], (N, 3 L)."""
 
+    def law(self, dt: float) -> Law | None:
+        """What `targets` does with a time step [s], for machine code; None: none does it."""
+
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """What the states of all samples tell a recording, by channel name."""
 
@@ -92,6 +102,11 @@ class Memoryless:
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
         """Nothing: these joints remember nothing."""
         del speed
+
+    def law(self, dt: float) -> Law | None:
+        """None."""
+        del dt
+        return None
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Nothing: these joints remember nothing."""
@@ -167,6 +182,10 @@ class PrescribedDrive(Memoryless):
         angle = wanted.q + (damping * wanted.qd + JOINT_IMPEDANCE * wanted.qdd) / stiffness
         return angle.reshape(len(wanted.q), -1)
 
+    def law(self, dt: float) -> Law | None:
+        """Stiffness and damping of the constraints, and their impedance."""
+        return PRESCRIBED, np.array([*drive_gains(dt), JOINT_IMPEDANCE]), np.empty((2, 0))
+
 
 class IdealServoDrive(Memoryless):
     """Position servos with a torque that falls with speed, from stall to none at no load."""
@@ -223,6 +242,12 @@ class IdealServoDrive(Memoryless):
         speed = wanted.qd.reshape(goal.shape)
         torque = wanted.torque.reshape(goal.shape) + self._damping * speed
         return goal + (torque + self._friction_at(speed)) / self._stiffness
+
+    def law(self, dt: float) -> Law | None:
+        """Stiffness, damping and friction."""
+        del dt
+        numbers = np.array([self._stiffness, self._damping, self._friction])
+        return IDEAL, numbers, np.empty((2, 0))
 
     def _friction_at(self, speed: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
         """Torque that friction takes from joints that turn [N·m]; slow ones have part of it."""

@@ -28,7 +28,7 @@ from phasmid.simulation.joint_drive import (
     Setpoints,
 )
 from phasmid.simulation.model import build_model
-from phasmid.simulation.plain import PlainLoop
+from phasmid.simulation.plain import Made, PlainLoop
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import raised
@@ -99,7 +99,7 @@ class Run:
         self._complaints: list[str] = []
         self._lost: LostConstraints | None = None
         self._place(walk.sample(np.zeros(1)))
-        self._unlocked = self._unlocked_loop() if beside else None
+        self.unlocked = self._unlocked_loop() if beside else None
         if start is None:
             self.trouble = self._settle(interrupted)
         else:
@@ -391,17 +391,21 @@ class Run:
         """
         end = len(targets) - last
         with CollectedComplaints(self._complaints):
-            if self._unlocked is None:
+            if self.unlocked is None:
                 block = self._plain.advance(targets, end, at, interrupted)
             elif interrupted:
                 return 0
             else:
-                block = self._unlocked.advance(targets, end, at)
+                block = self.unlocked.advance(targets, end, at)
+        self.note(block)
+        return block.steps
+
+    def note(self, block: Made) -> None:
+        """Note what went wrong in a block of steps."""
         if block.error:
             self._complaints.append(" ".join(block.error.split()))
         if block.lost:
             self._lost = LostConstraints()
-        return block.steps
 
     def _keep(self, count: int, keep: Keep) -> None:
         """Hand on those of the buffer's first samples that are recorded."""

@@ -132,6 +132,11 @@ class ToldSenses:
             self._stream.begin(self._seen_now())
         self._frozen: dict[int, dict[str, np.ndarray]] = {}
 
+    @property
+    def are_true(self) -> bool:
+        """Whether they tell the truth, at once."""
+        return self._stream is None and not self._faults.of_sensors
+
     def _seen_now(self) -> dict[str, np.ndarray]:
         """Channels of the robot at rest, before the first step."""
         run = self._run

@@ -20,7 +20,7 @@ from phasmid.errors import InvalidInput
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.joint_drive import Setpoints
+from phasmid.simulation.joint_drive import SERVO, Law, Setpoints
 
 if TYPE_CHECKING:
     import mujoco
@@ -321,6 +321,11 @@ class ServoDrive:
             return q
         qd, torque = wanted.qd.reshape(q.shape), wanted.torque.reshape(q.shape)
         return goals_for_torque(q, qd, torque, self._goal_numbers, dt, self._goal_memory)
+
+    def law(self, dt: float) -> Law | None:
+        """What `fill_goals` takes."""
+        del dt
+        return SERVO, self._goal_numbers, self._goal_memory
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Output, current, rotor's speed, temperature and shutdown of every servo."""

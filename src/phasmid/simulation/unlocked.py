@@ -16,7 +16,6 @@ import weakref
 from functools import cache
 from importlib import import_module
 from inspect import unwrap
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -24,8 +23,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, heed_sources
+from phasmid.simulation.calling import address, call, library, pointer
 from phasmid.simulation.joint_drive import Drive
-from phasmid.simulation.known_engine import check_engine
 from phasmid.simulation.plain import Made
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
@@ -36,10 +35,7 @@ if TYPE_CHECKING:
 DATA_SIZE = 162120
 """Size of the structure of the engine's state in the version that is known [bytes]."""
 
-check_engine()
-
 numba: Any = import_module("numba")
-ir: Any = import_module("llvmlite.ir")
 
 ROWS = 4
 """Arrays that are copied at each step: angles, speeds, sensors, the drive's state."""
@@ -60,6 +56,11 @@ class UnlockedLoop:
         drive: What moves the joints.
         buffer: Takes a sample of each step.
 
+    Attributes:
+        table: Numbers and addresses that the loop is given.
+        targets: Takes what the drive is told.
+        given: Addresses of a batch of the engine's, of the loop, and of the table.
+
     Raises:
         OSError: The engine's library is not where its package is, or its state is laid out in
             another way.
@@ -76,9 +77,9 @@ class UnlockedLoop:
         goals = buffer.qpos, buffer.qvel, buffer.sensors, buffer.drive
         addresses = [array.ctypes.data for array in memory]
         self._memory = np.array([*addresses, len(torque)], np.int64)
-        self._table = table = np.zeros(SIZE, np.int64)
+        self.table = table = np.zeros(SIZE, np.int64)
         table[MODEL], table[DATA] = model._address, data._address
-        table[STEP], table[FORWARD] = (_address(name) for name in ("mj_step", "mj_forward"))
+        table[STEP], table[FORWARD] = (address(name) for name in ("mj_step", "mj_forward"))
         table[JOINTS] = len(torque)
         table[COMMAND], table[MEMORY] = COMMANDS[name].address, self._memory.ctypes.data
         table[TORQUE] = torque.ctypes.data
@@ -92,12 +93,12 @@ class UnlockedLoop:
         table[TO_TORQUE] = buffer.torque.ctypes.data
         table[WIDTH : WIDTH + ROWS] = [array.size for array in sources]
         # Where targets lie is asked once: that takes longer than to copy them.
-        self._targets = np.empty(buffer.torque.shape)
-        table[TARGETS] = self._targets.ctypes.data
+        self.targets = np.empty(buffer.torque.shape)
+        table[TARGETS] = self.targets.ctypes.data
         self._keeps = model, data, drive, buffer, memory
-        self._batch, self._apply = _new_batch(), _library().mjb_apply
-        self._given = self._batch, None, 1, steps.address, table.ctypes.data, 0
-        weakref.finalize(self, _library().mjb_deleteBatch, self._batch)
+        self._batch, self._apply = _new_batch(), library().mjb_apply
+        self.given = self._batch, steps.address, table.ctypes.data
+        weakref.finalize(self, library().mjb_deleteBatch, self._batch)
 
     def advance(self, targets: Float[np.ndarray, "samples joints"], end: int, at: int = 0) -> Made:
         """Make a step for each target; its sample goes into the buffer.
@@ -110,14 +111,23 @@ class UnlockedLoop:
         Returns:
             What became of it.
         """
-        table, count, room = self._table, len(targets), len(self._targets)
+        table, count, room = self.table, len(targets), len(self.targets)
         if at + count > room:
             raise OSError(f"{count} steps from {at} on for a buffer of {room}")
-        self._targets[:count] = targets
+        self.targets[:count] = targets
         table[COUNT], table[END], table[AT], table[MADE], table[LOST] = count, end, at, 0, 0
-        failed = self._apply(*self._given)
-        error = _library().mjb_error(self._batch, 0).decode() if failed else ""
-        return Made(int(table[MADE]), error, bool(table[LOST]))
+        batch, steps, place = self.given
+        failed = self._apply(batch, None, 1, steps, place, 0)
+        return self.made(failed=failed != 0)
+
+    def made(self, *, failed: bool) -> Made:
+        """What became of the last steps.
+
+        Args:
+            failed: Whether the engine has told of an error.
+        """
+        error = library().mjb_error(self._batch, 0).decode() if failed else ""
+        return Made(int(self.table[MADE]), error, bool(self.table[LOST]))
 
 
 class _Config(ctypes.Structure):
@@ -126,35 +136,11 @@ class _Config(ctypes.Structure):
     _fields_ = (("threads", ctypes.c_int), ("persistent", ctypes.c_ubyte))
 
 
-@cache
-def _library() -> ctypes.CDLL:
-    """The engine's library, which its package has loaded by now."""
-    folder = Path(mujoco.__file__).parent
-    found = [*folder.glob("libmujoco.*"), *folder.glob("mujoco.dll")]
-    if not found:
-        raise OSError(f"{folder} holds no library of the engine")
-    library = ctypes.CDLL(str(found[0]))
-    address, whole = ctypes.c_void_p, ctypes.c_int
-    library.mjb_makeBatch.restype = address
-    library.mjb_makeBatch.argtypes = [address, whole, address, ctypes.c_char_p, whole]
-    library.mjb_deleteBatch.argtypes = [address]
-    library.mjb_deleteBatch.restype = None
-    library.mjb_apply.argtypes = [address, address, whole, address, address, whole]
-    library.mjb_error.argtypes = [address, whole]
-    library.mjb_error.restype = ctypes.c_char_p
-    return library
-
-
-def _address(name: str) -> int:
-    """Where a function of the engine is."""
-    return ctypes.cast(getattr(_library(), name), ctypes.c_void_p).value or 0
-
-
 def _new_batch() -> int:
     """A batch of one empty simulation, in the caller's thread."""
     nothing, reason = mujoco.MjModel.from_xml_string("<mujoco/>"), ctypes.create_string_buffer(256)
     config = _Config(1, 1)
-    made = _library().mjb_makeBatch(nothing._address, 1, ctypes.byref(config), reason, 256)
+    made = library().mjb_makeBatch(nothing._address, 1, ctypes.byref(config), reason, 256)
     if not made:
         raise OSError(reason.value.decode())
     return int(made)
@@ -194,39 +180,6 @@ def _offset_of(name: str) -> int:
     if len(places) != 1:
         raise OSError("the engine's state is laid out in another way")
     return 4 * int(places[0])
-
-
-def intrinsic(function: Callable[..., Any]) -> Any:
-    """What a call of this function becomes, for the compiler."""
-    return import_module("numba.extending").intrinsic(unwrap(function))
-
-
-@intrinsic
-def pointer(typing: Any, address: Any) -> Any:
-    """A whole number as a pointer."""
-    del typing
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        del context, signature
-        return builder.inttoptr(args[0], ir.IntType(8).as_pointer())
-
-    return numba.types.voidptr(address), generate
-
-
-@intrinsic
-def call(typing: Any, function: Any, first: Any, second: Any) -> Any:
-    """Call the function at an address with two addresses."""
-    del typing
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        del signature
-        anything = ir.IntType(8).as_pointer()
-        kind = ir.FunctionType(ir.VoidType(), [anything, anything]).as_pointer()
-        given = [builder.inttoptr(place, anything) for place in args[1:]]
-        builder.call(builder.inttoptr(args[0], kind), given)
-        return context.get_dummy_value()
-
-    return numba.types.void(function, first, second), generate
 
 
 def _machine_code(*kinds: Any) -> Callable[[Callable[..., Any]], Any]:

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from phasmid.control import Command, LocomotionEngine, Player, SafeController, Sequencer
-from phasmid.control.sequences.sequencer import Stage as Sequence
+from phasmid.control.sequences import Stage as Sequence
 from phasmid.errors import InvalidGait
 from phasmid.motion import Walk, plan
 from phasmid.reporting.source import Source

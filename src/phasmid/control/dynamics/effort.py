@@ -108,6 +108,7 @@ class FeedForward:
         masses: What `find_effort` has to know of the robot.
         numbers: What it has to know of servos, gravity and cost.
         work: What it works in.
+        torque: Of the joints [N·m], in `work`, shape (L, 3).
     """
 
     def __init__(
@@ -127,7 +128,7 @@ class FeedForward:
         self.numbers = np.array([gravity, stall, drop, *self.settings.cost()])
         self.work = np.zeros(unwrapped(needs_size)(legs) + 24 * legs)
         self._needs = unwrapped(needs_in)(self.work, legs)
-        _, _, self._limits, self._force, self._torque = unwrapped(space_in)(self.work, legs)
+        _, _, self._limits, self._force, self.torque = unwrapped(space_in)(self.work, legs)
         self._rest = np.zeros(unwrapped(needs_size)(legs))
         self._programmes = [Programme(count) for count in range(legs + 1)]
         self._up = np.tile([0.0, 0.0, 1.0], (legs, 1))
@@ -158,10 +159,10 @@ class FeedForward:
             share: Each foot's part of its full share of the load; 0: it does not stand.
             normals: Of the ground under the feet, world axes; None: straight up, shape (L, 3).
         """
-        if not q.shape == qd.shape == qdd.shape == self._torque.shape:
+        if not q.shape == qd.shape == qdd.shape == self.torque.shape:
             raise InvalidInput(
                 f"joints have shapes {q.shape}, {qd.shape} and {qdd.shape}; the robot's is "
-                f"{self._torque.shape}."
+                f"{self.torque.shape}."
             )
         normals = self._up if normals is None else normals
         missing, friction, demand = find_effort(
@@ -219,7 +220,7 @@ class FeedForward:
             elif not remark:
                 # The pyramids inside the cones are narrower than these.
                 part = 1.0
-        return Effort(self._torque.copy(), self._force.copy(), part, friction, demand, remark)
+        return Effort(self.torque.copy(), self._force.copy(), part, friction, demand, remark)
 
     def _reason(self, normals: np.ndarray, friction: float, demand: float, missing: float) -> str:
         """The limit for which the motion cannot be had, by the cheapest forces."""
@@ -230,7 +231,7 @@ class FeedForward:
             needed = f"{along / up:.2f}" if up > 0.0 else "any amount"
             return f"the feet need a friction of {needed} of {self.friction:.2f}."
         if demand > 1.0:
-            torque = self._torque
+            torque = self.torque
             limit = np.where(torque > 0.0, self._limits[1], -self._limits[0]).ravel()
             share = np.abs(torque).ravel() / np.maximum(limit, 1e-12)
             worst = int(np.argmax(share))

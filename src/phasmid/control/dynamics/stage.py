@@ -166,18 +166,21 @@ class DynamicsStage:
     Attributes:
         effort: What the last motion takes.
         share: Each foot's part of its full share of the load, shape (L,).
+        times: From one update to the next, and in which the load moves [s], shape (2,).
+        own: What it keeps from one update to the next.
+        feed: What finds torques.
         velocity_share: Part of the admitted velocity that can be had by what was found so far.
     """
 
     def __init__(self, robot: Robot, settings: EffortSettings, update_period: float) -> None:
         legs = len(robot.legs)
-        self._own = np.zeros(OWN[0] + OWN[1] * legs)
-        own = unwrapped(_own_at)(self._own, legs)
+        self.own = np.zeros(OWN[0] + OWN[1] * legs)
+        own = unwrapped(_own_at)(self.own, legs)
         self.share, self._landed, self._normals = own[:3]
         self._transfer = settings.load_transfer
-        self._times = np.array([update_period, settings.load_transfer])
+        self.times = np.array([update_period, settings.load_transfer])
         self.effort = Effort(np.zeros((legs, 3)), np.zeros((legs, 3)), 1.0, 0.0, 0.0, "")
-        self._feed, self._dt = FeedForward(robot, settings), update_period
+        self.feed, self._dt = FeedForward(robot, settings), update_period
         self.reset()
 
     def reset(self) -> None:
@@ -185,19 +188,34 @@ class DynamicsStage:
         self.share[:], self._landed[:] = 1.0, self._transfer
         self.velocity_share = 1.0
 
+    def catch_up(self, memory: Memory, share: float, friction: float, demand: float) -> None:
+        """Note updates that were made in its rows without it, in which all could be had.
+
+        Args:
+            memory: The engine's.
+            share: Part of the admitted velocity that can be had.
+            friction: Coefficient that the last update's forces need.
+            demand: Its largest torque as a part of what the servo gives.
+        """
+        self.velocity_share = share
+        state = memory.state
+        self.effort = self.feed.answer(
+            0.0, friction, demand, state.body, state.q[0], self.share, self._normals
+        )
+
     def update(self, memory: Memory) -> Float[np.ndarray, "legs 3"]:
         """Torques of the joints for the motion that the engine has come to [N·m].
 
         Args:
             memory: The engine's.
         """
-        feed, state = self._feed, memory.state
+        feed, state = self.feed, memory.state
         missing, friction, demand = weigh(
             memory.numbers,
             memory.codes,
             memory.legs,
-            self._times,
-            self._own,
+            self.times,
+            self.own,
             feed.masses,
             feed.numbers,
             feed.work,

@@ -56,17 +56,18 @@ class FeelStage:
     Attributes:
         senses: What is told, felt and remembered.
         tuning: How it feels, as numbers, to be read.
+        rows: Numbers and codes of the senses, and the tuning's numbers.
     """
 
     def __init__(self, robot: Robot, settings: FeelSettings, dt: float) -> None:
         self.robot = robot
         legs = len(robot.legs)
         late, lag = max(1, round(settings.joint_delay / dt)), 1 + round(settings.motion_lag / dt)
-        self._numbers, self._codes = room_for(legs, late, lag)
-        self._row = feel_tuning_row(robot, settings, dt)
+        numbers, codes = room_for(legs, late, lag)
+        self.rows = numbers, codes, feel_tuning_row(robot, settings, dt)
         # Plain Python's own views: what is compiled would give Python the same ones.
-        self.senses: Senses = unwrapped(senses_at)(self._numbers, self._codes, legs)
-        self.tuning: FeelTuning = unwrapped(feel_tuning_at)(self._row, legs)
+        self.senses: Senses = unwrapped(senses_at)(numbers, codes, legs)
+        self.tuning: FeelTuning = unwrapped(feel_tuning_at)(self.rows[2], legs)
         forget(self.senses)
 
     def reset(self, observation: Observation) -> None:
@@ -88,9 +89,7 @@ class FeelStage:
             What is new of the sensors, a sentence each.
         """
         self.hear(observation)
-        news = feel_order(
-            memory.numbers, memory.codes, memory.legs, self._numbers, self._codes, self._row
-        )
+        news = feel_order(memory.numbers, memory.codes, memory.legs, *self.rows)
         return self.tell(news) if news else []
 
     def hear(self, observation: Observation) -> None:

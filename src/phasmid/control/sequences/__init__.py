@@ -2,8 +2,9 @@
 
 from phasmid.control.sequences.lost import LostServos, lifted_leg
 from phasmid.control.sequences.packed import Packing, packing
-from phasmid.control.sequences.sequencer import Sequencer, Stage
+from phasmid.control.sequences.sequencer import Sequencer
 from phasmid.control.sequences.settings import SequenceSettings
+from phasmid.control.sequences.stage import Stage
 
 __all__ = [
     "LostServos",

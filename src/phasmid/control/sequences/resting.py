@@ -8,8 +8,9 @@ from itertools import combinations, product
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.control.observation import Observation
 from phasmid.control.sequences.reaching import knees_and_feet
-from phasmid.kinematics import centre_of_mass
+from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.robot import Robot
 
 TOUCH = 0.004
@@ -93,3 +94,15 @@ def resting(
     n, offset = normal[best], -float(a[best] @ normal[best])
     touching = feet @ n + offset < TOUCH
     return Resting(n, offset, touching, bool((corners @ n + offset < TOUCH).any()))
+
+
+def upwards(observation: Observation) -> Float[np.ndarray, "3"] | None:
+    """The direction against gravity in body axes, by the inertial sensor.
+
+    Args:
+        observation: What it tells; None is returned where it tells nothing.
+    """
+    turn = observation.orientation
+    if turn is None or not np.isfinite(turn).all() or not np.any(turn):
+        return None
+    return np.asarray(quaternion_rotation(turn / np.linalg.norm(turn))[2])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from enum import Enum
 from types import MappingProxyType
 from typing import Any
 
@@ -21,14 +20,19 @@ from phasmid.control.sequences.lameness import Lameness
 from phasmid.control.sequences.packed import Packing, packing
 from phasmid.control.sequences.path import JointMotion, path_through
 from phasmid.control.sequences.reaching import knees_and_feet
-from phasmid.control.sequences.resting import Resting, resting
+from phasmid.control.sequences.resting import Resting, resting, upwards
 from phasmid.control.sequences.rising import rising
 from phasmid.control.sequences.route import Route
 from phasmid.control.sequences.settings import SequenceSettings
-from phasmid.control.sequences.stance import Stance, neutral_stance, to_neutral
+from phasmid.control.sequences.stage import Stage
+from phasmid.control.sequences.stance import (
+    Stance,
+    neutral_stance,
+    stance_on,
+    to_neutral,
+)
 from phasmid.control.targets import JointTargets
 from phasmid.errors import InfeasibleWalk
-from phasmid.kinematics import quaternion_rotation, rotation_rpy
 from phasmid.robot import Robot
 
 STILL_SPEED = 0.01
@@ -59,18 +63,6 @@ STEEPEST_GROUND = math.cos(math.radians(30))
 
 LONGEST_STEP = 0.05
 """A controller that is updated after a longer time than this goes on as after this [s]."""
-
-
-class Stage(Enum):
-    """What the robot is about; the value is told in channel ``sequence``."""
-
-    LYING = 0
-    GETTING_UP = 1
-    STANDING = 2
-    STOPPING = 3
-    LIFTING = 4
-    BY_HAND = 5
-    GATHERING = 6
 
 
 class Sequencer:
@@ -109,8 +101,7 @@ class Sequencer:
             self._packing = packing(robot, self.settings)
         except InfeasibleWalk as error:
             self._why_not = error.what
-        self._still = JointMotion(self._home, 0 * self._home, 0 * self._home)
-        self._motion = self._still
+        self._motion = JointMotion(self._home, 0 * self._home, 0 * self._home)
         self._walked = JointTargets(self._home, 0 * self._home)
         self._route: Route | None = None
         self._goal = Stage.STANDING
@@ -137,7 +128,7 @@ class Sequencer:
             q[bad] = (self._packing.folded if self._packing else self._home)[bad]
             self._say(observation.time, "joint angles are not known; they are taken for folded.")
         self._rest_at(q)
-        up = _up(observation)
+        up = upwards(observation)
         ground = resting(self.robot, q, up)
         if np.abs(q - self._home).max() < SAME_ANGLE or not self._packing:
             self._stand(observation)
@@ -192,6 +183,27 @@ class Sequencer:
         self._go(observation, command, dt)
         return _targets(self._motion)
 
+    def is_steady(self, command: Command) -> bool:
+        """Whether the next update with the same command will be the walking controller's alone, if
+        no servo fails.
+
+        Args:
+            command: The command.
+        """
+        walks = self.stage is Stage.STANDING and command.posture is not Posture.PACKED
+        whole = not command.lost_legs and self._lameness.is_steady()
+        return walks and whole and not command.legs and not self._ignored
+
+    def catch_up(self, time: float, targets: JointTargets) -> None:
+        """Note updates of the walking controller that were made without it.
+
+        Args:
+            time: Of the last [s].
+            targets: Of the last.
+        """
+        self._time, self._walked = time, targets
+        self._lameness.catch_up(time)
+
     def telemetry(self) -> Mapping[str, Any]:
         """The stage by number, beside what the walking controller tells."""
         inner = getattr(self.walker, "telemetry", None)
@@ -206,8 +218,6 @@ class Sequencer:
             self.walker.take_events()
             self._heard = 0
         return told
-
-    # Walking -----------------------------------------------------------------------------------
 
     def _walk(self, observation: Observation, command: Command) -> JointTargets:
         if command.legs:
@@ -270,15 +280,13 @@ class Sequencer:
         self._rest_at(q)
         ground = resting(self.robot, q, None)
         if command.posture is not Posture.PACKED:
-            self._take_in_hand(by_hand, _stance(self.robot, q, ground), lost)
+            self._take_in_hand(by_hand, stance_on(self.robot, q, ground), lost)
         elif self._is_home(q, lost, AT_HOME):
             self._sit(lost, observation)
         elif not self._gather(q, ground, observation, lost):
             self._say(self._time, "the robot cannot sit down from here: its feet cannot step home.")
             self.stage = Stage.STANDING
         return targets
-
-    # Standing up and sitting down ---------------------------------------------------------------
 
     def _is_held(
         self, ground: Resting, observation: Observation, up: Float[np.ndarray, "3"] | None
@@ -303,7 +311,7 @@ class Sequencer:
         lost = lost or []
         air = [int(leg) for leg in np.flatnonzero(~ground.feet)]
         plan = to_neutral(
-            self.robot, _stance(self.robot, q, ground), self.settings, air=air, lost=lost
+            self.robot, stance_on(self.robot, q, ground), self.settings, air=air, lost=lost
         )
         if plan is None:
             return False
@@ -383,8 +391,6 @@ class Sequencer:
         else:
             self._stand(observation, self._lost(command))
 
-    # Legs by hand -------------------------------------------------------------------------------
-
     def _take_in_hand(self, numbers: tuple[int, ...], stance: Stance, lost: list[int]) -> None:
         legs = [number - 1 for number in numbers if 1 <= number <= len(self.robot.legs)]
         names = " and ".join(self.robot.leg_names[leg] for leg in legs)
@@ -425,8 +431,6 @@ class Sequencer:
         away = knees_and_feet(self.robot, q)[1] - knees_and_feet(self.robot, self._home)[1]
         return bool(np.abs(np.delete(away, lost, axis=0)).max() < most)
 
-    # Small things -------------------------------------------------------------------------------
-
     def _rest_at(self, q: Float[np.ndarray, "legs 3"]) -> None:
         self._motion = JointMotion(q, 0 * q, 0 * q)
 
@@ -436,24 +440,6 @@ class Sequencer:
     def _lost(self, command: Command) -> list[int]:
         legs = len(self.robot.legs)
         return sorted(leg - 1 for leg in command.lost_legs if 1 <= leg <= legs)
-
-
-def _up(observation: Observation) -> Float[np.ndarray, "3"] | None:
-    """The direction against gravity in body axes, by the inertial sensor."""
-    turn = observation.orientation
-    if turn is None or not np.isfinite(turn).all() or not np.any(turn):
-        return None
-    return np.asarray(quaternion_rotation(turn / np.linalg.norm(turn))[2])
-
-
-def _stance(robot: Robot, q: Float[np.ndarray, "legs 3"], ground: Resting) -> Stance:
-    """How a robot stands on the ground that it rests on."""
-    n = ground.normal
-    roll, pitch = math.atan2(n[1], n[2]), -math.asin(float(np.clip(n[0], -1.0, 1.0)))
-    pose = np.array([0.0, 0.0, ground.height, roll, pitch, 0.0])
-    R = rotation_rpy(*pose[3:, None])[0]
-    _, feet = knees_and_feet(robot, q)
-    return Stance(pose, feet @ R.T + pose[:3], q)
 
 
 def _targets(motion: JointMotion) -> JointTargets:

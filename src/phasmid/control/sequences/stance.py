@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
@@ -9,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.sequences.path import JointPath, path_through
-from phasmid.control.sequences.reaching import angles_and_reach
+from phasmid.control.sequences.reaching import angles_and_reach, knees_and_feet
+from phasmid.control.sequences.resting import Resting
 from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, neutral_feet, rotation_rpy
@@ -52,6 +54,22 @@ def neutral_stance(robot: Robot) -> Stance:
     return Stance(
         np.array([0.0, 0.0, height, 0.0, 0.0, 0.0]), feet + np.array([0.0, 0.0, height]), q
     )
+
+
+def stance_on(robot: Robot, q: Float[np.ndarray, "legs 3"], ground: Resting) -> Stance:
+    """How a robot stands on the ground that it rests on.
+
+    Args:
+        robot: The robot, L legs.
+        q: Joint angles [rad], shape (L, 3).
+        ground: On what it rests.
+    """
+    n = ground.normal
+    roll, pitch = math.atan2(n[1], n[2]), -math.asin(float(np.clip(n[0], -1.0, 1.0)))
+    pose = np.array([0.0, 0.0, ground.height, roll, pitch, 0.0])
+    R = rotation_rpy(*pose[3:, None])[0]
+    _, feet = knees_and_feet(robot, q)
+    return Stance(pose, feet @ R.T + pose[:3], q)
 
 
 class Stepper:

@@ -1,0 +1,40 @@
+"""Where feet may stand, for the poses of the body that are asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.control.reach import bound_region
+from phasmid.control.state import DIRECTIONS, Model
+
+KEPT = 8
+"""For how many poses they are kept."""
+
+
+class Regions:
+    """Where feet may stand, by the body's pose, kept for the last few poses.
+
+    Args:
+        model: The robot, L legs.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._known: dict[tuple[float, ...], np.ndarray] = {}
+
+    def at(self, pose: Float[np.ndarray, "6"]) -> Float[np.ndarray, "legs directions 3"]:
+        """Half-planes about the neutral feet, as in `State.region`.
+
+        Args:
+            pose: Of the body beside its path [m, rad], shape (6,).
+        """
+        key = tuple(pose)
+        if key not in self._known:
+            if len(self._known) >= KEPT:
+                self._known.clear()
+            region = np.zeros((len(self._model.neutral), DIRECTIONS, 3))
+            for leg in range(len(region)):
+                bound_region(self._model, leg, pose, np.zeros(3), region[leg])
+            self._known[key] = region
+        return self._known[key]

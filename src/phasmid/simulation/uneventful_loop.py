@@ -1,0 +1,349 @@
+"""Updates of a driven run of which nothing is to be said, as a loop of machine code.
+
+Importing this module needs numba.
+"""
+
+from __future__ import annotations
+
+import math
+from importlib import import_module
+from inspect import unwrap
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from phasmid.compiled import compiled, heed_sources, internal, is_kept
+from phasmid.control.dynamics.effort import MISSING
+from phasmid.control.dynamics.servo_goal import SLOW, fill_goals
+from phasmid.control.dynamics.stage import FASTER
+from phasmid.control.loads import HEAT_STEP, add_loads
+from phasmid.control.remarks import PATIENT
+from phasmid.control.safe import faulty
+from phasmid.control.safety import look
+from phasmid.control.state import STANCE, STILL
+from phasmid.simulation.calling import call_engine, call_turn, calling
+from phasmid.simulation.hold import fill_setpoints
+from phasmid.simulation.joint_drive import PRESCRIBED, SERVO
+from phasmid.simulation.servo import FIELDS, RUNNING
+from phasmid.simulation.unlocked import AT, COUNT, END, LOST, MADE
+
+numba: Any = import_module("numba")
+
+CODE, NUMBERS = numba.int64, numba.types.UniTuple(numba.float64, 3)
+"""What the locomotion engine's stages return: `feel_order` and `tick`, and `weigh`."""
+
+FEEL, TICK, WEIGH, APPLY, TURN, BATCH, STEPS, TABLE = range(8)
+"""Places in memory: of the engine's stages, of functions of the physics engine, and of a batch of
+its own, of the loop of steps, and of that loop's table."""
+
+TIME, SINCE, SHARE, HAD = range(4)
+"""Numbers that updates change: time of the last [s], how long the servos' loads have been added up
+[s], the part of the velocity that can be had, and the part that is in the order."""
+
+TILT, TIP, LONGEST, HOT, FASTEST, FRICTION, GRAVITY, STALL, PERIOD, STEP = range(10)
+"""Numbers that stay: the tilt of which safety speaks [rad], the time to tip [s], how long a servo
+may give nearly all that it can [s], the temperature that is too high [°C], the largest speed of
+targets [rad/s], the friction that may be used, gravity [m/s²], a servo's torque [N·m], the time
+from one update to the next and a time step [s]."""
+
+WAITS, BACK, LOOKS, STANDS = range(4)
+"""What is known of the locomotion engine: whether a lift has waited for long, and for the body; how
+often its feet have begun or ended to look; and whether it stands."""
+
+DUTY, SHUTDOWN = FIELDS.index("duty"), FIELDS.index("shutdown")
+
+
+class Parts(NamedTuple):
+    """All that updates are made of; L legs, J joints, U updates of n steps in a block.
+
+    Attributes:
+        places: Of functions and tables, as named above, shape (8,).
+        numbers: Of the locomotion engine's memory; changed, as all is up to `ends`.
+        codes: The same.
+        felt: Numbers of what it feels.
+        felt_codes: The same.
+        shares: What its stage of dynamics keeps.
+        work: In which that stage finds forces.
+        last: Angles, speeds and torques of the last targets, shape (3, L, 3).
+        loads: Of the `Guard`, shape (3, L, 3).
+        scalars: Numbers as named above, shape (4,).
+        law_memory: What the drive's law remembers, shape (2, J).
+        ends: Of the `Hold`, shape (4, J).
+        tuning: How the ground is felt.
+        times: As `weigh` takes them; so are the next two.
+        masses: Of the robot.
+        servo: Its numbers.
+        views: In `numbers` and `codes`: clock, mode, legs, speed, joints, and the velocities of
+            both orders; and the torques in `work`.
+        told: In `felt`: what the sensors tell, the first seven of `Senses`.
+        admitted: The velocity that is admitted, shape (3,).
+        limits: Of the `SafeController`, shape (2, L, 3).
+        heating: Of the `Guard`.
+        constants: Numbers as named above, shape (10,).
+        known: Codes as named above, shape (4,).
+        angles: The physics engine's, shape (7 + J,).
+        speeds: The same, shape (6 + J,).
+        sensors: The same.
+        sampled: The buffer's rows of speeds and of torques.
+        warnings: How often the engine has warned, by kind.
+        servos: What drives with a memory remember, one row for each of `FIELDS`.
+        weights: Of the `Hold`.
+        law: The drive's, and its numbers.
+        goals: Takes what the drive is told at each step, shape (n, J).
+        wanted: Takes what joints shall do in each period, shape (U, 3, n, J).
+        stance: Takes which feet stand at each update, shape (U, L).
+        telemetry: Take each update's velocity, slow-down, support margin and phase.
+        table: Of the loop of steps.
+        kept: Rows like those that are changed, but for the codes.
+        kept_codes: The same for the codes.
+    """
+
+    places: np.ndarray
+    numbers: np.ndarray
+    codes: np.ndarray
+    felt: np.ndarray
+    felt_codes: np.ndarray
+    shares: np.ndarray
+    work: np.ndarray
+    last: np.ndarray
+    loads: np.ndarray
+    scalars: np.ndarray
+    law_memory: np.ndarray
+    ends: np.ndarray
+    tuning: np.ndarray
+    times: np.ndarray
+    masses: np.ndarray
+    servo: np.ndarray
+    views: tuple[np.ndarray, ...]
+    told: tuple[np.ndarray, ...]
+    admitted: np.ndarray
+    limits: np.ndarray
+    heating: np.ndarray
+    constants: np.ndarray
+    known: np.ndarray
+    angles: np.ndarray
+    speeds: np.ndarray
+    sensors: np.ndarray
+    sampled: tuple[np.ndarray, np.ndarray]
+    warnings: np.ndarray
+    servos: np.ndarray
+    weights: np.ndarray
+    law: tuple[int, np.ndarray]
+    goals: np.ndarray
+    wanted: np.ndarray
+    stance: np.ndarray
+    telemetry: tuple[np.ndarray, ...]
+    table: np.ndarray
+    kept: tuple[np.ndarray, ...]
+    kept_codes: tuple[np.ndarray, ...]
+
+
+call_for_code, call_for_numbers = calling(CODE), calling(NUMBERS)
+_fill_goals, _fill_setpoints = compiled(fill_goals), compiled(fill_setpoints)
+_look, _add_loads, _faulty = compiled(look), compiled(add_loads), compiled(faulty)
+
+
+@internal
+def copy_all(given: Any, taken: Any) -> None:
+    """Copy rows to others of the same lengths."""
+    for k in range(len(given)):
+        taken[k][:] = given[k]
+
+
+@internal
+def fill_law(
+    law: int,
+    rows: np.ndarray,
+    torque: np.ndarray,
+    numbers: np.ndarray,
+    dt: float,
+    memory: np.ndarray,
+    goals: np.ndarray,
+) -> None:
+    """Write what the drives' `targets` return.
+
+    Args:
+        law: Of the drive.
+        rows: Angles, speeds and accelerations at each step, shape (3, N, J).
+        torque: Fed forward, shape (N, J).
+        numbers: Of the drive.
+        dt: Time step [s].
+        memory: Of the drive, changed.
+        goals: Written, shape (N, J).
+    """
+    if law == SERVO:
+        _fill_goals(rows[0], rows[1], torque, numbers, dt, memory, goals)
+        return
+    a, b, c = numbers[0], numbers[1], numbers[2]
+    for k in range(goals.shape[0]):
+        for j in range(goals.shape[1]):
+            speed = rows[1, k, j]
+            if law == PRESCRIBED:
+                goals[k, j] = rows[0, k, j] + (b * speed + c * rows[2, k, j]) / a
+            else:
+                turning = min(max(speed / SLOW, -1.0), 1.0)
+                goals[k, j] = rows[0, k, j] + (torque[k, j] + b * speed + c * turning) / a
+
+
+@internal
+def is_as_known(clock: np.ndarray, mode: np.ndarray, known: np.ndarray) -> bool:
+    """Whether nothing has begun or ended that the locomotion engine would speak of or answer."""
+    waits = clock[4] > PATIENT
+    back = waits and mode[2] == 1
+    was = known[WAITS] == waits and known[BACK] == back and known[STANDS] == (mode[0] == STILL)
+    return bool(was and known[LOOKS] == mode[3])
+
+
+@compiled
+def make_updates(most: int, now: int, at: int, parts: Parts) -> tuple[int, int, float, float]:
+    """Make updates, and the steps after each, until one is out of the usual.
+
+    Args:
+        most: How many updates at most.
+        now: Index of the first's time step.
+        at: The buffer's row of that step, not the first row.
+        parts: What they are made of.
+
+    Returns:
+        How many were made; whether there was trouble in the last's steps: 1, or 2 where the engine
+        itself has failed; and the friction that the last update's forces need, and the demand.
+    """
+    p = parts
+    numbers, codes, felt, felt_codes = p.numbers, p.codes, p.felt, p.felt_codes
+    shares, work, last, loads, scalars, ends = p.shares, p.work, p.last, p.loads, p.scalars, p.ends
+    constants, qpos, qvel, sensed = p.constants, p.angles, p.speeds, p.sensors
+    stance, goals, wanted, table, places = p.stance, p.goals, p.wanted, p.table, p.places
+    clock, mode, doing, speed, motion, order, trial, torque = p.views
+    positions, outputs, contacts, forces, orientation, spin, acceleration = p.told
+    speed_told, slow_told, margin_told, phase_told = p.telemetry
+    speeds, torques = p.sampled
+    law, law_numbers = p.law
+    kept, kept_codes = p.kept, p.kept_codes
+    legs, joints, period = stance.shape[1], goals.shape[1], wanted.shape[2]
+    q, qd = qpos[7:].reshape(legs, 3), qvel[6:].reshape(legs, 3)
+    rates, whole = qvel[3:6], qpos[3:7]
+    position, velocity = last[0].copy(), np.empty((legs, 3))
+    load, force, away = np.empty((legs, 3)), np.empty(3), np.empty(4)
+    fed = np.empty((period, joints))
+    changed = (
+        numbers,
+        felt,
+        shares,
+        work,
+        last.reshape(-1),
+        loads.reshape(-1),
+        scalars,
+        p.law_memory.reshape(-1),
+        ends.reshape(-1),
+    )
+    changed_codes = (codes, felt_codes)
+    warned = p.warnings.sum()
+    made, friction, demand = 0, 0.0, 0.0
+    while made < most:
+        copy_all(changed, kept)
+        copy_all(changed_codes, kept_codes)
+        row, update = at + made * period, (at + made * period) // period
+        is_usual = True
+        # What the senses tell.
+        time = (now + made * period) * constants[STEP]
+        dt = time - scalars[TIME]
+        for leg in range(legs):
+            for i in range(3):
+                if law == SERVO:
+                    load[leg, i] = p.servos[DUTY, 3 * leg + i]
+                    is_usual = is_usual and p.servos[SHUTDOWN, 3 * leg + i] == RUNNING
+                else:
+                    load[leg, i] = torques[row - 1, 3 * leg + i] / constants[STALL]
+                loads[0, leg, i] += dt * load[leg, i] * load[leg, i]
+                positions[leg, i] = q[leg, i]
+                outputs[leg, i] = load[leg, i]
+            contacts[leg] = 1.0 if sensed[4 * leg] > 0 else 0.0
+            forces[leg] = sensed[4 * leg + 3]
+        for i in range(3):
+            spin[i] = rates[i]
+            force[i] = (qvel[i] - speeds[row - 1, i]) / constants[STEP]
+        force[2] += constants[GRAVITY]
+        for i in range(4):
+            orientation[i] = whole[i]
+            away[i] = whole[i] if i == 0 else -whole[i]
+        call_turn(places[TURN], acceleration.ctypes.data, force.ctypes.data, away.ctypes.data)
+        # What safety looks at.
+        bad, tilt = _look(q, qd, load, whole, rates, constants[TIP])
+        scalars[TIME] = time
+        scalars[SINCE] += dt
+        if scalars[SINCE] >= HEAT_STEP:
+            _add_loads(load, scalars[SINCE], loads, p.heating)
+            scalars[SINCE] = 0.0
+            is_usual = is_usual and not (
+                loads[1].max() > constants[LONGEST] or loads[2].max() > constants[HOT]
+            )
+        is_usual = is_usual and bad == 0 and tilt <= constants[TILT]
+        if is_usual:
+            # What the locomotion engine does.
+            if time > clock[1]:
+                clock[1] = time
+            rows = (numbers, codes, legs, felt, felt_codes, p.tuning)
+            is_usual = call_for_code(places[FEEL], rows) == 0
+            if scalars[SHARE] != scalars[HAD]:
+                scalars[HAD] = scalars[SHARE]
+                for i in range(3):
+                    order[i] = trial[i] = scalars[HAD] * p.admitted[i]
+        if is_usual:
+            code = call_for_code(places[TICK], (numbers, codes, legs, constants[PERIOD]))
+            is_usual = code == 0 and is_as_known(clock, mode, p.known)
+        if is_usual:
+            given = (numbers, codes, legs, p.times, shares, p.masses, p.servo, work)
+            takes = call_for_numbers(places[WEIGH], given)
+            missing = takes[0] > MISSING or math.isnan(takes[0])
+            is_usual = takes[1] <= constants[FRICTION] and takes[2] <= 1.0 and not missing
+        if is_usual:
+            scalars[SHARE] = min(1.0, scalars[SHARE] + FASTER * constants[PERIOD])
+            slow = clock[3]
+            for leg in range(legs):
+                for i in range(3):
+                    position[leg, i] = motion[0, leg, i]
+                    velocity[leg, i] = motion[1, leg, i]
+                    if slow != 1.0:
+                        velocity[leg, i] *= slow
+            farthest = constants[FASTEST] * dt
+            wrong = _faulty(position, velocity, torque, last[0], p.limits[0], p.limits[1], farthest)
+            is_usual = wrong == 0 and dt > 0.0
+        if not is_usual:
+            copy_all(kept, changed)
+            copy_all(kept_codes, changed_codes)
+            return made, 0, friction, demand
+        # What the joints are told, and a recording.
+        for leg in range(legs):
+            for i in range(3):
+                j = 3 * leg + i
+                last[0, leg, i], last[1, leg, i] = position[leg, i], velocity[leg, i]
+                last[2, leg, i] = torque[leg, i]
+                ends[0, j], ends[1, j] = ends[2, j], ends[3, j]
+                ends[2, j], ends[3, j] = position[leg, i], velocity[leg, i]
+                for k in range(period):
+                    fed[k, j] = torque[leg, i]
+            stance[update, leg] = doing[leg] == STANCE
+        _fill_setpoints(p.weights, ends, wanted[update])
+        fill_law(law, wanted[update], fed, law_numbers, constants[STEP], p.law_memory, goals)
+        for i in range(3):
+            speed_told[update, i] = slow * speed[2, i]
+        slow_told[update], margin_told[update] = slow, clock[5]
+        phase_told[update] = clock[0]
+        # The steps.
+        table[COUNT], table[END], table[AT], table[MADE], table[LOST] = period, -1, row, 0, 0
+        failed = call_engine(places[APPLY], places[BATCH], places[STEPS], places[TABLE])
+        made, friction, demand = made + 1, takes[1], takes[2]
+        total = 0.0
+        for i in range(len(qpos)):
+            total += qpos[i] * qpos[i]
+        for i in range(len(qvel)):
+            total += qvel[i] * qvel[i]
+        lost = failed != 0 or table[LOST] != 0 or table[MADE] != period
+        if lost or p.warnings.sum() != warned or not math.isfinite(total):
+            return made, 2 if failed != 0 else 1, friction, demand
+    return made, 0, friction, demand
+
+
+if is_kept(make_updates):
+    # It holds what is written in that room, too.
+    heed_sources(make_updates, unwrap(look))

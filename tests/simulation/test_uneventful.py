@@ -1,0 +1,151 @@
+"""Updates that machine code makes at once, beside the same ones made by Python one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from phasmid import load_scenario
+from phasmid.control import Command, script_from_text
+from phasmid.simulation import uneventful
+from phasmid.simulation.driven import DrivenRun
+from phasmid.simulation.driving import Driving
+
+PAPER = load_scenario("paper").replace(period=1.0, duration=1.6)
+AHEAD = Command(velocity=(0.05, 0.0, 0.1))
+SCRIPT = """
+format = 1
+duration = 1.303
+[[command]]
+time_s = 0
+ahead_mm_per_s = 50
+[[command]]
+time_s = 0.502
+left_mm_per_s = 40
+[[command]]
+time_s = 0.9
+turn_deg_per_s = 20
+"""
+
+
+def driving(changes, commands=AHEAD, faults=()):
+    scenario = PAPER.replace(**changes)
+    return Driving.of(scenario, None, commands, rate=200.0, between=None, faults=faults)
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """How many steps machine code has made."""
+    count, go_on = [0], DrivenRun._go_on
+
+    def counted(run, at, most):
+        steps = go_on(run, at, most)
+        count[0] += steps
+        return steps
+
+    monkeypatch.setattr(DrivenRun, "_go_on", counted)
+    return count
+
+
+def by_python(monkeypatch, recorded):
+    """What is recorded where Python makes every update."""
+    with monkeypatch.context() as patch:
+        patch.setattr(DrivenRun, "_go_on", lambda *_: 0)
+        return recorded()
+
+
+@pytest.mark.parametrize(
+    ("changes", "commands", "faults"),
+    [
+        ({"drive": "prescribed"}, AHEAD, ()),
+        ({"drive": "ideal-servo", "record_interval": 0.003}, AHEAD, ()),
+        ({"drive": "servo", "robot": "phantomx-mk4", "terrain": "blocks"}, AHEAD, ()),
+        ({"drive": "servo"}, script_from_text(SCRIPT), ()),
+        ({"drive": "ideal-servo", "robot": "quadruped", "gait": "crawl"}, AHEAD, ()),
+        ({"drive": "ideal-servo", "robot": "octopod", "gait": "tetrapod"}, AHEAD, ()),
+        ({"drive": "ideal-servo"}, AHEAD, ("right_middle.tibia dead at 0.803 s",)),
+    ],
+    ids=["prescribed", "ideal", "blocks", "script", "sways", "eight-legs", "dead-servo"],
+)
+def test_a_recording_has_the_bits_of_updates_made_by_python(
+    monkeypatch, made, changes, commands, faults
+):
+    # Both compute the same in the same order: no bit of any channel may differ, nor a sentence.
+    found = driving(changes, commands, faults).simulate()
+    # It takes part at all: of what happens before a servo dies, and else of most.
+    assert made[0] > (0.3 if faults else 0.6) * found.sizes["time"]
+    wanted = by_python(monkeypatch, driving(changes, commands, faults).simulate)
+    assert found.attrs == wanted.attrs
+    assert found.data_vars.keys() == wanted.data_vars.keys()
+    for name, values in wanted.data_vars.items():
+        assert found[name].values.tobytes() == values.values.tobytes(), name
+
+
+def test_a_push_and_a_death_that_come_by_hand_count_from_the_next_update(monkeypatch, made):
+    def ends():
+        run = driving({"drive": "ideal-servo"}).begin_run(endless=True)
+        kept = []
+        for until in (515, 1030, 1545, 2060):
+            run.advance(until=until, keep=lambda rows: kept.append(rows.qpos.copy()))
+            if until == 515:
+                run.push((0.2, 0.1, 0.0))
+            if until == 1030:
+                run.let_die(1, 2)
+        return np.concatenate(kept)
+
+    found = ends()
+    assert made[0] > 600
+    assert found.tobytes() == by_python(monkeypatch, ends).tobytes()
+
+
+@pytest.mark.parametrize("harm", ["error", "warning"])
+def test_trouble_is_told_as_python_tells_it(monkeypatch, harm):
+    # An error of the engine's, or a force that leaves no number, after an update of Python's in the
+    # run's second block: the next would be that of machine code, which tells of either.
+    told, make_updates, go_on = [], uneventful.make_updates, DrivenRun._go_on
+
+    def make(*given):
+        told.append(make_updates(*given))
+        return told[-1]
+
+    def trouble(first):
+        def harmed(run, at, most):
+            if run.now >= 520 and harm == "error":
+                run.model.opt.integrator = 99
+            elif run.now >= 520:
+                run.data.qfrc_applied[8] = 1e14
+            return first(run, at, most)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(uneventful, "make_updates", make)
+            patch.setattr(DrivenRun, "_go_on", harmed)
+            return driving({"drive": "ideal-servo"}).begin_run().advance()
+
+    found = trouble(go_on)
+    assert told[-1][1] == (2 if harm == "error" else 1)
+    assert found is not None
+    assert found == trouble(lambda *_: 0)
+
+
+def test_methods_that_somebody_puts_in_are_called_at_every_update(made):
+    drive = driving({"drive": "ideal-servo", "duration": 0.5})
+    update, seen = drive.controller.update, []
+
+    def watched(observation, command):
+        seen.append(observation.time)
+        return update(observation, command)
+
+    drive.controller.update = watched
+    drive.simulate()
+    assert made[0] == 0
+    np.testing.assert_allclose(seen, np.arange(101) * 5e-3, atol=1e-12)
+
+
+def test_python_makes_all_updates_where_a_stage_has_no_machine_code(monkeypatch, made):
+    def none(*_):
+        raise OSError("none")
+
+    monkeypatch.setattr(uneventful, "address_of", none)
+    recording = driving({"drive": "ideal-servo", "duration": 0.5}).simulate()
+    assert recording.attrs["ending"] == "COMPLETED"
+    assert made[0] == 0
