@@ -2,8 +2,8 @@
 
     python benchmarks/drive.py
 
-Beside it, in turns, the physics engine makes the same steps with the same goals and nothing else:
-that is the limit on this machine.
+Runs of 30 s, with all that it takes to set them up. Beside it, in turns, the physics engine makes
+the same steps with the same goals and nothing else: that is the limit on this machine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from phasmid.control import Command
 from phasmid.simulation.driven import DrivenRun
 from phasmid.simulation.driving import Driving
 
-DURATION, ROUNDS = 10.0, 3
+DURATION, ROUNDS = 30.0, 3
 COMMAND = Command(velocity=(0.05, 0.0, 0.1))
 
 

@@ -132,7 +132,7 @@ def test_each_reason_has_its_answer_and_its_event(case):
 def test_the_tilt_that_counts_is_the_one_that_a_turning_body_will_have():
     """Tilted by 20 degrees and turning at w it is where 20 degrees plus w times the time are."""
     guard = Guard(ROBOT)
-    time = guard._tip_time
+    time = guard.tip_time
     rate = np.array([0.5 / time, 0.0, 0.0])
     _, tilt = guard._look(HOME, HOME, HOME, tilted(20), rate, time)
     # The vertical goes along its tangent.

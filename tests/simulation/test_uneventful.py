@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from phasmid import load_scenario
-from phasmid.control import Command, script_from_text
+from phasmid.control import Command, LocomotionEngine, SafetySettings, script_from_text
 from phasmid.simulation import uneventful
 from phasmid.simulation.driven import DrivenRun
 from phasmid.simulation.driving import Driving
@@ -25,12 +25,26 @@ left_mm_per_s = 40
 [[command]]
 time_s = 0.9
 turn_deg_per_s = 20
+[[command]]
+time_s = 1.035
+"""
+# The last comes with the second update of the run's third block.
+
+EVENLY = """
+format = 1
+between = "linear"
+[[command]]
+time_s = 0
+[[command]]
+time_s = 0.3
+ahead_mm_per_s = 50
 """
 
 
-def driving(changes, commands=AHEAD, faults=()):
+def driving(changes, commands=AHEAD, faults=(), *, bare=False):
     scenario = PAPER.replace(**changes)
-    return Driving.of(scenario, None, commands, rate=200.0, between=None, faults=faults)
+    controller = LocomotionEngine(scenario.load_robot()) if bare else None
+    return Driving.of(scenario, controller, commands, rate=200.0, between=None, faults=faults)
 
 
 @pytest.fixture
@@ -61,11 +75,12 @@ def by_python(monkeypatch, recorded):
         ({"drive": "ideal-servo", "record_interval": 0.003}, AHEAD, ()),
         ({"drive": "servo", "robot": "phantomx-mk4", "terrain": "blocks"}, AHEAD, ()),
         ({"drive": "servo"}, script_from_text(SCRIPT), ()),
+        ({"drive": "ideal-servo"}, script_from_text(EVENLY), ()),
         ({"drive": "ideal-servo", "robot": "quadruped", "gait": "crawl"}, AHEAD, ()),
         ({"drive": "ideal-servo", "robot": "octopod", "gait": "tetrapod"}, AHEAD, ()),
         ({"drive": "ideal-servo"}, AHEAD, ("right_middle.tibia dead at 0.803 s",)),
     ],
-    ids=["prescribed", "ideal", "blocks", "script", "sways", "eight-legs", "dead-servo"],
+    ids=["prescribed", "ideal", "blocks", "script", "evenly", "sways", "eight-legs", "dead-servo"],
 )
 def test_a_recording_has_the_bits_of_updates_made_by_python(
     monkeypatch, made, changes, commands, faults
@@ -77,6 +92,17 @@ def test_a_recording_has_the_bits_of_updates_made_by_python(
     wanted = by_python(monkeypatch, driving(changes, commands, faults).simulate)
     assert found.attrs == wanted.attrs
     assert found.data_vars.keys() == wanted.data_vars.keys()
+    for name, values in wanted.data_vars.items():
+        assert found[name].values.tobytes() == values.values.tobytes(), name
+
+
+def test_an_engine_with_no_safety_around_it_is_driven_alike(monkeypatch, made):
+    def driven():
+        return driving({"drive": "servo", "robot": "phantomx-ax"}, bare=True).simulate()
+
+    found = driven()
+    assert made[0] > 0.6 * found.sizes["time"]
+    wanted = by_python(monkeypatch, driven)
     for name, values in wanted.data_vars.items():
         assert found[name].values.tobytes() == values.values.tobytes(), name
 
@@ -118,6 +144,7 @@ def test_trouble_is_told_as_python_tells_it(monkeypatch, harm):
 
         with monkeypatch.context() as patch:
             patch.setattr(uneventful, "make_updates", make)
+            patch.setattr(uneventful, "is_kept", lambda _: True)
             patch.setattr(DrivenRun, "_go_on", harmed)
             return driving({"drive": "ideal-servo"}).begin_run().advance()
 
@@ -127,15 +154,58 @@ def test_trouble_is_told_as_python_tells_it(monkeypatch, harm):
     assert found == trouble(lambda *_: 0)
 
 
-def test_methods_that_somebody_puts_in_are_called_at_every_update(made):
+def test_trouble_in_an_update_of_pythons_is_told_at_once(monkeypatch):
+    def trouble(first):
+        advance = DrivenRun._advance
+
+        def harmed(run, rows, **options):
+            if run.data.time > 0.514:
+                run.model.opt.integrator = 99
+            return advance(run, rows, **options)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(DrivenRun, "_advance", harmed)
+            patch.setattr(DrivenRun, "_go_on", first)
+            return driving({"drive": "ideal-servo"}).begin_run().advance()
+
+    found = trouble(DrivenRun._go_on)
+    assert found is not None
+    assert found == trouble(lambda *_: 0)
+
+
+@pytest.mark.parametrize("change", ["friction", "tilt"])
+def test_settings_that_change_in_a_run_count_from_then_on(monkeypatch, made, change):
+    def changed():
+        begun = driving({"drive": "ideal-servo"})
+        run, kept = begun.begin_run(), []
+        for until in (515, 1600):
+            run.advance(until=until, keep=lambda rows: kept.append(rows.qpos.copy()))
+            if change == "friction":
+                run.controller.controller.walker.dynamics.feed.friction = 0.02
+            else:
+                run.controller.guard.settings = SafetySettings(tilt_share=0.01)
+        return np.concatenate(kept), run.controller.events
+
+    found = changed()
+    assert made[0] > 400
+    wanted = by_python(monkeypatch, changed)
+    assert found[0].tobytes() == wanted[0].tobytes()
+    assert found[1] == wanted[1] != []
+
+
+@pytest.mark.parametrize("whose", ["controller", "guard"])
+def test_methods_that_somebody_puts_in_are_called_at_every_update(made, whose):
     drive = driving({"drive": "ideal-servo", "duration": 0.5})
-    update, seen = drive.controller.update, []
+    part, name = drive.controller, "update"
+    if whose == "guard":
+        part, name = drive.controller.guard, "check"
+    update, seen = getattr(part, name), []
 
     def watched(observation, command):
         seen.append(observation.time)
         return update(observation, command)
 
-    drive.controller.update = watched
+    setattr(part, name, watched)
     drive.simulate()
     assert made[0] == 0
     np.testing.assert_allclose(seen, np.arange(101) * 5e-3, atol=1e-12)

@@ -163,13 +163,13 @@ for address in (0, 12345):
 def test_an_engine_of_another_version_is_refused_before_it_is_touched(
     package, library, monkeypatch
 ):
-    from phasmid.simulation import unlocked
+    from phasmid.simulation import known_engine
 
-    unlocked.check_engine()
+    known_engine.check_engine()
     monkeypatch.setattr(mujoco, "__version__", package)
     monkeypatch.setattr(mujoco, "mj_version", lambda: library)
     with pytest.raises(ImportError, match="laid out in another way"):
-        unlocked.check_engine()
+        known_engine.check_engine()
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ class Edge:
         self._seen, self._back = 0, np.zeros(len(self._state.leg), dtype=bool)
 
     def is_steady(self) -> bool:
-        """Whether no foot has begun or ended to look since this was asked last."""
+        """Whether no foot has begun or ended to look since `is_found` was asked last."""
         return int(self._state.mode[3]) == self._seen
 
     def is_found(self) -> bool:

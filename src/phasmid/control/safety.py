@@ -212,14 +212,15 @@ class Guard:
         same = self._checked is command and self._good is command
         return calm and same and command.time is None
 
-    def catch_up(self, time: float, q: Float[np.ndarray, "legs 3"]) -> None:
+    def catch_up(self, time: float, since: float, q: Float[np.ndarray, "legs 3"]) -> None:
         """Note updates that were made without it, in which it would have found nothing.
 
         Args:
             time: Of the last [s].
+            since: How long outputs have been added up [s].
             q: Joint angles that were observed then [rad], shape (L, 3).
         """
-        self.time, self._q = time, q
+        self.time, self.since, self._q = time, since, q
 
     # Reasons -------------------------------------------------------------------------------------
 

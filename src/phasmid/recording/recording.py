@@ -29,6 +29,8 @@ def new_recording(
     time: Float[np.ndarray, " time"],
     channels: Mapping[str, np.ndarray],
     attributes: Attributes,
+    *,
+    own: bool = False,
 ) -> Recording:
     """Put what was seen in its place.
 
@@ -37,6 +39,7 @@ def new_recording(
         channels: Arrays by channel name, in the channels' units and shapes; see `CHANNELS`.
             What was not seen is left out.
         attributes: Where it comes from: the scenario and robot as text, versions, how it ended.
+        own: Whether the recording may keep these arrays; else it has copies.
 
     Returns:
         A dataset with coordinates, units and the format's version.
@@ -47,7 +50,7 @@ def new_recording(
     import xarray
 
     time = _checked_time(time)
-    arrays = {name: _checked(name, channels[name]) for name in _in_order(channels)}
+    arrays = {name: _checked(name, channels[name], not own) for name in _in_order(channels)}
     legs = _leg_count(arrays)
     sizes = {"time": len(time), **{dim: len(labels) for dim, labels in COORDINATES.items()}}
     for name, array in arrays.items():
@@ -114,13 +117,13 @@ def _checked_time(time: np.ndarray) -> np.ndarray:
     return time
 
 
-def _checked(name: str, array: np.ndarray) -> np.ndarray:
-    """A copy in the channel's type; values that are not finite are kept as what was seen."""
+def _checked(name: str, array: np.ndarray, copy: bool) -> np.ndarray:
+    """An array in the channel's type; values that are not finite are kept as what was seen."""
     array, kind = np.asarray(array), CHANNELS[name].kind
     if array.dtype.kind not in ("b" if kind == "bool" else "fiu"):
         wanted = "true or false" if kind == "bool" else "real numbers"
         raise InvalidInput(f'channel "{name}" holds {array.dtype} values; it must hold {wanted}.')
-    return array.astype(np.bool_ if kind == "bool" else np.float64)
+    return array.astype(np.bool_ if kind == "bool" else np.float64, copy=copy)
 
 
 def _leg_count(arrays: Mapping[str, np.ndarray]) -> int | None:

@@ -128,10 +128,6 @@ def calling(result: Any) -> Any:
     return call_at
 
 
-call_for_code = calling(numba.int64)
-call_for_numbers = calling(numba.types.UniTuple(numba.float64, 3))
-
-
 @intrinsic
 def call_engine(typing: Any, function: Any, batch: Any, steps: Any, table: Any) -> Any:
     """Let the engine call a function with a table, as on a simulation of a batch of its own."""

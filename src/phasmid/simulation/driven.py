@@ -75,6 +75,7 @@ class DrivenRun(Run):
     Attributes:
         controller: What decides.
         period_steps: Time steps from one update to the next.
+        is_short: Whether it is not worth the time of a compiler.
         now: Index of the next time step.
         hold: Fills in targets between updates.
         wanted: What joints shall do in each period of a block, as `Hold.setpoints` writes it.
@@ -106,7 +107,8 @@ class DrivenRun(Run):
         self.block_steps = math.ceil(WATCH_STEPS / self.period_steps) * self.period_steps
         self._failure: Trouble | None = None
         steps = scenario.duration / scenario.simulation.dt
-        beside = endless or steps > LONG_RUN or "numba" in sys.modules
+        self.is_short = not endless and steps <= LONG_RUN
+        beside = not self.is_short or "numba" in sys.modules
         self._pushes: list[tuple[int, np.ndarray]] = []
         super().__init__(scenario, begin, interrupted=interrupted, beside=beside, endless=endless)
         self.controller, self._commands = controller, commands
@@ -228,8 +230,10 @@ class DrivenRun(Run):
                 made += now
                 self.now += now
                 self._velocity_before = self.buffer.qvel[made - 1, :3]
-                made += self._go_on(made, (count - made) // self.period_steps)
-            if now < len(rows) or self._complaints or self._lost or not self._is_finite():
+            if now < len(rows) or self._failure or self._in_trouble():
+                break
+            made += self._go_on(made, (count - made) // self.period_steps)
+            if self._in_trouble():
                 break
         return made
 
@@ -249,22 +253,29 @@ class DrivenRun(Run):
         assert self._stands_until is not None
         assert self._newest is not None
         period, time = self.period_steps * self.dt, self.now * self.dt
-        until = min([self._stands_until(time), *(death for death, _, _ in self._deaths[:1])])
+        # What the last update was told is told on; the next may be told otherwise.
+        until = min([self._stands_until(time - period), *(row[0] for row in self._deaths[:1])])
         # The last step of all is for who measures it.
         most = min(most, (self.steps - self.now) // self.period_steps)
         if until < math.inf:
             most = min(most, math.ceil((until - 1e-8 - time) / period))
+        if most < 1:
+            return 0
         try:
             if self._uneventful is None:
                 from phasmid.simulation.uneventful import Uneventful
 
                 self._uneventful = Uneventful(self)
-            with CollectedComplaints(self._complaints):
-                made = self._uneventful.advance(at, most, self._newest)
-        except (ImportError, OSError, AttributeError):
-            # Another controller, or a compiler that works in another way.
+            if not self._uneventful.is_steady(self._newest):
+                return 0
+            self._uneventful.prepare()
+        except Exception:
+            # Another controller, or a compiler that works in another way, whose errors are of many
+            # kinds. Python needs neither.
             self._can_go_on = False
             return 0
+        with CollectedComplaints(self._complaints):
+            made = self._uneventful.advance(at, most)
         if made:
             self.now += made
             self._velocity_before = self.buffer.qvel[at + made - 1, :3]
@@ -292,9 +303,9 @@ class DrivenRun(Run):
                 # That loop counts on a constraint for every joint.
                 self.unlocked = None
 
-    def _is_finite(self) -> bool:
-        """Whether the engine's state is one that a controller can be told of."""
-        return _adds_up(*self._moves)
+    def _in_trouble(self) -> bool:
+        """Whether the engine has complained, or its state is none to tell a controller of."""
+        return bool(self._complaints or self._lost or not _adds_up(*self._moves))
 
     def _look(self, count: int) -> Trouble | None:
         """What the watch finds, or why the controller cannot be followed."""

@@ -65,7 +65,8 @@ def kept_in_memory(
         trouble = run.advance(progress, keep=keep, interrupted=seen, until=until)
     channels = {name: values[:done] for name, values in room.items()}
     said = {**attributes, **ending_attributes(trouble), **later()}
-    return new_recording(run.time[:done], channels, said)
+    # What is left of arrays that are too long would keep all of them.
+    return new_recording(run.time[:done], channels, said, own=done == count)
 
 
 def kept_in_log(

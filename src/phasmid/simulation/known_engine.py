@@ -1,4 +1,4 @@
-"""The engine whose functions and structures `unlocked` knows by their addresses."""
+"""The engine whose functions and structures are known by their addresses."""
 
 from __future__ import annotations
 

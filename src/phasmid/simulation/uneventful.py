@@ -11,24 +11,34 @@ Importing this module needs numba.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeGuard, TypeVar
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar
 
 import numpy as np
 
+from phasmid.compiled import is_kept
 from phasmid.control import (
     Command,
+    Guard,
     JointTargets,
     LocomotionEngine,
     SafeController,
     Sequencer,
 )
-from phasmid.control.dynamics.stage import weigh
-from phasmid.control.feel.stage import feel_order
-from phasmid.control.remarks import PATIENT
-from phasmid.control.state import STILL
+from phasmid.control.dynamics.effort import FeedForward
+from phasmid.control.dynamics.stage import DynamicsStage, weigh
+from phasmid.control.feel.stage import FeelStage, feel_order
+from phasmid.control.remarks import goings_on
 from phasmid.control.step import tick
 from phasmid.simulation.calling import address, address_of
-from phasmid.simulation.uneventful_loop import CODE, NUMBERS, Parts, make_updates
+from phasmid.simulation.hold import Hold
+from phasmid.simulation.uneventful_loop import (
+    CODE,
+    NUMBERS,
+    Parts,
+    make_updates,
+)
 from phasmid.simulation.unlocked import UnlockedLoop
 
 if TYPE_CHECKING:
@@ -42,13 +52,13 @@ WAIT = 3
 STANCE, TELEMETRY = "stance", ("velocity_reference", "slow_down", "support_margin", "gait_phase")
 """Channels that each of these updates tells anew."""
 
-STAYING = ("velocity_command", "sequence", "safety_mode")
+STAYING = {"velocity_command", "sequence", "safety_mode"}
 """Those that stay as Python's last update has told them."""
 
 
 def is_ours(thing: object, kind: type[Kind]) -> TypeGuard[Kind]:
     """Whether something is of a class itself, and nobody has given it methods of its own."""
-    return type(thing) is kind and not vars(thing).keys() & vars(kind).keys()
+    return type(thing) is kind and not any(hasattr(kind, name) for name in vars(thing))
 
 
 class Uneventful:
@@ -63,66 +73,85 @@ class Uneventful:
     """
 
     def __init__(self, run: DrivenRun) -> None:
-        safe, steps, law = run.controller, run.unlocked, run.drive.law(run.dt)
-        if not (is_ours(safe, SafeController) and is_ours(safe.controller, Sequencer)):
-            raise OSError("a controller of somebody's own")
-        engine = safe.controller.walker
-        if not (is_ours(engine, LocomotionEngine) and is_ours(steps, UnlockedLoop)):
+        if not is_kept(make_updates) and run.is_short:
+            raise OSError("to compile it takes longer than it saves")
+        controller, steps, law = run.controller, run.unlocked, run.drive.law(run.dt)
+        self._safe: SafeController | None = None
+        self._sequencer: Sequencer | None = None
+        engine = controller
+        if isinstance(controller, SafeController) and isinstance(controller.controller, Sequencer):
+            self._safe, self._sequencer = controller, controller.controller
+            engine = self._sequencer.walker
+        if not (isinstance(engine, LocomotionEngine) and isinstance(steps, UnlockedLoop)):
             raise OSError("something else walks, or steps")
         if engine.feel is None or engine.dynamics is None:
             raise OSError("a stage is missing")
-        if law is None or not is_ours(run.drive, type(run.drive)):
+        if law is None:
             raise OSError("a drive of which no law is known")
-        if run.told_now.keys() != {STANCE, *TELEMETRY, *STAYING}:
+        if not {STANCE, *TELEMETRY} <= run.told_now.keys() <= {STANCE, *TELEMETRY, *STAYING}:
             raise OSError("other telemetry")
-        self._run, self._safe, self._sequencer = run, safe, safe.controller
-        self._engine, self._feel, self._dynamics = engine, engine.feel, engine.dynamics
-        self._steps, self._law = steps, law
+        self._run, self._engine, self._steps, self._law = run, engine, steps, law
+        self._feel, self._dynamics = engine.feel, engine.dynamics
         self._parts: Parts | None = None
         self._wait = 0
 
-    def advance(self, at: int, most: int, command: Command) -> int:
+    def is_steady(self, command: Command) -> bool:
+        """Whether the next update will be like the last, if nothing happens.
+
+        Args:
+            command: What the robot was told in the last update, and is told in the next.
+        """
+        if self._wait > 0:
+            self._wait -= 1
+            return False
+        safe, sequencer = self._safe, self._sequencer
+        if safe and sequencer and not (safe.is_steady(command) and sequencer.is_steady(command)):
+            return False
+        return self._engine.is_steady(command)
+
+    def prepare(self) -> None:
+        """Gather what the machine code works on, as it is now; the stages' own is there by now.
+
+        Raises:
+            OSError: A stage's own cannot be found, or somebody has put another part in.
+            Exception: The compiler works in another way, or cannot do it.
+        """
+        if not all(is_ours(part, kind) for part, kind in self._who()):
+            raise OSError("a part of somebody's own")
+        known = self._parts
+        parts = self._gathered(self._places() if known is None else known.places)
+        if known is None:
+            # The compiler does its work here, before anything is changed.
+            make_updates(0, 0, 0, goings_on_in(self._engine), parts)
+        self._parts = parts
+
+    def advance(self, at: int, most: int) -> int:
         """Make updates and their steps, as many as there are of which nothing is to be said.
 
         Args:
             at: The buffer's row of the first step, not the first row.
             most: How many updates at most.
-            command: What the robot is told in all of them, and was told in the last.
 
         Returns:
             How many steps were made.
         """
-        if self._wait > 0:
-            self._wait -= 1
-            return 0
-        safe, engine, run = self._safe, self._engine, self._run
-        steady = (part.is_steady(command) for part in (safe, self._sequencer, engine))
-        if most < 1 or not all(steady):
-            return 0
-        if self._parts is None:
-            # The stages' machine code is there from their first update on.
-            self._parts = self._gathered()
-            # The compiler does its work here, before anything is changed.
-            make_updates(0, run.now, at, self._parts)
-        guard, clock, mode = safe.guard, engine.state.clock, engine.state.mode
-        last, scalars, known = self._parts.last, self._parts.scalars, self._parts.known
-        assert safe.last is not None
-        last[:] = safe.last.position, safe.last.velocity, safe.last.torque
-        scalars[:] = guard.time, guard.since, self._dynamics.velocity_share, engine.had
-        waits = clock[4] > PATIENT
-        known[:] = waits, waits and mode[2] == 1, mode[3], mode[0] == STILL
-        made, trouble, friction, demand = make_updates(most, run.now, at, self._parts)
+        run, engine, parts = self._run, self._engine, self._parts
+        assert parts is not None
+        known = goings_on_in(engine)
+        made, trouble, friction, demand = make_updates(most, run.now, at, known, parts)
         if made == 0:
             self._wait = WAIT
             return 0
-        time, guard.since, share, had = scalars.tolist()
-        targets = JointTargets(*last.copy())
-        guard.catch_up(time, self._feel.senses.joint_position.copy())
-        safe.catch_up(time, targets)
-        self._sequencer.catch_up(time, targets)
+        time, since, share, had = parts.scalars.tolist()
         engine.catch_up(share, had, friction, demand)
+        if self._safe and self._sequencer:
+            targets = JointTargets(*parts.last)
+            q = self._feel.senses.joint_position.copy()
+            self._safe.guard.catch_up(time, since, q)
+            self._safe.catch_up(time, targets)
+            self._sequencer.catch_up(time, targets)
         first = at // run.period_steps
-        for name in STAYING:
+        for name in run.told_now.keys() & STAYING:
             told = run.told_now[name]
             told[first : first + made] = told[first - 1]
         if not trouble:
@@ -131,70 +160,95 @@ class Uneventful:
         run.note(block)
         return (made - 1) * run.period_steps + block.steps
 
-    def _gathered(self) -> Parts:
-        """What the machine code works on.
+    def _who(self) -> Iterable[tuple[object, type]]:
+        """All whose work is done by the machine code, and what they have to be."""
+        if self._safe and self._sequencer:
+            yield self._safe, SafeController
+            yield self._safe.guard, Guard
+            yield self._sequencer, Sequencer
+        yield self._engine, LocomotionEngine
+        yield self._feel, FeelStage
+        yield self._dynamics, DynamicsStage
+        yield self._dynamics.feed, FeedForward
+        yield self._steps, UnlockedLoop
+        yield self._run.hold, Hold
+        yield self._run.drive, type(self._run.drive)
+
+    def _places(self) -> np.ndarray:
+        """Where functions and tables are.
 
         Raises:
-            OSError: A stage's own cannot be found.
+            OSError: A stage has not been compiled.
         """
-        run, safe, guard, engine = self._run, self._safe, self._safe.guard, self._engine
-        memory, feed, hold, data = engine.memory, self._dynamics.feed, run.hold, run.data
-        felt, felt_codes, tuning = self._feel.rows
+        memory, dynamics, feed = self._engine.memory, self._dynamics, self._dynamics.feed
         rows = memory.numbers, memory.codes, memory.legs
+        takes = dynamics.times, dynamics.own, feed.masses, feed.numbers, feed.work
+        return np.array(
+            [
+                address_of(feel_order, CODE, *rows, *self._feel.rows),
+                address_of(tick, CODE, *rows, self._engine.settings.update_period),
+                address_of(weigh, NUMBERS, *rows, *takes),
+                address("mjb_apply"),
+                address("mju_rotVecQuat"),
+                *self._steps.given,
+            ]
+        )
+
+    def _gathered(self, places: np.ndarray) -> Parts:
+        run, safe, engine, dynamics = self._run, self._safe, self._engine, self._dynamics
+        memory, feed, hold, data = engine.memory, dynamics.feed, run.hold, run.data
+        felt, felt_codes, tuning = self._feel.rows
         law, law_numbers, law_memory = self._law
-        takes = self._dynamics.times, self._dynamics.own, feed.masses, feed.numbers, feed.work
-        period, joints = engine.settings.update_period, 3 * memory.legs
-        places = [
-            address_of(feel_order, CODE, *rows, *self._feel.rows),
-            address_of(tick, CODE, *rows, period),
-            address_of(weigh, NUMBERS, *rows, *takes),
-            address("mjb_apply"),
-            address("mju_rotVecQuat"),
-            *self._steps.given,
-        ]
+        last, since = np.zeros((3, memory.legs, 3)), (-math.inf, 0.0)
+        # Without a guard nothing is too much.
+        watched, loads, heating = [math.inf] * 6, np.zeros((3, memory.legs, 3)), np.zeros(4)
+        limits = np.stack([np.full(loads[0].shape, -math.inf), np.full(loads[0].shape, math.inf)])
+        if safe:
+            guard, set_ = safe.guard, safe.guard.settings
+            tilt = set_.tilt_share * guard.tip_angle
+            watched = [set_.observation_time, tilt, guard.tip_time, set_.load_time]
+            watched += [guard.hot, safe.speed]
+            loads, heating, limits = guard.loads, guard.heating, safe.limits
+            since = guard.time, guard.since
+            assert safe.last is not None
+            last[:] = safe.last.position, safe.last.velocity, safe.last.torque
         constants = [
-            guard.settings.tilt_share * guard.tip_angle,
-            guard.tip_time,
-            guard.settings.load_time,
-            guard.hot,
-            safe.speed,
+            *watched,
             feed.friction,
             run.scenario.model.gravity,
             run.robot.servo.stall_torque,
-            period,
+            engine.settings.update_period,
             run.dt,
         ]
+        scalars = np.array([*since, dynamics.velocity_share, engine.had])
         state, orders = engine.state, (memory.order.velocity, memory.wanted.velocity)
-        last, scalars = np.zeros((3, memory.legs, 3)), np.zeros(4)
-        changed = (
-            *(memory.numbers, felt, self._dynamics.own, feed.work),
-            *(last, guard.loads, scalars, law_memory, hold.ends),
-        )
-        wanted = run.wanted
+        changed = memory.numbers, felt, dynamics.own, feed.work, loads, scalars
+        kept, kept_codes = self._room(changed, (memory.codes, felt_codes))
+        joints, wanted, told = 3 * memory.legs, run.wanted, run.told_now
         return Parts(
-            places=np.array(places),
+            places=places,
             numbers=memory.numbers,
             codes=memory.codes,
             felt=felt,
             felt_codes=felt_codes,
-            shares=self._dynamics.own,
+            shares=dynamics.own,
             work=feed.work,
             last=last,
-            loads=guard.loads,
+            loads=loads,
             scalars=scalars,
             law_memory=law_memory,
             ends=hold.ends,
             tuning=tuning,
-            times=self._dynamics.times,
+            times=dynamics.times,
             masses=feed.masses,
             servo=feed.numbers,
             views=(state.clock, state.mode, state.leg, state.speed, state.q, *orders, feed.torque),
             told=tuple(self._feel.senses[:7]),
+            is_guarded=safe is not None,
             admitted=engine.admitted,
-            limits=safe.limits,
-            heating=guard.heating,
+            limits=limits,
+            heating=heating,
             constants=np.array(constants),
-            known=np.zeros(4, dtype=np.int64),
             angles=data.qpos,
             speeds=data.qvel,
             sensors=data.sensordata,
@@ -205,9 +259,20 @@ class Uneventful:
             law=(law, law_numbers),
             goals=self._steps.targets[: run.period_steps],
             wanted=wanted.reshape(*wanted.shape[:3], joints),
-            stance=run.told_now[STANCE],
-            telemetry=tuple(run.told_now[name] for name in TELEMETRY),
+            stance=told[STANCE],
+            telemetry=tuple(told[name] for name in TELEMETRY),
             table=self._steps.table,
-            kept=tuple(np.empty(row.size) for row in changed),
-            kept_codes=(np.empty_like(memory.codes), np.empty_like(felt_codes)),
+            kept=kept,
+            kept_codes=kept_codes,
         )
+
+    def _room(self, changed: Any, codes: Any) -> tuple[tuple[np.ndarray, ...], ...]:
+        """Rows for what an update changes, the same at each call."""
+        if self._parts is not None:
+            return self._parts.kept, self._parts.kept_codes
+        return tuple(np.empty(row.size) for row in changed), tuple(map(np.empty_like, codes))
+
+
+def goings_on_in(engine: LocomotionEngine) -> tuple[bool, bool, int, bool]:
+    """What an engine is about; see `goings_on`."""
+    return goings_on(engine.state.clock, engine.state.mode)

@@ -17,10 +17,10 @@ from phasmid.control.dynamics.effort import MISSING
 from phasmid.control.dynamics.servo_goal import SLOW, fill_goals
 from phasmid.control.dynamics.stage import FASTER
 from phasmid.control.loads import HEAT_STEP, add_loads
-from phasmid.control.remarks import PATIENT
+from phasmid.control.remarks import goings_on
 from phasmid.control.safe import faulty
 from phasmid.control.safety import look
-from phasmid.control.state import STANCE, STILL
+from phasmid.control.state import STANCE
 from phasmid.simulation.calling import call_engine, call_turn, calling
 from phasmid.simulation.hold import fill_setpoints
 from phasmid.simulation.joint_drive import PRESCRIBED, SERVO
@@ -40,15 +40,11 @@ TIME, SINCE, SHARE, HAD = range(4)
 """Numbers that updates change: time of the last [s], how long the servos' loads have been added up
 [s], the part of the velocity that can be had, and the part that is in the order."""
 
-TILT, TIP, LONGEST, HOT, FASTEST, FRICTION, GRAVITY, STALL, PERIOD, STEP = range(10)
-"""Numbers that stay: the tilt of which safety speaks [rad], the time to tip [s], how long a servo
-may give nearly all that it can [s], the temperature that is too high [°C], the largest speed of
-targets [rad/s], the friction that may be used, gravity [m/s²], a servo's torque [N·m], the time
-from one update to the next and a time step [s]."""
-
-WAITS, BACK, LOOKS, STANDS = range(4)
-"""What is known of the locomotion engine: whether a lift has waited for long, and for the body; how
-often its feet have begun or ended to look; and whether it stands."""
+GAP, TILT, TIP, LONGEST, HOT, FASTEST, FRICTION, GRAVITY, STALL, PERIOD, STEP = range(11)
+"""Numbers that stay: the time without an observation [s] and the tilt [rad] of which safety speaks,
+the time to tip [s], how long a servo may give nearly all that it can [s], the temperature that is
+too high [°C], the largest speed of targets [rad/s], the friction that may be used, gravity [m/s²],
+a servo's torque [N·m], the time from one update to the next and a time step [s]."""
 
 DUTY, SHUTDOWN = FIELDS.index("duty"), FIELDS.index("shutdown")
 
@@ -58,15 +54,16 @@ class Parts(NamedTuple):
 
     Attributes:
         places: Of functions and tables, as named above, shape (8,).
-        numbers: Of the locomotion engine's memory; changed, as all is up to `ends`.
+        numbers: Of the locomotion engine's memory; changed, as all is up to `ends`; an update
+            that is out of the usual has changed none of the last three.
         codes: The same.
         felt: Numbers of what it feels.
         felt_codes: The same.
         shares: What its stage of dynamics keeps.
         work: In which that stage finds forces.
-        last: Angles, speeds and torques of the last targets, shape (3, L, 3).
         loads: Of the `Guard`, shape (3, L, 3).
         scalars: Numbers as named above, shape (4,).
+        last: Angles, speeds and torques of the last targets, shape (3, L, 3).
         law_memory: What the drive's law remembers, shape (2, J).
         ends: Of the `Hold`, shape (4, J).
         tuning: How the ground is felt.
@@ -76,11 +73,11 @@ class Parts(NamedTuple):
         views: In `numbers` and `codes`: clock, mode, legs, speed, joints, and the velocities of
             both orders; and the torques in `work`.
         told: In `felt`: what the sensors tell, the first seven of `Senses`.
+        is_guarded: Whether there is a `SafeController` with its `Guard`.
         admitted: The velocity that is admitted, shape (3,).
         limits: Of the `SafeController`, shape (2, L, 3).
         heating: Of the `Guard`.
-        constants: Numbers as named above, shape (10,).
-        known: Codes as named above, shape (4,).
+        constants: Numbers as named above, shape (11,).
         angles: The physics engine's, shape (7 + J,).
         speeds: The same, shape (6 + J,).
         sensors: The same.
@@ -94,7 +91,7 @@ class Parts(NamedTuple):
         stance: Takes which feet stand at each update, shape (U, L).
         telemetry: Take each update's velocity, slow-down, support margin and phase.
         table: Of the loop of steps.
-        kept: Rows like those that are changed, but for the codes.
+        kept: Rows for what an unusual update has changed, but for the codes.
         kept_codes: The same for the codes.
     """
 
@@ -105,9 +102,9 @@ class Parts(NamedTuple):
     felt_codes: np.ndarray
     shares: np.ndarray
     work: np.ndarray
-    last: np.ndarray
     loads: np.ndarray
     scalars: np.ndarray
+    last: np.ndarray
     law_memory: np.ndarray
     ends: np.ndarray
     tuning: np.ndarray
@@ -116,11 +113,11 @@ class Parts(NamedTuple):
     servo: np.ndarray
     views: tuple[np.ndarray, ...]
     told: tuple[np.ndarray, ...]
+    is_guarded: bool
     admitted: np.ndarray
     limits: np.ndarray
     heating: np.ndarray
     constants: np.ndarray
-    known: np.ndarray
     angles: np.ndarray
     speeds: np.ndarray
     sensors: np.ndarray
@@ -185,23 +182,17 @@ def fill_law(
                 goals[k, j] = rows[0, k, j] + (torque[k, j] + b * speed + c * turning) / a
 
 
-@internal
-def is_as_known(clock: np.ndarray, mode: np.ndarray, known: np.ndarray) -> bool:
-    """Whether nothing has begun or ended that the locomotion engine would speak of or answer."""
-    waits = clock[4] > PATIENT
-    back = waits and mode[2] == 1
-    was = known[WAITS] == waits and known[BACK] == back and known[STANDS] == (mode[0] == STILL)
-    return bool(was and known[LOOKS] == mode[3])
-
-
 @compiled
-def make_updates(most: int, now: int, at: int, parts: Parts) -> tuple[int, int, float, float]:
+def make_updates(
+    most: int, now: int, at: int, known: tuple[bool, bool, int, bool], parts: Parts
+) -> tuple[int, int, float, float]:
     """Make updates, and the steps after each, until one is out of the usual.
 
     Args:
         most: How many updates at most.
         now: Index of the first's time step.
         at: The buffer's row of that step, not the first row.
+        known: What the locomotion engine is about, by `goings_on`.
         parts: What they are made of.
 
     Returns:
@@ -213,7 +204,7 @@ def make_updates(most: int, now: int, at: int, parts: Parts) -> tuple[int, int, 
     shares, work, last, loads, scalars, ends = p.shares, p.work, p.last, p.loads, p.scalars, p.ends
     constants, qpos, qvel, sensed = p.constants, p.angles, p.speeds, p.sensors
     stance, goals, wanted, table, places = p.stance, p.goals, p.wanted, p.table, p.places
-    clock, mode, doing, speed, motion, order, trial, torque = p.views
+    clock, mode, doing, speed, motion, ordered, wished, torque = p.views
     positions, outputs, contacts, forces, orientation, spin, acceleration = p.told
     speed_told, slow_told, margin_told, phase_told = p.telemetry
     speeds, torques = p.sampled
@@ -230,11 +221,8 @@ def make_updates(most: int, now: int, at: int, parts: Parts) -> tuple[int, int, 
         felt,
         shares,
         work,
-        last.reshape(-1),
         loads.reshape(-1),
         scalars,
-        p.law_memory.reshape(-1),
-        ends.reshape(-1),
     )
     changed_codes = (codes, felt_codes)
     warned = p.warnings.sum()
@@ -268,16 +256,16 @@ def make_updates(most: int, now: int, at: int, parts: Parts) -> tuple[int, int, 
             away[i] = whole[i] if i == 0 else -whole[i]
         call_turn(places[TURN], acceleration.ctypes.data, force.ctypes.data, away.ctypes.data)
         # What safety looks at.
-        bad, tilt = _look(q, qd, load, whole, rates, constants[TIP])
         scalars[TIME] = time
-        scalars[SINCE] += dt
-        if scalars[SINCE] >= HEAT_STEP:
-            _add_loads(load, scalars[SINCE], loads, p.heating)
-            scalars[SINCE] = 0.0
-            is_usual = is_usual and not (
-                loads[1].max() > constants[LONGEST] or loads[2].max() > constants[HOT]
-            )
-        is_usual = is_usual and bad == 0 and tilt <= constants[TILT]
+        if p.is_guarded:
+            bad, tilt = _look(q, qd, load, whole, rates, constants[TIP])
+            scalars[SINCE] += dt
+            if scalars[SINCE] >= HEAT_STEP:
+                _add_loads(load, scalars[SINCE], loads, p.heating)
+                scalars[SINCE] = 0.0
+                most_of_all = loads[1].max() > constants[LONGEST]
+                is_usual = is_usual and not (most_of_all or loads[2].max() > constants[HOT])
+            is_usual = is_usual and bad == 0 and tilt <= constants[TILT] and dt <= constants[GAP]
         if is_usual:
             # What the locomotion engine does.
             if time > clock[1]:
@@ -287,10 +275,10 @@ def make_updates(most: int, now: int, at: int, parts: Parts) -> tuple[int, int, 
             if scalars[SHARE] != scalars[HAD]:
                 scalars[HAD] = scalars[SHARE]
                 for i in range(3):
-                    order[i] = trial[i] = scalars[HAD] * p.admitted[i]
+                    ordered[i] = wished[i] = scalars[HAD] * p.admitted[i]
         if is_usual:
             code = call_for_code(places[TICK], (numbers, codes, legs, constants[PERIOD]))
-            is_usual = code == 0 and is_as_known(clock, mode, p.known)
+            is_usual = code == 0 and goings_on(clock, mode) == known
         if is_usual:
             given = (numbers, codes, legs, p.times, shares, p.masses, p.servo, work)
             takes = call_for_numbers(places[WEIGH], given)
@@ -305,9 +293,10 @@ def make_updates(most: int, now: int, at: int, parts: Parts) -> tuple[int, int, 
                     velocity[leg, i] = motion[1, leg, i]
                     if slow != 1.0:
                         velocity[leg, i] *= slow
-            farthest = constants[FASTEST] * dt
-            wrong = _faulty(position, velocity, torque, last[0], p.limits[0], p.limits[1], farthest)
-            is_usual = wrong == 0 and dt > 0.0
+            farthest = constants[FASTEST] * dt if p.is_guarded else math.inf
+            low, high = p.limits[0], p.limits[1]
+            is_usual = _faulty(position, velocity, torque, last[0], low, high, farthest) == 0
+            is_usual = is_usual and dt > 0.0
         if not is_usual:
             copy_all(kept, changed)
             copy_all(kept_codes, changed_codes)
