@@ -195,15 +195,21 @@ class Uneventful:
         )
 
     def _gathered(self, places: np.ndarray) -> Parts:
+        """What the machine code works on, as it is now.
+
+        Args:
+            places: Where functions and tables are.
+        """
         run, safe, engine, dynamics = self._run, self._safe, self._engine, self._dynamics
         memory, feed, hold, data = engine.memory, dynamics.feed, run.hold, run.data
         felt, felt_codes, tuning = self._feel.rows
         law, law_numbers, law_memory = self._law
         last, since = np.zeros((3, memory.legs, 3)), (-math.inf, 0.0)
-        # Without a guard nothing is too much.
-        watched, loads, heating = [math.inf] * 6, np.zeros((3, memory.legs, 3)), np.zeros(4)
-        limits = np.stack([np.full(loads[0].shape, -math.inf), np.full(loads[0].shape, math.inf)])
-        if safe:
+        if safe is None:
+            # Without a guard nothing is too much.
+            watched, loads, heating = [math.inf] * 6, np.zeros((3, memory.legs, 3)), np.zeros(4)
+            limits = np.stack([loads[0] - math.inf, loads[0] + math.inf])
+        else:
             guard, set_ = safe.guard, safe.guard.settings
             tilt = set_.tilt_share * guard.tip_angle
             watched = [set_.observation_time, tilt, guard.tip_time, set_.load_time]
