@@ -96,6 +96,21 @@ def test_a_recording_has_the_bits_of_updates_made_by_python(
         assert found[name].values.tobytes() == values.values.tobytes(), name
 
 
+def test_forces_within_limits_are_found_without_an_update_of_pythons(monkeypatch, made):
+    # AX-12A servos: feet that have just landed would have to pull, every few updates.
+    found, find = [], uneventful.Uneventful._finds_forces
+
+    def noted(updates):
+        found.append(find(updates))
+        return found[-1]
+
+    monkeypatch.setattr(uneventful.Uneventful, "_finds_forces", noted)
+    recording = driving({"drive": "servo"}).simulate()
+    assert found.count(True) > 10
+    # Without them there would be as many more of Python's, of five steps each.
+    assert recording.sizes["time"] - made[0] < 5 * found.count(True)
+
+
 def test_an_engine_with_no_safety_around_it_is_driven_alike(monkeypatch, made):
     def driven():
         return driving({"drive": "servo", "robot": "phantomx-ax"}, bare=True).simulate()

@@ -313,7 +313,7 @@ class LocomotionEngine:
             demand: Its largest torque as a part of what the servo gives.
         """
         assert self.dynamics is not None
-        self.dynamics.catch_up(self.memory, share, friction, demand)
+        self.dynamics.catch_up(share, friction, demand)
         self.had = had
 
     @property

@@ -34,8 +34,16 @@ from phasmid.control.step import tick
 from phasmid.simulation.calling import address, address_of
 from phasmid.simulation.hold import Hold
 from phasmid.simulation.uneventful_loop import (
+    ANEW,
     CODE,
+    DEMAND,
+    FAILED,
+    FOUND,
+    NEEDED,
+    NOT_FOUND,
     NUMBERS,
+    USUAL,
+    WEIGHED,
     Parts,
     make_updates,
 )
@@ -122,7 +130,7 @@ class Uneventful:
         parts = self._gathered(self._places() if known is None else known.places)
         if known is None:
             # The compiler does its work here, before anything is changed.
-            make_updates(0, 0, 0, goings_on_in(self._engine), parts)
+            make_updates(0, 0, 0, ANEW, goings_on_in(self._engine), parts)
         self._parts = parts
 
     def advance(self, at: int, most: int) -> int:
@@ -137,12 +145,17 @@ class Uneventful:
         """
         run, engine, parts = self._run, self._engine, self._parts
         assert parts is not None
-        known = goings_on_in(engine)
-        made, trouble, friction, demand = make_updates(most, run.now, at, known, parts)
+        known, begin, end, made = goings_on_in(engine), ANEW, WEIGHED, 0
+        while end == WEIGHED:
+            gone = made * run.period_steps
+            more, end = make_updates(most - made, run.now + gone, at + gone, begin, known, parts)
+            made += more
+            if end == WEIGHED:
+                begin = FOUND if self._finds_forces() else NOT_FOUND
         if made == 0:
             self._wait = WAIT
             return 0
-        time, since, share, had = parts.scalars.tolist()
+        time, since, share, had, friction, demand = parts.scalars.tolist()
         engine.catch_up(share, had, friction, demand)
         if self._safe and self._sequencer:
             targets = JointTargets(*parts.last)
@@ -154,11 +167,20 @@ class Uneventful:
         for name in run.told_now.keys() & STAYING:
             told = run.told_now[name]
             told[first : first + made] = told[first - 1]
-        if not trouble:
+        if end == USUAL:
             return made * run.period_steps
-        block = self._steps.made(failed=trouble > 1)
+        block = self._steps.made(failed=end == FAILED)
         run.note(block)
         return (made - 1) * run.period_steps + block.steps
+
+    def _finds_forces(self) -> bool:
+        """Whether forces within the limits are found for all of the motion of an update."""
+        assert self._parts is not None
+        numbers = self._parts.scalars
+        friction, demand = numbers[NEEDED : DEMAND + 1].tolist()
+        effort = self._dynamics.answer(self._engine.memory, 0.0, friction, demand)
+        numbers[NEEDED], numbers[DEMAND] = effort.friction, effort.demand
+        return effort.part == 1.0 and not effort.remark
 
     def _who(self) -> Iterable[tuple[object, type]]:
         """All whose work is done by the machine code, and what they have to be."""
@@ -226,7 +248,7 @@ class Uneventful:
             engine.settings.update_period,
             run.dt,
         ]
-        scalars = np.array([*since, dynamics.velocity_share, engine.had])
+        scalars = np.array([*since, dynamics.velocity_share, engine.had, 0.0, 0.0])
         state, orders = engine.state, (memory.order.velocity, memory.wanted.velocity)
         changed = memory.numbers, felt, dynamics.own, feed.work, loads, scalars
         kept, kept_codes = self._room(changed, (memory.codes, felt_codes))

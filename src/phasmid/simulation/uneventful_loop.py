@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from phasmid.compiled import compiled, heed_sources, internal, is_kept
+from phasmid.compiled import compiled, heed_sources, inlined, internal, is_kept
 from phasmid.control.dynamics.effort import MISSING
 from phasmid.control.dynamics.servo_goal import SLOW, fill_goals
 from phasmid.control.dynamics.stage import FASTER
@@ -36,15 +36,24 @@ FEEL, TICK, WEIGH, APPLY, TURN, BATCH, STEPS, TABLE = range(8)
 """Places in memory: of the engine's stages, of functions of the physics engine, and of a batch of
 its own, of the loop of steps, and of that loop's table."""
 
-TIME, SINCE, SHARE, HAD = range(4)
+TIME, SINCE, SHARE, HAD, NEEDED, DEMAND = range(6)
 """Numbers that updates change: time of the last [s], how long the servos' loads have been added up
-[s], the part of the velocity that can be had, and the part that is in the order."""
+[s], the part of the velocity that can be had, the part that is in the order, the friction that the
+feet's forces need, and the largest torque as a part of what its servo gives."""
 
 GAP, TILT, TIP, LONGEST, HOT, FASTEST, FRICTION, GRAVITY, STALL, PERIOD, STEP = range(11)
 """Numbers that stay: the time without an observation [s] and the tilt [rad] of which safety speaks,
 the time to tip [s], how long a servo may give nearly all that it can [s], the temperature that is
 too high [°C], the largest speed of targets [rad/s], the friction that may be used, gravity [m/s²],
 a servo's torque [N·m], the time from one update to the next and a time step [s]."""
+
+USUAL, TROUBLE, FAILED, WEIGHED = range(4)
+"""How updates end: with the last wanted, or one out of the usual that is undone; with trouble in
+the last's steps; with a failure of the physics engine in them; in the midst of one, whose forces
+have to be found within their limits."""
+
+ANEW, FOUND, NOT_FOUND = range(3)
+"""How they begin: anew, or in the midst of such an update for which forces were found, or not."""
 
 DUTY, SHUTDOWN = FIELDS.index("duty"), FIELDS.index("shutdown")
 
@@ -62,7 +71,7 @@ class Parts(NamedTuple):
         shares: What its stage of dynamics keeps.
         work: In which that stage finds forces.
         loads: Of the `Guard`, shape (3, L, 3).
-        scalars: Numbers as named above, shape (4,).
+        scalars: Numbers as named above, shape (6,).
         last: Angles, speeds and torques of the last targets, shape (3, L, 3).
         law_memory: What the drive's law remembers, shape (2, J).
         ends: Of the `Hold`, shape (4, J).
@@ -182,146 +191,204 @@ def fill_law(
                 goals[k, j] = rows[0, k, j] + (torque[k, j] + b * speed + c * turning) / a
 
 
+@inlined
+def sense(p: Parts, row: int, time: float) -> bool:
+    """Tell the locomotion engine what its senses tell, and look after safety.
+
+    Args:
+        p: What updates are made of.
+        row: The buffer's of this time.
+        time: Of the update [s].
+
+    Returns:
+        Whether all is as usual.
+    """
+    loads, scalars, constants, servos = p.loads, p.scalars, p.constants, p.servos
+    positions, outputs, contacts, forces, orientation, spin, acceleration = p.told
+    speeds, torques = p.sampled
+    legs = loads.shape[1]
+    q, qd = p.angles[7:].reshape(legs, 3), p.speeds[6:].reshape(legs, 3)
+    rates, whole = p.speeds[3:6], p.angles[3:7]
+    load, force, away = np.empty((legs, 3)), np.empty(3), np.empty(4)
+    is_usual = True
+    dt = time - scalars[TIME]
+    for leg in range(legs):
+        for i in range(3):
+            if p.law[0] == SERVO:
+                load[leg, i] = servos[DUTY, 3 * leg + i]
+                is_usual = is_usual and servos[SHUTDOWN, 3 * leg + i] == RUNNING
+            else:
+                load[leg, i] = torques[row - 1, 3 * leg + i] / constants[STALL]
+            loads[0, leg, i] += dt * load[leg, i] * load[leg, i]
+            positions[leg, i] = q[leg, i]
+            outputs[leg, i] = load[leg, i]
+        contacts[leg] = 1.0 if p.sensors[4 * leg] > 0 else 0.0
+        forces[leg] = p.sensors[4 * leg + 3]
+    for i in range(3):
+        spin[i] = rates[i]
+        force[i] = (p.speeds[i] - speeds[row - 1, i]) / constants[STEP]
+    force[2] += constants[GRAVITY]
+    for i in range(4):
+        orientation[i] = whole[i]
+        away[i] = whole[i] if i == 0 else -whole[i]
+    call_turn(p.places[TURN], acceleration.ctypes.data, force.ctypes.data, away.ctypes.data)
+    scalars[TIME] = time
+    if p.is_guarded:
+        bad, tilt = _look(q, qd, load, whole, rates, constants[TIP])
+        is_usual = is_usual and bad == 0 and tilt <= constants[TILT] and dt <= constants[GAP]
+        scalars[SINCE] += dt
+        if scalars[SINCE] >= HEAT_STEP:
+            _add_loads(load, scalars[SINCE], loads, p.heating)
+            scalars[SINCE] = 0.0
+            is_loaded, is_hot = loads[1].max() > constants[LONGEST], loads[2].max() > constants[HOT]
+            is_usual = is_usual and not (is_loaded or is_hot)
+    return is_usual
+
+
+@inlined
+def move(p: Parts, time: float, known: tuple[bool, bool, int, bool]) -> int:
+    """Let the locomotion engine go on, and find what its motion takes.
+
+    Args:
+        p: What updates are made of.
+        time: Of the update [s].
+        known: What the engine is about, by `goings_on`.
+
+    Returns:
+        0 where it is as usual, 1 where the forces keep not within their limits, 2 otherwise.
+    """
+    numbers, codes, scalars, constants, places = (
+        p.numbers,
+        p.codes,
+        p.scalars,
+        p.constants,
+        p.places,
+    )
+    clock, mode, _, _, _, ordered, wished, _ = p.views
+    legs = p.loads.shape[1]
+    if time > clock[1]:
+        clock[1] = time
+    rows = (numbers, codes, legs, p.felt, p.felt_codes, p.tuning)
+    is_usual = call_for_code(places[FEEL], rows) == 0
+    if scalars[SHARE] != scalars[HAD]:
+        scalars[HAD] = scalars[SHARE]
+        for i in range(3):
+            ordered[i] = wished[i] = scalars[HAD] * p.admitted[i]
+    if is_usual:
+        code = call_for_code(places[TICK], (numbers, codes, legs, constants[PERIOD]))
+        is_usual = code == 0 and goings_on(clock, mode) == known
+    found = 2
+    if is_usual:
+        given = (numbers, codes, legs, p.times, p.shares, p.masses, p.servo, p.work)
+        missing, friction, demand = call_for_numbers(places[WEIGH], given)
+        scalars[NEEDED], scalars[DEMAND] = friction, demand
+        if missing <= MISSING:
+            found = 0 if friction <= constants[FRICTION] and demand <= 1.0 else 1
+    return found
+
+
+@inlined
+def tell(p: Parts, update: int, position: np.ndarray, velocity: np.ndarray) -> None:
+    """Tell the joints what to do, and a recording what is done.
+
+    Args:
+        p: What updates are made of.
+        update: Index of the update in its block.
+        position: What the joints shall have at its end [rad], shape (L, 3).
+        velocity: The same [rad/s].
+    """
+    last, ends, wanted = p.last, p.ends, p.wanted[update]
+    clock, _, doing, speed, _, _, _, torque = p.views
+    speed_told, slow_told, margin_told, phase_told = p.telemetry
+    legs = position.shape[0]
+    fed = np.empty(p.goals.shape)
+    for leg in range(legs):
+        for i in range(3):
+            j = 3 * leg + i
+            last[0, leg, i], last[1, leg, i] = position[leg, i], velocity[leg, i]
+            last[2, leg, i] = torque[leg, i]
+            ends[0, j], ends[1, j] = ends[2, j], ends[3, j]
+            ends[2, j], ends[3, j] = position[leg, i], velocity[leg, i]
+            for k in range(len(fed)):
+                fed[k, j] = torque[leg, i]
+        p.stance[update, leg] = doing[leg] == STANCE
+    _fill_setpoints(p.weights, ends, wanted)
+    fill_law(p.law[0], wanted, fed, p.law[1], p.constants[STEP], p.law_memory, p.goals)
+    slow = clock[3]
+    for i in range(3):
+        speed_told[update, i] = slow * speed[2, i]
+    slow_told[update], margin_told[update] = slow, clock[5]
+    phase_told[update] = clock[0]
+
+
 @compiled
 def make_updates(
-    most: int, now: int, at: int, known: tuple[bool, bool, int, bool], parts: Parts
-) -> tuple[int, int, float, float]:
+    most: int, now: int, at: int, begin: int, known: tuple[bool, bool, int, bool], parts: Parts
+) -> tuple[int, int]:
     """Make updates, and the steps after each, until one is out of the usual.
 
     Args:
         most: How many updates at most.
         now: Index of the first's time step.
         at: The buffer's row of that step, not the first row.
+        begin: How, as named above.
         known: What the locomotion engine is about, by `goings_on`.
         parts: What they are made of.
 
     Returns:
-        How many were made; whether there was trouble in the last's steps: 1, or 2 where the engine
-        itself has failed; and the friction that the last update's forces need, and the demand.
+        How many were made, and how they end, as named above.
     """
     p = parts
-    numbers, codes, felt, felt_codes = p.numbers, p.codes, p.felt, p.felt_codes
-    shares, work, last, loads, scalars, ends = p.shares, p.work, p.last, p.loads, p.scalars, p.ends
-    constants, qpos, qvel, sensed = p.constants, p.angles, p.speeds, p.sensors
-    stance, goals, wanted, table, places = p.stance, p.goals, p.wanted, p.table, p.places
-    clock, mode, doing, speed, motion, ordered, wished, torque = p.views
-    positions, outputs, contacts, forces, orientation, spin, acceleration = p.told
-    speed_told, slow_told, margin_told, phase_told = p.telemetry
-    speeds, torques = p.sampled
-    law, law_numbers = p.law
-    kept, kept_codes = p.kept, p.kept_codes
-    legs, joints, period = stance.shape[1], goals.shape[1], wanted.shape[2]
-    q, qd = qpos[7:].reshape(legs, 3), qvel[6:].reshape(legs, 3)
-    rates, whole = qvel[3:6], qpos[3:7]
-    position, velocity = last[0].copy(), np.empty((legs, 3))
-    load, force, away = np.empty((legs, 3)), np.empty(3), np.empty(4)
-    fed = np.empty((period, joints))
+    constants, scalars, table, places = p.constants, p.scalars, p.table, p.places
+    clock, _, _, _, motion, _, _, torque = p.views
+    qpos, qvel, period, legs = p.angles, p.speeds, p.wanted.shape[2], p.stance.shape[1]
+    position, velocity = p.last[0].copy(), np.empty((legs, 3))
     changed = (
-        numbers,
-        felt,
-        shares,
-        work,
-        loads.reshape(-1),
+        p.numbers,
+        p.felt,
+        p.shares,
+        p.work,
+        p.loads.reshape(-1),
         scalars,
     )
-    changed_codes = (codes, felt_codes)
+    changed_codes = (p.codes, p.felt_codes)
     warned = p.warnings.sum()
-    made, friction, demand = 0, 0.0, 0.0
+    made = 0
     while made < most:
-        copy_all(changed, kept)
-        copy_all(changed_codes, kept_codes)
         row, update = at + made * period, (at + made * period) // period
-        is_usual = True
-        # What the senses tell.
         time = (now + made * period) * constants[STEP]
-        dt = time - scalars[TIME]
-        for leg in range(legs):
-            for i in range(3):
-                if law == SERVO:
-                    load[leg, i] = p.servos[DUTY, 3 * leg + i]
-                    is_usual = is_usual and p.servos[SHUTDOWN, 3 * leg + i] == RUNNING
-                else:
-                    load[leg, i] = torques[row - 1, 3 * leg + i] / constants[STALL]
-                loads[0, leg, i] += dt * load[leg, i] * load[leg, i]
-                positions[leg, i] = q[leg, i]
-                outputs[leg, i] = load[leg, i]
-            contacts[leg] = 1.0 if sensed[4 * leg] > 0 else 0.0
-            forces[leg] = sensed[4 * leg + 3]
-        for i in range(3):
-            spin[i] = rates[i]
-            force[i] = (qvel[i] - speeds[row - 1, i]) / constants[STEP]
-        force[2] += constants[GRAVITY]
-        for i in range(4):
-            orientation[i] = whole[i]
-            away[i] = whole[i] if i == 0 else -whole[i]
-        call_turn(places[TURN], acceleration.ctypes.data, force.ctypes.data, away.ctypes.data)
-        # What safety looks at.
-        scalars[TIME] = time
-        if p.is_guarded:
-            bad, tilt = _look(q, qd, load, whole, rates, constants[TIP])
-            scalars[SINCE] += dt
-            if scalars[SINCE] >= HEAT_STEP:
-                _add_loads(load, scalars[SINCE], loads, p.heating)
-                scalars[SINCE] = 0.0
-                most_of_all = loads[1].max() > constants[LONGEST]
-                is_usual = is_usual and not (most_of_all or loads[2].max() > constants[HOT])
-            is_usual = is_usual and bad == 0 and tilt <= constants[TILT] and dt <= constants[GAP]
-        if is_usual:
-            # What the locomotion engine does.
-            if time > clock[1]:
-                clock[1] = time
-            rows = (numbers, codes, legs, felt, felt_codes, p.tuning)
-            is_usual = call_for_code(places[FEEL], rows) == 0
-            if scalars[SHARE] != scalars[HAD]:
-                scalars[HAD] = scalars[SHARE]
-                for i in range(3):
-                    ordered[i] = wished[i] = scalars[HAD] * p.admitted[i]
-        if is_usual:
-            code = call_for_code(places[TICK], (numbers, codes, legs, constants[PERIOD]))
-            is_usual = code == 0 and goings_on(clock, mode) == known
-        if is_usual:
-            given = (numbers, codes, legs, p.times, shares, p.masses, p.servo, work)
-            takes = call_for_numbers(places[WEIGH], given)
-            missing = takes[0] > MISSING or math.isnan(takes[0])
-            is_usual = takes[1] <= constants[FRICTION] and takes[2] <= 1.0 and not missing
+        is_usual = begin != NOT_FOUND
+        if begin == ANEW:
+            copy_all(changed, p.kept)
+            copy_all(changed_codes, p.kept_codes)
+            is_usual = sense(p, row, time)
+            if is_usual:
+                found = move(p, time, known)
+                if found == 1:
+                    return made, WEIGHED
+                is_usual = found == 0
+        begin = ANEW
         if is_usual:
             scalars[SHARE] = min(1.0, scalars[SHARE] + FASTER * constants[PERIOD])
-            slow = clock[3]
             for leg in range(legs):
                 for i in range(3):
                     position[leg, i] = motion[0, leg, i]
                     velocity[leg, i] = motion[1, leg, i]
-                    if slow != 1.0:
-                        velocity[leg, i] *= slow
+                    if clock[3] != 1.0:
+                        velocity[leg, i] *= clock[3]
+            dt = time - p.kept[-1][TIME]
             farthest = constants[FASTEST] * dt if p.is_guarded else math.inf
             low, high = p.limits[0], p.limits[1]
-            is_usual = _faulty(position, velocity, torque, last[0], low, high, farthest) == 0
+            is_usual = _faulty(position, velocity, torque, p.last[0], low, high, farthest) == 0
             is_usual = is_usual and dt > 0.0
         if not is_usual:
-            copy_all(kept, changed)
-            copy_all(kept_codes, changed_codes)
-            return made, 0, friction, demand
-        # What the joints are told, and a recording.
-        for leg in range(legs):
-            for i in range(3):
-                j = 3 * leg + i
-                last[0, leg, i], last[1, leg, i] = position[leg, i], velocity[leg, i]
-                last[2, leg, i] = torque[leg, i]
-                ends[0, j], ends[1, j] = ends[2, j], ends[3, j]
-                ends[2, j], ends[3, j] = position[leg, i], velocity[leg, i]
-                for k in range(period):
-                    fed[k, j] = torque[leg, i]
-            stance[update, leg] = doing[leg] == STANCE
-        _fill_setpoints(p.weights, ends, wanted[update])
-        fill_law(law, wanted[update], fed, law_numbers, constants[STEP], p.law_memory, goals)
-        for i in range(3):
-            speed_told[update, i] = slow * speed[2, i]
-        slow_told[update], margin_told[update] = slow, clock[5]
-        phase_told[update] = clock[0]
-        # The steps.
+            copy_all(p.kept, changed)
+            copy_all(p.kept_codes, changed_codes)
+            return made, USUAL
+        tell(p, update, position, velocity)
         table[COUNT], table[END], table[AT], table[MADE], table[LOST] = period, -1, row, 0, 0
         failed = call_engine(places[APPLY], places[BATCH], places[STEPS], places[TABLE])
-        made, friction, demand = made + 1, takes[1], takes[2]
+        made += 1
         total = 0.0
         for i in range(len(qpos)):
             total += qpos[i] * qpos[i]
@@ -329,8 +396,8 @@ def make_updates(
             total += qvel[i] * qvel[i]
         lost = failed != 0 or table[LOST] != 0 or table[MADE] != period
         if lost or p.warnings.sum() != warned or not math.isfinite(total):
-            return made, 2 if failed != 0 else 1, friction, demand
-    return made, 0, friction, demand
+            return made, FAILED if failed != 0 else TROUBLE
+    return made, USUAL
 
 
 if is_kept(make_updates):

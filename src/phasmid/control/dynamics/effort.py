@@ -108,6 +108,7 @@ class FeedForward:
         masses: What `find_effort` has to know of the robot.
         numbers: What it has to know of servos, gravity and cost.
         work: What it works in.
+        force: Of the ground on the feet [N], world axes, in `work`, shape (L, 3).
         torque: Of the joints [N·m], in `work`, shape (L, 3).
     """
 
@@ -128,7 +129,7 @@ class FeedForward:
         self.numbers = np.array([gravity, stall, drop, *self.settings.cost()])
         self.work = np.zeros(unwrapped(needs_size)(legs) + 24 * legs)
         self._needs = unwrapped(needs_in)(self.work, legs)
-        _, _, self._limits, self._force, self.torque = unwrapped(space_in)(self.work, legs)
+        _, _, self._limits, self.force, self.torque = unwrapped(space_in)(self.work, legs)
         self._rest = np.zeros(unwrapped(needs_size)(legs))
         self._programmes = [Programme(count) for count in range(legs + 1)]
         self._up = np.tile([0.0, 0.0, 1.0], (legs, 1))
@@ -212,15 +213,18 @@ class FeedForward:
                 body = self.masses, self.numbers, self.friction, rotation, q
                 scale = write_programme(*body, *own)
                 x = self._programmes[count].solve() if scale > 0.0 else None
-            part = 0.0 if x is None else min(max(1.0 - float(x[-1]), 0.0), 1.0)
-            if part < WHOLE:
+            part = 0.0 if x is None else max(1.0 - float(x[-1]), 0.0)
+            # The programme's round-off must not slow the robot down.
+            if part >= WHOLE:
+                part = 1.0
+            else:
                 remark = self._reason(normals, friction, demand, missing)
             if x is not None:
                 friction, demand = take_solution(x, part, scale, *own)
             elif not remark:
                 # The pyramids inside the cones are narrower than these.
                 part = 1.0
-        return Effort(self.torque.copy(), self._force.copy(), part, friction, demand, remark)
+        return Effort(self.torque.copy(), self.force.copy(), part, friction, demand, remark)
 
     def _reason(self, normals: np.ndarray, friction: float, demand: float, missing: float) -> str:
         """The limit for which the motion cannot be had, by the cheapest forces."""

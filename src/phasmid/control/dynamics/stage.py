@@ -188,20 +188,29 @@ class DynamicsStage:
         self.share[:], self._landed[:] = 1.0, self._transfer
         self.velocity_share = 1.0
 
-    def catch_up(self, memory: Memory, share: float, friction: float, demand: float) -> None:
+    def catch_up(self, share: float, friction: float, demand: float) -> None:
         """Note updates that were made in its rows without it, in which all could be had.
 
         Args:
-            memory: The engine's.
             share: Part of the admitted velocity that can be had.
             friction: Coefficient that the last update's forces need.
             demand: Its largest torque as a part of what the servo gives.
         """
         self.velocity_share = share
-        state = memory.state
-        self.effort = self.feed.answer(
-            0.0, friction, demand, state.body, state.q[0], self.share, self._normals
-        )
+        torque, force = self.feed.torque.copy(), self.feed.force.copy()
+        self.effort = Effort(torque, force, 1.0, friction, demand, "")
+
+    def answer(self, memory: Memory, missing: float, friction: float, demand: float) -> Effort:
+        """What the motion takes of which `weigh` has found this.
+
+        Args:
+            memory: The engine's.
+            missing: Part of the load that is missing.
+            friction: Coefficient of friction that the forces need.
+            demand: Largest torque as a part of what its servo gives.
+        """
+        body, q = memory.state.body, memory.state.q[0]
+        return self.feed.answer(missing, friction, demand, body, q, self.share, self._normals)
 
     def update(self, memory: Memory) -> Float[np.ndarray, "legs 3"]:
         """Torques of the joints for the motion that the engine has come to [N·m].
@@ -209,7 +218,7 @@ class DynamicsStage:
         Args:
             memory: The engine's.
         """
-        feed, state = self.feed, memory.state
+        feed = self.feed
         missing, friction, demand = weigh(
             memory.numbers,
             memory.codes,
@@ -220,9 +229,7 @@ class DynamicsStage:
             feed.numbers,
             feed.work,
         )
-        self.effort = effort = feed.answer(
-            missing, friction, demand, state.body, state.q[0], self.share, self._normals
-        )
+        self.effort = effort = self.answer(memory, missing, friction, demand)
         if effort.part < 1.0:
             self.velocity_share *= 1.0 - SLOWER * self._dt
         else:
