@@ -97,7 +97,7 @@ def test_a_recording_has_the_bits_of_updates_made_by_python(
 
 
 def test_forces_within_limits_are_found_without_an_update_of_pythons(monkeypatch, made):
-    # AX-12A servos: feet that have just landed would have to pull, every few updates.
+    # In a ripple gait one of the cheapest forces would have to pull in one update of ten.
     found, find = [], uneventful.Uneventful._finds_forces
 
     def noted(updates):
@@ -105,7 +105,7 @@ def test_forces_within_limits_are_found_without_an_update_of_pythons(monkeypatch
         return found[-1]
 
     monkeypatch.setattr(uneventful.Uneventful, "_finds_forces", noted)
-    recording = driving({"drive": "servo"}).simulate()
+    recording = driving({"drive": "servo", "gait": "ripple"}).simulate()
     assert found.count(True) > 10
     # Without them there would be as many more of Python's, of five steps each.
     assert recording.sizes["time"] - made[0] < 5 * found.count(True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.elsewhere import RETURNED, is_looking, set_search
-from phasmid.control.limbs import margin_of
+from phasmid.control.limbs import edges_of, margin_within
 from phasmid.control.reach import is_reached, speed_share, wave
 from phasmid.control.state import HELD, PROBING, STANCE, STILL, SWING, WALKING
 
@@ -95,7 +95,9 @@ def margin_without(
     R, com, path, v = state.body, state.com, state.path, state.speed[2]
     rx = R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2] + state.trunk[0, 0]
     ry = R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + state.trunk[0, 1]
-    now = margin_of(state.foot, standing, rx, ry)
+    edges = np.empty((legs * legs, 5))
+    count = edges_of(state.foot, standing, edges)
+    now = margin_within(edges, count, rx, ry)
     c, s = math.cos(path[2]), math.sin(path[2])
     wx = c * v[0] - s * v[1] - v[2] * (ry - path[1])
     wy = s * v[0] + c * v[1] + v[2] * (rx - path[0])
@@ -105,7 +107,7 @@ def margin_without(
         wave(model, order.used, order.offsets, order.gait, state.clock[0] + turn, b)
         dx, dy = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
         rx, ry = rx + state.clock[2] * (c * dx - s * dy), ry + state.clock[2] * (s * dx + c * dy)
-    then = margin_of(state.foot, standing, rx + wx * time, ry + wy * time)
+    then = margin_within(edges, count, rx + wx * time, ry + wy * time)
     return min(now, then + FORESIGHT)
 
 

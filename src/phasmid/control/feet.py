@@ -60,8 +60,8 @@ SEARCH, SEARCH_AFTER = 0.005, 0.08
 @internal
 def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
     """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
-    mean, there, then, kept = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    v, goal, rest = state.speed[2].copy(), np.empty(3), np.empty(3)
+    mean, then, goal, ways = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
+    v, there, kept, rest = state.speed[2].copy(), ways[0], ways[1], ways[2]
     for i in range(3):
         goal[i] = state.clock[6] * order.velocity[i]
         if goes_back(state, leg):
@@ -75,7 +75,10 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
     ride(state.path, state.speed[2], left, kept)
     # Nor that it goes on at all: in its usual pose a robot has that room within its limits.
     poses = np.abs(state.pose[0]).max() > POSED or np.abs(state.pose[3]).max() > POSED
-    ride(state.path, state.speed[2], min(left, STOPS), rest)
+    if poses:
+        ride(state.path, state.speed[2], min(left, STOPS), rest)
+    else:
+        ways = ways[:2]
     ride(there, v, order.gait[0] * order.gait[1] / 2, then)
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
     c, s = math.cos(then[2]), math.sin(then[2])
@@ -99,10 +102,7 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
         x, y = there[0] + c * px - s * py, there[1] + s * px + c * py
         if flat:
             z = g[0] + g[1] * x + g[2] * y
-        certain = is_landing(state, model, leg, kept, x, y, z)
-        if poses:
-            certain = certain and is_landing(state, model, leg, rest, x, y, z)
-        if certain and is_landing(state, model, leg, there, x, y, z):
+        if is_landing(state, model, leg, ways, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
     state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import inlined, internal
 from phasmid.control.bounds import AT_ENOUGH, ENOUGH, is_within
-from phasmid.control.limbs import margin_of, rotation
+from phasmid.control.limbs import edges_of, margin_within, rotation
 from phasmid.control.reach import room_of, seen_from_hip, wave
 from phasmid.control.state import HELD, STANCE, STILL, SWING
 from phasmid.control.trunk import approach, follow, ride
@@ -39,7 +39,7 @@ def is_settled(stages: np.ndarray, goal: np.ndarray, close: float) -> bool:
     return away < close
 
 
-@internal
+@inlined
 def room_for(
     model: Any,
     tuning: Any,
@@ -60,30 +60,31 @@ def room_for(
 
 @internal
 def is_landing(
-    state: Any, model: Any, leg: int, path: np.ndarray, x: float, y: float, z: float
+    state: Any, model: Any, leg: int, paths: np.ndarray, x: float, y: float, z: float
 ) -> bool:
-    """Whether a foot can land at a place, with the path there, in the pose of now and to come.
+    """Whether a foot can land at a place, with each of these paths, in the pose of now and to come.
 
     Args:
         state: Where the engine is.
         model: The robot.
         leg: The leg's index.
-        path: Where the path is then, shape (3,).
+        paths: Where the path is then, shape (N, 3).
         x: The place in odom [m].
         y: The same.
         z: The same.
     """
     R, trunk, g = np.empty((3, 3)), np.empty(3), state.ground[3]
-    c, s = math.cos(path[2]), math.sin(path[2])
-    for k in (0, 3):
-        b = state.pose[k]
-        ahead, aside = b[0] + state.sway[3, 0], b[1] + state.sway[3, 1]
-        rotation(b[3], b[4], b[5] + path[2], R)
-        trunk[0], trunk[1] = path[0] + c * ahead - s * aside, path[1] + s * ahead + c * aside
-        trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
-        u, v, w = seen_from_hip(model, leg, R, trunk, x, y, z)
-        if not is_within(model.lengths, model.reach, AT_ENOUGH, leg, u, v, w):
-            return False
+    for path in paths:
+        c, s = math.cos(path[2]), math.sin(path[2])
+        for k in (0, 3):
+            b = state.pose[k]
+            ahead, aside = b[0] + state.sway[3, 0], b[1] + state.sway[3, 1]
+            rotation(b[3], b[4], b[5] + path[2], R)
+            trunk[0], trunk[1] = path[0] + c * ahead - s * aside, path[1] + s * ahead + c * aside
+            trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
+            u, v, w = seen_from_hip(model, leg, R, trunk, x, y, z)
+            if not is_within(model.lengths, model.reach, AT_ENOUGH, leg, u, v, w):
+                return False
     return True
 
 
@@ -136,6 +137,8 @@ def may_go_on(
         speed[0, i] = velocity[i]
     for i in range(6):
         pose[0, i] = goal[i]
+    edges = np.empty((legs * legs, 5))
+    count = edges_of(foot, standing, edges) if left > 0.0 else 0
     time, holds = 0.0, 0.0
     for look in range(LOOKS + 1):
         if look > 0:
@@ -184,7 +187,7 @@ def may_go_on(
             com = state.com
             x = trunk[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
             y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
-            margin = margin_of(state.foot, standing, x, y)
+            margin = margin_within(edges, count, x, y)
             if look == 0:
                 holds = min(HOLDS * tuning.support_margin, margin)
             if margin < holds - 1e-9:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 
 Triple = tuple[float, float, float]
 
@@ -168,6 +168,57 @@ def deepest_of(feet: np.ndarray, standing: np.ndarray, i: int, j: int) -> float:
     return deepest
 
 
+@internal
+def edges_of(feet: np.ndarray, standing: np.ndarray, edges: np.ndarray) -> int:
+    """Write the edges of the feet that stand, from above, the others to the left of each.
+
+    Args:
+        feet: Feet, x and y first [m], shape (L, 2 or 3).
+        standing: Which of them count, shape (L,).
+        edges: Written: where each begins, its way to its end, and its length [m], shape (L * L, 5).
+
+    Returns:
+        How many there are; fewer than three where the feet are so few or lie on a line.
+    """
+    count, edge = len(feet), 0
+    for i in range(count):
+        if not standing[i]:
+            continue
+        for j in range(count):
+            if j == i or not standing[j]:
+                continue
+            deepest = deepest_of(feet, standing, i, j)
+            if deepest <= 0.0:
+                continue
+            dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
+            length = math.sqrt(dx * dx + dy * dy)
+            if deepest > 1e-9 * length:
+                edges[edge, 0], edges[edge, 1] = feet[i, 0], feet[i, 1]
+                edges[edge, 2], edges[edge, 3], edges[edge, 4] = dx, dy, length
+                edge += 1
+    return edge
+
+
+@internal
+def margin_within(edges: np.ndarray, count: int, x: float, y: float) -> float:
+    """Distance of a point from the nearest of the first edges that `edges_of` has written [m].
+
+    Args:
+        edges: The edges.
+        count: How many.
+        x: The point [m].
+        y: The same.
+
+    Returns:
+        As `margin_of`.
+    """
+    least = math.inf
+    for k in range(count):
+        rx, ry, dx, dy = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
+        least = min(least, (dx * (y - ry) - dy * (x - rx)) / edges[k, 4])
+    return least if count >= 3 else -math.inf
+
+
 @compiled
 def margin_of(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> float:
     """Distance of a point from the edge of the feet that stand, from above [m]; see `gait`.
@@ -182,20 +233,5 @@ def margin_of(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> flo
         Positive inside, negative outside (to the nearest edge's line), minus infinity where they
         are fewer than three or lie on a line.
     """
-    count = len(feet)
-    least, edges = math.inf, 0
-    for i in range(count):
-        if not standing[i]:
-            continue
-        for j in range(count):
-            if j == i or not standing[j]:
-                continue
-            deepest = deepest_of(feet, standing, i, j)
-            if deepest <= 0.0:
-                continue
-            dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
-            length = math.sqrt(dx * dx + dy * dy)
-            if deepest > 1e-9 * length:
-                edges += 1
-                least = min(least, (dx * (y - feet[i, 1]) - dy * (x - feet[i, 0])) / length)
-    return least if edges >= 3 else -math.inf
+    edges = np.empty((len(feet) * len(feet), 5))
+    return margin_within(edges, edges_of(feet, standing, edges), x, y)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.bounds import AT_ENOUGH, AT_PLANNED, is_within
 from phasmid.control.limbs import Triple, angles_of, deepest_of, rotation, to_hip
 from phasmid.control.state import DIRECTIONS, PROBING, STANCE, SWING
@@ -73,7 +73,7 @@ def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: n
     return room_of(model, tuning, leg, p, q) >= share
 
 
-@internal
+@inlined
 def seen_from_hip(
     model: Any, leg: int, R: np.ndarray, trunk: np.ndarray, x: float, y: float, z: float
 ) -> Triple:

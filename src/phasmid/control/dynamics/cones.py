@@ -79,12 +79,18 @@ class Programme:
         self._cost[-1] = DEARER
         self._kinds = np.zeros(size + rows, np.int32)
         self._kinds[size : size + 6] = EQUATION
+        self._model: daqp.Model | None = None
 
     def solve(self) -> Float[np.ndarray, " unknowns"] | None:
         """The unknowns; None where nothing keeps the limits."""
-        x, _, flag, _ = daqp.solve(
-            self._square, self._cost, self._A, self._upper, self._lower, self._kinds
-        )
+        rows = self._A, self._upper, self._lower, self._kinds
+        if self._model is None:
+            self._model = daqp.Model()
+            self._model.setup(self._square, self._cost, *rows)
+        else:
+            # Given the kinds anew it begins as the first time: it must not remember the last one.
+            self._model.update(None, None, *rows)
+        x, _, flag, _ = self._model.solve()
         return x if flag > 0 else None
 
 

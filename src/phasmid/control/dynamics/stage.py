@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.dynamics.effort import Effort, FeedForward, find_effort
+from phasmid.control.dynamics.effort import MISSING, Effort, FeedForward, find_effort
 from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.dynamics.sharing import space_in
 from phasmid.control.memory import Memory, all_at, unwrapped
 from phasmid.control.state import STANCE, WALKING
 from phasmid.control.views import take
 from phasmid.robot import Robot
 
 LEAST = 1e-3
-"""Share of a foot that has just landed: where it is with others like it, they carry all."""
+"""Share of a foot that has just landed, or lifts next: where all are like it, they carry all."""
 
 OWN = (9, 11)
 """Numbers that the stage keeps, whatever the number of legs, and for each leg."""
@@ -83,6 +86,27 @@ def fill_shares(
 
 
 @internal
+def let_go(share: np.ndarray, normals: np.ndarray, force: np.ndarray) -> bool:
+    """Take its share from each foot that has just landed, or lifts next, and would have to pull.
+
+    Args:
+        share: Each foot's part of its full share of the load, changed, shape (L,).
+        normals: Of the ground, shape (L, 3).
+        force: Of the ground on the feet, shape (L, 3).
+
+    Returns:
+        Whether there is one.
+    """
+    pulls = False
+    for leg in range(share.shape[0]):
+        n, f = normals[leg], force[leg]
+        if share[leg] == LEAST and f[0] * n[0] + f[1] * n[1] + f[2] * n[2] < 0.0:
+            share[leg] = 0.0
+            pulls = True
+    return pulls
+
+
+@internal
 def _own_at(row: np.ndarray, legs: int) -> Own:
     """Views of what the stage keeps in one row."""
     share, a = take(row, 0, (legs,))
@@ -139,20 +163,17 @@ def weigh(
         for leg in range(legs):
             rates[0, leg, i] = slow * state.q[1, leg, i]
             rates[1, leg, i] = slow * slow * state.q[2, leg, i]
-    return find_effort(
-        masses,
-        state.body,
-        trunk[0],
-        trunk[1],
-        trunk[2],
-        state.q[0],
-        rates[0],
-        rates[1],
-        share,
-        normals,
-        servo,
-        work,
-    )
+    motion = (state.body, trunk[0], trunk[1], trunk[2], state.q[0], rates[0], rates[1])
+    missing, friction, demand = find_effort(masses, *motion, share, normals, servo, work)
+    if math.isinf(friction) and let_go(share, normals, space_in(work, legs)[3]):
+        missing, friction, demand = find_effort(masses, *motion, share, normals, servo, work)
+        if not missing <= MISSING or math.isinf(friction):
+            # Without them the others cannot carry the robot, or have to pull themselves.
+            for leg in range(legs):
+                if share[leg] == 0.0 and state.codes[leg] == STANCE:
+                    share[leg] = LEAST
+            return find_effort(masses, *motion, share, normals, servo, work)
+    return missing, friction, demand
 
 
 class DynamicsStage:
