@@ -10,6 +10,7 @@ from phasmid.control import Command, LocomotionEngine, SafetySettings, script_fr
 from phasmid.simulation import uneventful
 from phasmid.simulation.driven import DrivenRun
 from phasmid.simulation.driving import Driving
+from phasmid.simulation.uneventful_loop import FAILED, TROUBLE
 
 PAPER = load_scenario("paper").replace(period=1.0, duration=1.6)
 AHEAD = Command(velocity=(0.05, 0.0, 0.1))
@@ -75,12 +76,23 @@ def by_python(monkeypatch, recorded):
         ({"drive": "ideal-servo", "record_interval": 0.003}, AHEAD, ()),
         ({"drive": "servo", "robot": "phantomx-mk4", "terrain": "blocks"}, AHEAD, ()),
         ({"drive": "servo"}, script_from_text(SCRIPT), ()),
+        ({"drive": "servo", "gait": "ripple"}, AHEAD, ()),
         ({"drive": "ideal-servo"}, script_from_text(EVENLY), ()),
         ({"drive": "ideal-servo", "robot": "quadruped", "gait": "crawl"}, AHEAD, ()),
         ({"drive": "ideal-servo", "robot": "octopod", "gait": "tetrapod"}, AHEAD, ()),
         ({"drive": "ideal-servo"}, AHEAD, ("right_middle.tibia dead at 0.803 s",)),
     ],
-    ids=["prescribed", "ideal", "blocks", "script", "evenly", "sways", "eight-legs", "dead-servo"],
+    ids=[
+        "prescribed",
+        "ideal",
+        "blocks",
+        "script",
+        "ripple",
+        "evenly",
+        "sways",
+        "eight-legs",
+        "dead-servo",
+    ],
 )
 def test_a_recording_has_the_bits_of_updates_made_by_python(
     monkeypatch, made, changes, commands, faults
@@ -97,7 +109,7 @@ def test_a_recording_has_the_bits_of_updates_made_by_python(
 
 
 def test_forces_within_limits_are_found_without_an_update_of_pythons(monkeypatch, made):
-    # In a ripple gait one of the cheapest forces would have to pull in one update of ten.
+    # In a ripple gait one of the cheapest forces would have to pull in one update of fourteen.
     found, find = [], uneventful.Uneventful._finds_forces
 
     def noted(updates):
@@ -109,6 +121,23 @@ def test_forces_within_limits_are_found_without_an_update_of_pythons(monkeypatch
     assert found.count(True) > 10
     # Without them there would be as many more of Python's, of five steps each.
     assert recording.sizes["time"] - made[0] < 5 * found.count(True)
+
+
+def test_what_a_motion_takes_is_known_as_after_updates_of_pythons(monkeypatch, made):
+    # Forces, torques, friction and demand of the last update, however it was made: to the bit.
+    def efforts():
+        run = driving({"drive": "servo", "gait": "ripple"}).begin_run()
+        dynamics, told = run.controller.controller.walker.dynamics, []
+        for until in range(400, 1600, 25):
+            run.advance(until=until)
+            effort = dynamics.effort
+            rest = effort.part, effort.friction, effort.demand, dynamics.velocity_share
+            told.append((effort.torque.tobytes(), effort.force.tobytes(), effort.remark, *rest))
+        return told
+
+    found = efforts()
+    assert made[0] > 600
+    assert found == by_python(monkeypatch, efforts)
 
 
 def test_an_engine_with_no_safety_around_it_is_driven_alike(monkeypatch, made):
@@ -164,7 +193,7 @@ def test_trouble_is_told_as_python_tells_it(monkeypatch, harm):
             return driving({"drive": "ideal-servo"}).begin_run().advance()
 
     found = trouble(go_on)
-    assert told[-1][1] == (2 if harm == "error" else 1)
+    assert told[-1][1] == (FAILED if harm == "error" else TROUBLE)
     assert found is not None
     assert found == trouble(lambda *_: 0)
 

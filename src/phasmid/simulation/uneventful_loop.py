@@ -47,10 +47,10 @@ the time to tip [s], how long a servo may give nearly all that it can [s], the t
 too high [°C], the largest speed of targets [rad/s], the friction that may be used, gravity [m/s²],
 a servo's torque [N·m], the time from one update to the next and a time step [s]."""
 
-USUAL, TROUBLE, FAILED, WEIGHED = range(4)
+USUAL, TROUBLE, FAILED, WEIGHED, UNUSUAL = range(5)
 """How updates end: with the last wanted, or one out of the usual that is undone; with trouble in
 the last's steps; with a failure of the physics engine in them; in the midst of one, whose forces
-have to be found within their limits."""
+have to be found within their limits. The last is what an update is that is undone."""
 
 ANEW, FOUND, NOT_FOUND = range(3)
 """How they begin: anew, or in the midst of such an update for which forces were found, or not."""
@@ -255,7 +255,7 @@ def move(p: Parts, time: float, known: tuple[bool, bool, int, bool]) -> int:
         known: What the engine is about, by `goings_on`.
 
     Returns:
-        0 where it is as usual, 1 where the forces keep not within their limits, 2 otherwise.
+        `USUAL`; `WEIGHED` where the forces are not within their limits; else `UNUSUAL`.
     """
     numbers, codes, scalars, constants, places = (
         p.numbers,
@@ -277,13 +277,13 @@ def move(p: Parts, time: float, known: tuple[bool, bool, int, bool]) -> int:
     if is_usual:
         code = call_for_code(places[TICK], (numbers, codes, legs, constants[PERIOD]))
         is_usual = code == 0 and goings_on(clock, mode) == known
-    found = 2
+    found = UNUSUAL
     if is_usual:
         given = (numbers, codes, legs, p.times, p.shares, p.masses, p.servo, p.work)
         missing, friction, demand = call_for_numbers(places[WEIGH], given)
         scalars[NEEDED], scalars[DEMAND] = friction, demand
         if missing <= MISSING:
-            found = 0 if friction <= constants[FRICTION] and demand <= 1.0 else 1
+            found = USUAL if friction <= constants[FRICTION] and demand <= 1.0 else WEIGHED
     return found
 
 
@@ -343,6 +343,7 @@ def make_updates(
     clock, _, _, _, motion, _, _, torque = p.views
     qpos, qvel, period, legs = p.angles, p.speeds, p.wanted.shape[2], p.stance.shape[1]
     position, velocity = p.last[0].copy(), np.empty((legs, 3))
+    # The scalars come last: how they were is looked up there.
     changed = (
         p.numbers,
         p.felt,
@@ -364,9 +365,9 @@ def make_updates(
             is_usual = sense(p, row, time)
             if is_usual:
                 found = move(p, time, known)
-                if found == 1:
+                if found == WEIGHED:
                     return made, WEIGHED
-                is_usual = found == 0
+                is_usual = found == USUAL
         begin = ANEW
         if is_usual:
             scalars[SHARE] = min(1.0, scalars[SHARE] + FASTER * constants[PERIOD])

@@ -72,6 +72,7 @@ class Programme:
     """
 
     def __init__(self, feet: int) -> None:
+        self._feet = feet
         size, rows = unwrapped(programme_size)(feet)
         self.row = np.zeros((rows + 2) * size + 2 * rows + 9 * feet)
         self._A, self._lower, self._upper, _ = unwrapped(programme_in)(self.row, feet)
@@ -81,15 +82,24 @@ class Programme:
         self._kinds[size : size + 6] = EQUATION
         self._model: daqp.Model | None = None
 
+    def __reduce__(self) -> tuple[type[Programme], tuple[int]]:
+        """A copy is made anew: its views are of its own row, and the solver has no copies."""
+        return Programme, (self._feet,)
+
     def solve(self) -> Float[np.ndarray, " unknowns"] | None:
         """The unknowns; None where nothing keeps the limits."""
         rows = self._A, self._upper, self._lower, self._kinds
         if self._model is None:
-            self._model = daqp.Model()
-            self._model.setup(self._square, self._cost, *rows)
-        else:
-            # Given the kinds anew it begins as the first time: it must not remember the last one.
-            self._model.update(None, None, *rows)
+            # One that goes on is given the kinds anew, and so begins as if it were new.
+            model = daqp.Model()
+            flag, _ = model.setup(self._square, self._cost, *rows)
+            if flag < 0:
+                return None
+            self._model = model
+        elif self._model.update(None, None, *rows) < 0:
+            # It would go on with the limits of before.
+            self._model = None
+            return None
         x, _, flag, _ = self._model.solve()
         return x if flag > 0 else None
 

@@ -17,7 +17,8 @@ from phasmid.control.views import take
 from phasmid.robot import Robot
 
 LEAST = 1e-3
-"""Share of a foot that has just landed, or lifts next: where all are like it, they carry all."""
+"""Share of a foot that may lift at once, or has landed but now: where all are like it, they carry
+all."""
 
 OWN = (9, 11)
 """Numbers that the stage keeps, whatever the number of legs, and for each leg."""
@@ -87,7 +88,7 @@ def fill_shares(
 
 @internal
 def let_go(share: np.ndarray, normals: np.ndarray, force: np.ndarray) -> bool:
-    """Take its share from each foot that has just landed, or lifts next, and would have to pull.
+    """Take its share from each foot that has hardly any, and would have to pull.
 
     Args:
         share: Each foot's part of its full share of the load, changed, shape (L,).
@@ -167,8 +168,8 @@ def weigh(
     missing, friction, demand = find_effort(masses, *motion, share, normals, servo, work)
     if math.isinf(friction) and let_go(share, normals, space_in(work, legs)[3]):
         missing, friction, demand = find_effort(masses, *motion, share, normals, servo, work)
-        if not missing <= MISSING or math.isinf(friction):
-            # Without them the others cannot carry the robot, or have to pull themselves.
+        if not missing <= MISSING or math.isinf(friction) or demand > 1.0:
+            # Without them the others cannot carry the robot, or pull themselves, or not so much.
             for leg in range(legs):
                 if share[leg] == 0.0 and state.codes[leg] == STANCE:
                     share[leg] = LEAST
