@@ -40,8 +40,8 @@ STAGES = {
 }
 """Where a robot walks, and how its engine is set."""
 
-DURATION = 5.0
-"""Of a driven run [s]."""
+DURATION = 30.0
+"""Of a driven run, with all that it takes to set it up [s]."""
 
 
 def cases() -> list[Case]:
