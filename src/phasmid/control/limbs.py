@@ -204,8 +204,8 @@ def margin_within(edges: np.ndarray, count: int, x: float, y: float) -> float:
     """Distance of a point from the nearest of the first edges that `edges_of` has written [m].
 
     Args:
-        edges: The edges.
-        count: How many.
+        edges: The edges, shape (N, 5).
+        count: How many of them count.
         x: The point [m].
         y: The same.
 

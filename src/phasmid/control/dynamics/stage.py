@@ -93,7 +93,7 @@ def let_go(share: np.ndarray, normals: np.ndarray, force: np.ndarray) -> bool:
     Args:
         share: Each foot's part of its full share of the load, changed, shape (L,).
         normals: Of the ground, shape (L, 3).
-        force: Of the ground on the feet, shape (L, 3).
+        force: Of the ground on the feet [N], shape (L, 3).
 
     Returns:
         Whether there is one.
