@@ -2,8 +2,9 @@
 
     python docs/control_page.py [--processes N] [--only velocity,terrain] [--seeds N] ...
 
-All studies take an hour or more on two cores, most of it `terrain`; what is compiled first takes two
-minutes more. What was measured is kept as JSON; with --only the other studies' is read from there.
+All studies take an hour or more on two cores, most of it `terrain`; what is compiled first takes
+two minutes more. What was measured is kept as JSON; with --only the other studies' is read from
+there.
 """
 
 from __future__ import annotations

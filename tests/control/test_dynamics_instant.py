@@ -10,6 +10,7 @@ import pytest
 
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
+from phasmid.control.dynamics.cones import Programme
 from phasmid.control.dynamics.effort import EffortSettings, FeedForward
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, share_load
@@ -194,6 +195,16 @@ def test_a_programme_knows_nothing_of_those_before_it() -> None:
             assert found.force.tobytes() == wanted.force.tobytes()
             assert found.torque.tobytes() == wanted.torque.tobytes()
     assert set(parts) == {0.0}
+    # Nor does a limit above its upper one, which the solver refuses before it begins, leave the
+    # answer of before: neither of a programme that was asked nor of one that was not.
+    for programme in (feed._programmes[6], Programme(6)):
+        programme.row[:] = feed._programmes[6].row
+        good, upper = programme.row.copy(), programme._upper.copy()
+        programme._upper[-1] = programme._lower[-1] - 1.0
+        assert programme.solve() is None
+        programme._upper[:] = upper
+        assert np.array_equal(programme.row, good)
+        assert programme.solve().tobytes() == feed._programmes[6].solve().tobytes()
     # What the solver keeps has no copy, and a programme that was asked has one all the same.
     asked = feed._programmes[6]
     assert copy.deepcopy(asked).row.shape == asked.row.shape
