@@ -271,6 +271,16 @@ def test_a_printed_summary_fits_a_screen(paper_walk):
         assert piece in " ".join(text.split())
 
 
+def test_a_narrow_terminal_cuts_off_no_number(short_walk, monkeypatch):
+    rows = []
+    for columns in ("40", "80"):
+        monkeypatch.setenv("COLUMNS", columns)
+        table = printed(summarise(short_walk)).splitlines()
+        rows.append([line.split()[-13:] for line in table if line.startswith(("1 ", "6 "))])
+    assert rows[0] == rows[1]
+    assert len(rows[0]) == 2
+
+
 def test_a_printed_summary_can_be_of_some_legs(short_walk):
     summary = summarise(short_walk)
     text = printed(summary, legs=(2,))

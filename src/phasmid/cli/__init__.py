@@ -9,6 +9,7 @@ from __future__ import annotations
 import _thread
 import errno
 import os
+import re
 import signal
 import sys
 import time
@@ -85,6 +86,9 @@ def _answered(arguments: list[str]) -> int:
         if hasattr(stream, "reconfigure"):
             # An old terminal's encoding shall not turn a degree sign into a crash.
             stream.reconfigure(errors="replace")
+    if not re.fullmatch("[1-9][0-9]{0,5}", os.environ.get("COLUMNS", "80")):
+        # Rich fails on a width of 0 and on digits that int() does not read.
+        del os.environ["COLUMNS"]
     interrupted: list[int] = []
     try:
         with _noticed_interrupts(interrupted):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from phasmid.cli import scenario_options, walk
+from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     )
     try:
         quiet = options.quiet or options.keys
-        with keyboard, walk.progress_bar(scenario.duration, quiet=quiet) as progress:
+        with keyboard, progress_bar("walking", scenario.duration, quiet=quiet) as progress:
             trouble = driving.record(log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
             print(f"phasmid: {trouble.sentence}\n{walk.later(log)}", file=sys.stderr)

@@ -6,11 +6,10 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from phasmid.cli.progress import progress_bar
 from phasmid.cli.scenario_options import (
     add_field_options,
     add_scenario_options,
@@ -58,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
         for sentence in idle_fields(scenario):
             print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     try:
-        with progress_bar(scenario.duration, quiet=options.quiet) as progress:
+        with progress_bar("walking", scenario.duration, quiet=options.quiet) as progress:
             trouble = record(scenario, walk, log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
             # Who stops a run wants its end: numbers and pictures can be made later.
@@ -190,7 +189,7 @@ def write_film(
             file=sys.stderr,
         )
         return
-    with told_progress("filming", "frames", quiet=options.quiet) as progress:
+    with progress_bar("filming", quiet=options.quiet) as progress:
         path = save_video(
             recording,
             options.video,
@@ -232,31 +231,3 @@ def leg_numbers(text: str | None, robot: Robot) -> tuple[int, ...] | None:
         robot.leg(int(part))
         legs.append(int(part))
     return tuple(legs)
-
-
-@contextmanager
-def progress_bar(duration: float, *, quiet: bool) -> Iterator[Any]:
-    """A bar of simulated seconds on a terminal."""
-    with told_progress("walking", "s", quiet=quiet) as told:
-        yield None if told is None else lambda done: told(done, duration)
-
-
-@contextmanager
-def told_progress(what: str, unit: str, *, quiet: bool) -> Iterator[Any]:
-    """A bar on a terminal, told what is done and all; nothing where the output is piped."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    digits = ".1f" if unit == "s" else ".0f"
-    columns = (
-        TextColumn(what),
-        BarColumn(),
-        TextColumn(f"{{task.completed:{digits}}} of {{task.total:{digits}}} {unit}"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)

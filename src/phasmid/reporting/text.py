@@ -44,6 +44,7 @@ def print_summary(
     Raises:
         InvalidInput: There is no such leg.
     """
+    from rich.cells import cell_len
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -83,14 +84,17 @@ def print_summary(
     columns = zip(heads, units, *(row[1:] for row in rows), strict=True)
     needed = [max(len(str(cell)) for cell in column) for column in columns]
     # A long name gives way, never a number.
-    room = max(width - sum(needed) - 2 * len(needed), 2)
-    table.add_column("leg", no_wrap=True, overflow="ellipsis", max_width=room)
+    longest = max(cell_len(row[0]) for row in rows)
+    room = min(max(width - sum(needed) - 2 * len(needed), 12), longest)
+    table.add_column("leg", no_wrap=True, overflow="ellipsis", width=room)
     for title, least in zip(heads, needed, strict=True):
         table.add_column(title, justify="right", no_wrap=True, min_width=least)
     table.add_row("", *units, style="dim")
     for row in rows:
         table.add_row(*row)
-    console.print(table, width=width)
+    # A terminal too narrow for the numbers wraps them; rich would cut them off.
+    table.width = sum(needed) + 2 * len(needed) + room
+    console.print(table, crop=False)
     for line in textwrap.wrap(note(summary), width, break_on_hyphens=False):
         console.print(Text(line, style="dim"))
     for warning in summary.get("warnings", ()):
