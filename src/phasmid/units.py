@@ -64,6 +64,22 @@ SI = {unit.dimension: unit for unit in reversed(UNITS.values()) if unit.per_si =
 """The SI unit of each dimension."""
 
 
+def plain_number(value: float, digits: int = 4) -> str:
+    """Return a number for a message, without a power of ten and with its thousands apart.
+
+    Args:
+        value: The number.
+        digits: Significant digits.
+    """
+    # Beyond these sizes the zeros would say less than the power.
+    if not 1e-9 <= abs(value) < 1e12:
+        return f"{value + 0.0:.{digits}g}"
+    rounded = float(f"{value:.{digits}g}")
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(rounded))))
+    text = f"{rounded:,.{decimals}f}".replace(",", " ")
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
 @lru_cache(4096)
 def split_unit(key: str) -> tuple[str, str]:
     """Split a key into its name and the unit that ends it.

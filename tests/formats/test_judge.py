@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from formats.trees import block, with_joint, with_joints, with_link
+from phasmid.errors import InvalidRobot
 from phasmid.formats import (
     Finding,
     ImportOptions,
@@ -23,7 +24,8 @@ from phasmid.formats import (
 )
 from phasmid.formats.bodies import bounds, judge_body, possible
 from phasmid.formats.judge import scaled_masses
-from phasmid.robot import load_robot, preset_names
+from phasmid.robot import Link, load_robot, preset_names
+from phasmid.units import plain_number
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
@@ -76,7 +78,7 @@ def test_the_judge_has_nothing_against_a_bar() -> None:
             of(0.1, (0.05, 0, 0), (6.7, 87, 87)),
             "impossible",
             "inertia 87 kg m² with 100 g gives a gyration radius of 29 500 mm to a 100 mm body; it "
-            "must lie between 2 mm and 150 mm; the inertia times 1e-06 would give 29.5 mm.",
+            "must lie between 2 mm and 150 mm; the inertia times 0.000001 would give 29.5 mm.",
         ),
         (
             of(0.1, (0.05, 0, 0), (1e-6, 8.7e-5, 9.7e-5)),
@@ -203,7 +205,7 @@ def test_what_a_whole_robot_weighs_is_plausible() -> None:
         for name, link in TREE.links.items()
     }
     assert [f.what for f in faults(replace(TREE, links=heavy))] == [
-        "weighs 3216 kg in all; walking robots weigh 0.05 to 200 kg; times 0.001 it would."
+        "weighs 3 216 kg in all; walking robots weigh 0.05 to 200 kg; times 0.001 it would."
     ]
 
 
@@ -214,7 +216,7 @@ def in_grams() -> Tree:
 
 def test_masses_in_grams_are_one_finding_and_not_one_of_every_link() -> None:
     assert [f.what for f in faults(in_grams())] == [
-        "weighs 3216 kg in all, and its inertias are those of 3.216 kg; masses must be in "
+        "weighs 3 216 kg in all, and its inertias are those of 3.216 kg; masses must be in "
         "kilograms, and these look like grams."
     ]
 
@@ -313,6 +315,17 @@ def test_joints_stand_within_their_limits() -> None:
     (found,) = [f for f in judge_robot(replace(MK4, legs=legs)) if "joint" in f.subject]
     assert found.subject == "joint right_front.tibia"
     assert found.what.endswith("°, outside its limits [-57.3°, 0°].")
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(140.2, 2, "140"), (12345, 3, "12 300"), (1e-4, 4, "0.0001"), (0.0, 4, "0")],
+)
+def test_numbers_in_findings_have_no_powers_of_ten(value: float, digits: int, text: str) -> None:
+    assert plain_number(value, digits) == text
+    # A link of 140 mm with the inertia of a wheel: its radius of gyration is sqrt(I / m).
+    with pytest.raises(InvalidRobot, match=r"radius of 320 mm for a 140 mm link; .* and 210 mm"):
+        Link("tibia", 0.14, 0.1, np.zeros(3), np.eye(3) * 0.01)
 
 
 def test_a_tree_without_legs_is_judged_all_the_same() -> None:

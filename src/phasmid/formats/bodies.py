@@ -12,6 +12,7 @@ from jaxtyping import Float
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.tree import Inertial
 from phasmid.robot import Part
+from phasmid.units import plain_number
 
 SMALLEST = 0.04
 """Bodies are taken as at least this long [m]: a servo sits beside a short link."""
@@ -120,7 +121,11 @@ def judge_body(subject: str, inertial: Inertial, box: Bounds, where: str) -> lis
         find(Severity.IMPOSSIBLE, "mass, centre and inertia must be finite numbers.", _MASSES)
         return found
     if mass < 0:
-        find(Severity.IMPOSSIBLE, f"mass is {mass:.4g} kg; it must be greater than 0.", _MASSES)
+        find(
+            Severity.IMPOSSIBLE,
+            f"mass is {plain_number(mass)} kg; it must be greater than 0.",
+            _MASSES,
+        )
         return found
     if mass == 0:
         if inertia.any():
@@ -146,10 +151,10 @@ def _judge_mass(find: Find, mass: float, box: Bounds) -> None:
     slip = _slip(density, (LIGHTEST, DENSEST))
     find(
         Severity.SUSPECT,
-        f"{_number(1000 * mass)} g in {_number(1e6 * box.volume)} cm³ of mesh is "
-        f"{_number(density)} kg/m³; what robots are made of has "
-        f"{_number(LIGHTEST)} to {_number(DENSEST)}"
-        + (f"; the mass times {slip:g} would fit." if slip else "."),
+        f"{plain_number(1000 * mass)} g in {plain_number(1e6 * box.volume)} cm³ of mesh is "
+        f"{plain_number(density)} kg/m³; what robots are made of has {plain_number(LIGHTEST)} to "
+        f"{plain_number(DENSEST)}"
+        + (f"; the mass times {plain_number(slip)} would fit." if slip else "."),
         _MASSES,
     )
 
@@ -166,7 +171,11 @@ def _judge_centre(find: Find, com: Float[np.ndarray, "3"], box: Bounds) -> None:
     find(
         Severity.IMPOSSIBLE if far else Severity.SUSPECT,
         f"centre of mass lies {_mm(outside)} outside its {_mm(box.size)} box"
-        + (f"; times {slip:g} it would lie inside." if slip else "; it must lie inside."),
+        + (
+            f"; times {plain_number(slip)} it would lie inside."
+            if slip
+            else "; it must lie inside."
+        ),
         _SPREAD,
     )
 
@@ -187,15 +196,15 @@ def _judge_inertia(find: Find, inertial: Inertial, box: Bounds) -> None:
     elif _excess(moments) > 0:
         what = (
             f"principal moments {shown} kg m² are those of a plate, rounded; they were raised by "
-            f"{100 * _excess(moments):.2g} % of the largest."
+            f"{plain_number(100 * _excess(moments), 2)} % of the largest."
         )
         find(Severity.NOTE, what, "")
     if moments[2] <= 0:
         return
     radius, size = math.sqrt(moments[2] / mass), box.size
     shown = (
-        f"inertia {moments[2]:.3g} kg m² with {_number(1000 * mass)} g gives a gyration radius of "
-        f"{_mm(radius)} to a {_mm(size)} body; "
+        f"inertia {moments[2]:.3g} kg m² with {plain_number(1000 * mass)} g gives a gyration "
+        f"radius of {_mm(radius)} to a {_mm(size)} body; "
     )
     least, most = NARROWEST_RADIUS * size, WIDEST_RADIUS * size
     if not least <= radius <= most:
@@ -203,7 +212,7 @@ def _judge_inertia(find: Find, inertial: Inertial, box: Bounds) -> None:
         slip = _slip((radius / size) ** 2, (LIKELY_RADII[0] ** 2, LIKELY_RADII[1] ** 2))
         if slip:
             fits = _mm(radius * math.sqrt(slip))
-            what += f"; the inertia times {slip:g} would give {fits}"
+            what += f"; the inertia times {plain_number(slip)} would give {fits}"
         find(Severity.IMPOSSIBLE, what + ".", _SPREAD)
         return
     farthest = float(np.linalg.norm(np.maximum(com - box.low, box.high - com)))
@@ -217,13 +226,7 @@ def _judge_inertia(find: Find, inertial: Inertial, box: Bounds) -> None:
 
 def _mm(length: float) -> str:
     """A length as people read it, to three digits."""
-    return f"{_number(float(f'{1000 * length:.3g}'))} mm"
-
-
-def _number(value: float) -> str:
-    """A number of four digits or, above a thousand, of three, without powers of ten."""
-    rounded = float(f"{value:.3g}" if abs(value) >= 1000 else f"{value:.4g}")
-    return f"{rounded:,.12g}".replace(",", " ")
+    return f"{plain_number(1000 * length, 3)} mm"
 
 
 def possible(inertial: Inertial) -> Inertial:

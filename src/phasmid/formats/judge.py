@@ -22,6 +22,7 @@ from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Robot
 from phasmid.robot.link import LONGEST_LENGTH
+from phasmid.units import plain_number
 
 ALIKE = 1e-6
 """Masses and inertias that differ by less than this part are one number, copied."""
@@ -132,8 +133,9 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
                     Finding(
                         Severity.IMPOSSIBLE,
                         f"joint {leg.name}.{joint}",
-                        f"stands at {math.degrees(angle):.4g}°, outside its limits "
-                        f"[{math.degrees(low):.4g}°, {math.degrees(high):.4g}°].",
+                        f"stands at {plain_number(math.degrees(angle))}°, outside its limits "
+                        f"[{plain_number(math.degrees(low))}°, "
+                        f"{plain_number(math.degrees(high))}°].",
                         hint="move the neutral foot, or widen the limits",
                     )
                 )
@@ -144,7 +146,8 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
             Finding(
                 Severity.IMPOSSIBLE,
                 "robot",
-                f"its centre of mass lies {-1000 * margin:.3g} mm outside its feet; it topples.",
+                f"its centre of mass lies {plain_number(-1000 * margin, 3)} mm outside its feet; "
+                f"it topples.",
                 hint="check the trunk's centre of mass",
             )
         )
@@ -155,7 +158,7 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
             Finding(
                 Severity.SUSPECT,
                 "robot",
-                f"its centre of mass lies {1000 * abs(aside):.3g} mm to the "
+                f"its centre of mass lies {plain_number(1000 * abs(aside), 3)} mm to the "
                 f"{'left' if aside > 0 else 'right'} of the middle of its feet.",
                 hint="check the trunk's centre of mass",
             )
@@ -211,8 +214,8 @@ def mass_slip(tree: Tree) -> Finding | None:
     return Finding(
         Severity.IMPOSSIBLE,
         "robot",
-        f"weighs {total:.4g} kg in all, and its inertias are those of {total / 1000:.4g} kg; "
-        "masses must be in kilograms, and these look like grams.",
+        f"weighs {plain_number(total)} kg in all, and its inertias are those of "
+        f"{plain_number(total / 1000)} kg; masses must be in kilograms, and these look like grams.",
         tree.file,
         "divide every mass by 1000, or --total-mass-g as on a scale",
     )
@@ -230,8 +233,9 @@ def length_slip(tree: Tree) -> list[Finding]:
     if not far or 2 * len(far) < len(away) or not max(far) <= 1000 * LONGEST_LENGTH:
         return []
     what = (
-        f"{len(far)} of its joints stand {min(far):.4g} to {max(far):.4g} m from their parents' "
-        f"frames; lengths above {LONGEST_LENGTH:g} m are refused. They look like millimetres."
+        f"{len(far)} of its joints stand {plain_number(min(far))} to {plain_number(max(far))} m "
+        f"from their parents' frames; lengths above {LONGEST_LENGTH:g} m are refused. They look "
+        "like millimetres."
     )
     hint = "divide every length by 1000: xyz of all origins are metres"
     return [Finding(Severity.IMPOSSIBLE, "robot", what, tree.file, hint)]
@@ -244,8 +248,8 @@ def _narrow(robot: Robot) -> list[Finding]:
         for joint, (low, high) in zip(JOINTS, leg.joint_limits, strict=True):
             if high - low >= NARROWEST_RANGE:
                 continue
-            ends = f"[{math.degrees(low):.4g}°, {math.degrees(high):.4g}°]"
-            what = f"turns by {math.degrees(high - low):.3g}° in all, {ends}."
+            ends = f"[{plain_number(math.degrees(low))}°, {plain_number(math.degrees(high))}°]"
+            what = f"turns by {plain_number(math.degrees(high - low), 3)}° in all, {ends}."
             hint = "limits of TOML files are degrees: coxa_deg = [-50, 50]"
             found.append(Finding(Severity.SUSPECT, f"joint {leg.name}.{joint}", what, hint=hint))
     if found:
@@ -257,7 +261,7 @@ def _narrow(robot: Robot) -> list[Finding]:
         return []
     if 0 < stride < SHORTEST_STRIDE:
         what = (
-            f"its longest stride is {1000 * stride:.3g} mm; a walking robot's is "
+            f"its longest stride is {plain_number(1000 * stride, 3)} mm; a walking robot's is "
             f"{1000 * SHORTEST_STRIDE:g} mm or more."
         )
         hint = "wider joint limits, or a neutral foot amid the reach"
@@ -300,8 +304,8 @@ def _total(tree: Tree) -> list[Finding]:
         Finding(
             Severity.SUSPECT,
             "robot",
-            f"weighs {total:.4g} kg in all; walking robots weigh {LIGHTEST:g} to {HEAVIEST:g} kg"
-            + (f"; times {factor:g} it would." if fits else "."),
+            f"weighs {plain_number(total)} kg in all; walking robots weigh {LIGHTEST:g} to "
+            f"{HEAVIEST:g} kg" + (f"; times {factor:g} it would." if fits else "."),
             hint="--total-mass-g as on a scale",
         )
     ]
@@ -314,8 +318,8 @@ def _mesh_size(link: TreeLink) -> list[Finding]:
     if size <= LONGEST_LENGTH:
         return []
     what = (
-        f"its mesh is {size:.4g} m long; lengths above {LONGEST_LENGTH:g} m are refused. In "
-        f"millimetres it would be {size:.4g} mm."
+        f"its mesh is {plain_number(size)} m long; lengths above {LONGEST_LENGTH:g} m are "
+        f"refused. In millimetres it would be {plain_number(size)} mm."
     )
     return [Finding(Severity.SUSPECT, f"link {link.name}", what, link.where, "--mesh-unit mm")]
 
@@ -327,24 +331,27 @@ def _joints(tree: Tree, *, placed: bool) -> list[Finding]:
         away = float(np.linalg.norm(joint.X_parent_child[:3, 3]))
         if placed and away > LONGEST_LENGTH and joint.kind not in FREE:
             what = (
-                f"it stands {away:.4g} m from its parent's frame; lengths above "
-                f"{LONGEST_LENGTH:g} m are refused. In millimetres it would be {away:.4g} mm."
+                f"it stands {plain_number(away)} m from its parent's frame; lengths above "
+                f"{LONGEST_LENGTH:g} m are refused. In millimetres it would be "
+                f"{plain_number(away)} mm."
             )
             found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, "use metres"))
         if joint.kind not in HINGES:
             continue
         if joint.kind == "revolute" and joint.lower >= joint.upper:
             what = (
-                f"its limits {math.degrees(joint.lower):.4g}° to {math.degrees(joint.upper):.4g}° "
-                "leave it no way; the upper must be above the lower."
+                f"its limits {plain_number(math.degrees(joint.lower))}° to "
+                f"{plain_number(math.degrees(joint.upper))}° leave it no way; the upper must be "
+                "above the lower."
             )
             hint = "make it a fixed joint, or give it limits"
             found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, hint))
         ends = [abs(end) for end in (joint.lower, joint.upper) if math.isfinite(end)]
         if ends and max(ends) > 2.02 * math.pi:
             what = (
-                f"its limits reach {max(ends):.4g} rad, {max(ends) / (2 * math.pi):.1f} turns; "
-                f"{max(ends):.4g}° would be {math.radians(max(ends)):.4g} rad."
+                f"its limits reach {plain_number(max(ends))} rad, {max(ends) / (2 * math.pi):.1f} "
+                f"turns; {plain_number(max(ends))}° would be "
+                f"{plain_number(math.radians(max(ends)))} rad."
             )
             found.append(Finding(Severity.SUSPECT, subject, what, joint.where, "use radians"))
         for noun, value in (("effort", joint.effort), ("speed", joint.velocity)):
@@ -391,8 +398,8 @@ def _copies(legs: Mapping[str, Sequence[Inertial | None]]) -> list[Finding]:
             for other, moment in zip(links, moments, strict=True)
         ):
             what = (
-                f"coxa, femur and tibia all have {1000 * first.mass:.4g} g and the same inertia; "
-                "unlike parts must have masses of their own."
+                f"coxa, femur and tibia all have {plain_number(1000 * first.mass)} g and the same "
+                f"inertia; unlike parts must have masses of their own."
             )
             hint = "weigh them, or --masses phantomx-mk4"
             found.append(Finding(Severity.SUSPECT, f"leg {name}", what, hint=hint))
@@ -413,8 +420,9 @@ def _uneven(legs: Mapping[str, Sequence[Inertial | None]], hips: np.ndarray) -> 
                 continue
             if abs(one.mass - other.mass) > UNEVEN * max(one.mass, other.mass):
                 what = (
-                    f"its {joint} has {1000 * one.mass:.4g} g, and that of leg {b}, across the "
-                    f"body, {1000 * other.mass:.4g} g; a pair should weigh the same."
+                    f"its {joint} has {plain_number(1000 * one.mass)} g, and that of leg {b}, "
+                    f"across the body, {plain_number(1000 * other.mass)} g; a pair should weigh "
+                    "the same."
                 )
                 found.append(Finding(Severity.SUSPECT, f"leg {a}", what, hint="weigh both"))
     return found

@@ -14,6 +14,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import Inertial
 from phasmid.robot import JOINTS, Part, Robot, load_robot
+from phasmid.units import plain_number
 
 SLENDER = 0.25
 """Width of a link without a mesh, of its length; that of the PhantomX's femur."""
@@ -69,8 +70,8 @@ def weighed(
             count = sum(not _has_mass(link) for link in links)
             note = (
                 f"{count} of {len(links)} links without a mass in the file: all "
-                f"{options.total_mass:.4g} kg were shared among the links by the volume of their "
-                "boxes, and spread over these."
+                f"{plain_number(options.total_mass)} kg were shared among the links by the volume "
+                f"of their boxes, and spread over these."
             )
     elif options.masses != "as-given":
         with located("option --masses"):
@@ -94,7 +95,8 @@ def weighed(
         Finding(
             Severity.NOTE,
             "masses",
-            f"were scaled by {factor:.4g}, from {total:.4g} kg to {options.total_mass:.4g} kg.",
+            f"were scaled by {plain_number(factor)}, from {plain_number(total)} kg to "
+            f"{plain_number(options.total_mass)} kg.",
         )
     )
     return [_scaled(link, factor) for link in chosen]

@@ -18,6 +18,7 @@ from phasmid.errors import InvalidInput
 from phasmid.formats.files import read_bytes
 from phasmid.formats.xml import short
 from phasmid.robot.appearance import LARGEST_FILE, MOST_FACES, read_glb
+from phasmid.units import plain_number
 
 LARGEST_SPAN = 5.0
 """Meshes longer than this are given in another unit [m]."""
@@ -112,7 +113,7 @@ class MeshFiles:
         span = max(mesh.span for mesh in found)
         if span > LARGEST_SPAN:
             raise InvalidInput(
-                f"mesh {path.name} spans {span:.4g} m.",
+                f"mesh {path.name} spans {plain_number(span)} m.",
                 hint="--mesh-unit mm" if self.unit != "mm" else "",
             )
         return found

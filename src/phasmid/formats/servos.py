@@ -9,6 +9,7 @@ from phasmid.errors import located
 from phasmid.formats.chains import Chain
 from phasmid.formats.findings import Finding, Severity
 from phasmid.robot import Servo, load_servo
+from phasmid.units import plain_number
 
 LIKE = "AX-12A"
 """Hobby servo whose stiffness, rotor and friction stand in for what a file leaves out, and its
@@ -51,8 +52,8 @@ def servo_of(
                 Finding(
                     Severity.NOTE,
                     "servo",
-                    f"{what} differ, {min(values):.4g} to {max(values):.4g} {unit}; every joint "
-                    "was given the least.",
+                    f"{what} differ, {plain_number(min(values))} to {plain_number(max(values))} "
+                    f"{unit}; every joint was given the least.",
                 )
             )
     given = {
@@ -67,18 +68,22 @@ def servo_of(
             Finding(
                 Severity.NOTE,
                 "servo",
-                f"the file gives efforts and no speeds; {speed:.4g} rad/s, the {LIKE}'s no-load "
-                "speed, was assumed.",
+                f"the file gives efforts and no speeds; {plain_number(speed)} rad/s, the {LIKE}'s "
+                f"no-load speed, was assumed.",
                 hint="--servo-model AX-12A, to take all from a data sheet",
             )
         )
-    own = f"{torque:.4g} N·m and {speed:.4g} rad/s are" if speeds else f"{torque:.4g} N·m is"
+    own = (
+        f"{plain_number(torque)} N·m and {plain_number(speed)} rad/s are"
+        if speeds
+        else f"{plain_number(torque)} N·m is"
+    )
     findings.append(
         Finding(
             Severity.NOTE,
             "servo",
             f"{own} the file's; the stiffness, "
-            f"{stiffness:.3g} N·m/rad, was assumed in proportion to the {LIKE}'s"
+            f"{plain_number(stiffness, 3)} N·m/rad, was assumed in proportion to the {LIKE}'s"
             + (
                 f"; {' and '.join(assumed)} {'is' if len(assumed) == 1 else 'are'} that servo's."
                 if assumed

@@ -20,6 +20,7 @@ from phasmid.formats.origins import WHOLE_TURN, pose_of, rotation
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import Element, load_xml, short
 from phasmid.robot import Part
+from phasmid.units import plain_number
 
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 """Joints of URDF."""
@@ -274,7 +275,7 @@ class _Reader:
         if length < 1e-9:
             raise InvalidInput(f"joint {name}: its axis has no direction.", where=where)
         if abs(length - 1) > 1e-3:
-            what = f"joint {name}: its axis has length {length:.4g}; it was made 1."
+            what = f"joint {name}: its axis has length {plain_number(length)}; it was made 1."
             self.note(Severity.NOTE, f"joint {name}", what, where)
         # A unit vector stays as it is, to the last digit.
         return axis if abs(length - 1) < 1e-15 else axis / length

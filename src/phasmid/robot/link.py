@@ -12,6 +12,7 @@ from jaxtyping import Float
 from phasmid import units
 from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidRobot
+from phasmid.units import plain_number
 
 LONGEST_LENGTH = 2.0
 """Lengths above this are slips of the unit, not walking robots [m]."""
@@ -105,8 +106,8 @@ def check_inertia(
     if not size / 50 <= radius <= 1.5 * size:
         raise InvalidRobot(
             f"{what}: inertia {moments[2]:.2g} kg m^2 gives a gyration radius of "
-            f"{1000 * radius:.2g} mm for a {long}; it must lie between "
-            f"{1000 * size / 50:.2g} and {1500 * size:.2g} mm.",
+            f"{plain_number(1000 * radius, 2)} mm for a {long}; it must lie between "
+            f"{plain_number(20 * size, 2)} and {plain_number(1500 * size, 2)} mm.",
             hint="check the unit: inertia_g_mm2 or inertia_kg_m2",
         )
 
@@ -165,4 +166,6 @@ class Link:
                 f"from a {self.length:.2g} m link.",
                 hint="check the unit: com_mm or com_m",
             )
-        check_inertia(self.inertia, self.mass, size, what, f"{1000 * self.length:.3g} mm link")
+        check_inertia(
+            self.inertia, self.mass, size, what, f"{plain_number(1000 * self.length, 3)} mm link"
+        )

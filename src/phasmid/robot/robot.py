@@ -16,6 +16,7 @@ from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import check_inertia, check_length, check_mass, frozen_array
 from phasmid.robot.servo import Servo
+from phasmid.units import plain_number
 
 HEXAPOD_LEGS = (
     "right_front",
@@ -62,7 +63,9 @@ class Body:
                 f"a {size:.2g} m body.",
                 hint="check the unit: com_mm or com_m",
             )
-        check_inertia(self.inertia, self.mass, size, "body", f"{1000 * size:.3g} mm body")
+        check_inertia(
+            self.inertia, self.mass, size, "body", f"{plain_number(1000 * size, 3)} mm body"
+        )
 
 
 @dataclass(frozen=True, eq=False)
