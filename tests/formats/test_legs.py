@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -97,6 +98,19 @@ def test_i13_legs_have_three_hinges() -> None:
     slides = with_joint(TREE, FEMUR, kind="prismatic")
     assert refusal(slides).startswith(
         "leg at joint right_rear_coxa: joint right_rear_femur is prismatic; this model needs"
+    )
+
+
+def test_a_head_is_not_blamed_for_legs_of_four_hinges() -> None:
+    """The file lists the head's joint first; six legs have four hinges each."""
+    tree = with_joints(TREE, lambda j: replace(j, kind="revolute") if "foot" in j.name else j)
+    pan = TreeJoint("pan", "revolute", "base_link", "head", pose(p=(0.1, 0, 0.05)))
+    tree = joined(tree, pan)
+    tree = replace(tree, joints=(tree.joints[-1], *tree.joints[:-1]))
+    assert refusal(tree) == (
+        "leg at joint right_front_coxa: it has 4 hinges (right_front_coxa, right_front_femur, "
+        "right_front_tibia, right_front_foot_joint), as 5 more of its chains have; this model "
+        "needs 3 hinges in a row, for coxa, femur and tibia."
     )
 
 
@@ -405,7 +419,86 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh() -> None:
     )
 
 
+def turned_feet(*, shapes: bool) -> Tree:
+    """Legs whose feet nothing names; the frames of the left tibiae are turned about z by 180°."""
+    tree = without_feet()
+    if shapes:
+        shape = block((0, -0.01, -0.01), (LENGTH, 0.01, 0.01))
+        for name, link in tree.links.items():
+            if name.endswith("tibia_link"):
+                tree = with_link(tree, name, parts=(*link.parts, shape))
+    left = [name for name in tree.links if "left" in name and name.endswith("tibia_link")]
+    return reframed(tree, dict.fromkeys(left, pose(turn([0, 0, 1], math.pi))))
+
+
+LENGTH = MK4.legs[0].tibia.length
+
+
+def hinted(imported: Imported, start: str) -> str:
+    """The option --foot that the hint of a finding gives."""
+    (hint,) = {f.hint for f in imported.findings if f.what.startswith(start)}
+    found = re.match(r'--foot (?:"([^"]*)"|([-\d.,]*\d))', hint)
+    assert found
+    return found[1] or found[2]
+
+
+def test_each_leg_may_have_a_foot_of_its_own() -> None:
+    """L is Table 1's a3, along the x of a tibia's frame; -L where this is turned by 180°."""
+    tree = turned_feet(shapes=False)
+    right = ImportOptions(foot=f"{LENGTH},0,0").foot
+    made = robot_of(tree, foot=f"1,2,right_rear={right}; 4-6=-{right}")
+    assert not differences(robot_of(TREE), made)
+
+
+@pytest.mark.parametrize("shapes", [True, False], ids=["with-meshes", "without"])
+def test_one_foot_for_legs_of_unlike_frames_is_told_with_one_for_each(shapes: bool) -> None:
+    """The point that ends leg 1 stands 2 L from the end of leg 4."""
+    tree = turned_feet(shapes=shapes)
+    option = f"{LENGTH:.4f},0,0"
+    imported = robot_from_tree(tree, ImportOptions(foot=option))
+    if shapes:
+        assert imported.error is not None
+        assert f"on leg 1 and {2000 * LENGTH:.0f} mm on leg 4 (tip of" in imported.error.what
+    else:
+        assert any(
+            text.startswith("legs 4-6: one foot") for text in said(imported, Severity.SUSPECT)
+        )
+    foot = hinted(imported, "one foot for all legs")
+    assert not said(robot_from_tree(tree, ImportOptions(foot=foot)), Severity.SUSPECT)
+    lengths = robot_of(tree, foot=foot).arrays.lengths[:, 2]
+    np.testing.assert_allclose(lengths, LENGTH, rtol=0, atol=5e-5)
+    limits = robot_of(tree, foot=foot).arrays.joint_limits
+    np.testing.assert_allclose(limits, robot_of(TREE).arrays.joint_limits, rtol=0, atol=1e-9)
+
+
+def test_the_hint_on_a_foot_from_a_mesh_fits_every_leg() -> None:
+    tree = turned_feet(shapes=True)
+    foot = hinted(robot_from_tree(tree), "no foot in the file")
+    assert robot_of(tree, foot=foot).arrays.lengths == pytest.approx(
+        robot_of(tree).arrays.lengths, abs=5e-5
+    )
+
+
+def test_the_hint_on_feet_beside_their_planes_is_accepted() -> None:
+    tree = TREE
+    for name, side in (("right_front", 0.02), ("left_rear", -0.03)):
+        X = pose(p=(LENGTH, 0, side))
+        tree = with_joint(tree, f"{name}_foot_joint", X_parent_child=X)
+    imported = robot_from_tree(tree)
+    foot = hinted(imported, "its foot stands")
+    # Tenths of a millimetre remain of the print.
+    made = robot_of(tree, foot=foot)
+    np.testing.assert_allclose(made.arrays.lengths, MK4.arrays.lengths, rtol=0, atol=1e-4)
+
+
 def test_foot_options_that_fit_nothing_are_refused() -> None:
+    for option, what in (
+        ("1-9=_foot", 'there is no leg "1-9"; legs are 1 to 6, or right_front, '),
+        ("hand=_foot", 'there is no leg "hand"; legs are 1 to 6, or right_front, '),
+        ("1=_foot;1-2=_foot", "leg 1 has two feet."),
+        ("1=", 'foot is "1="; it must be legs, =, and a link\'s name or three numbers.'),
+    ):
+        assert refusal(TREE, foot=option).startswith(what)
     assert refusal(TREE, foot="hand") == (
         'leg 1: no links at its end have a name that ends in "hand"; 1 is needed.'
     )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from phasmid.cli.robot_options import add_import_options, import_options
 from phasmid.errors import InvalidInput, plain
+from phasmid.units import plain_number
 
 if TYPE_CHECKING:
     from phasmid.formats import Imported
@@ -37,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Check the file that the options name; returns the exit status."""
-    from phasmid.formats import ROBOT_SUFFIXES, import_robot
+    from phasmid.formats import import_robot, is_foreign
     from phasmid.robot import preset_names
     from phasmid.scenario import load_scenario
     from phasmid.toml import read_toml
@@ -46,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     suffix = Path(source).suffix.lower()
     if options.write_sidecar:
         return _write_sidecar(Path(source), force=options.force)
-    is_robot = source in preset_names() or suffix in ROBOT_SUFFIXES[1:]
+    is_robot = source in preset_names() or is_foreign(source)
     if not is_robot and (suffix == ".toml" or Path(source).exists()):
         raw, _ = read_toml(Path(source))
         is_robot = bool({"legs", "leg", "body"} & set(raw))
@@ -111,15 +112,17 @@ def _plain_walk(robot: Robot) -> list[dict[str, str]]:
         check_time_step(scenario, plan(scenario))
     except PhasmidError as error:
         said = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
-        return [{"severity": "note", "where": "", "hint": f"phasmid walk {error.hint}", **said}]
+        # Only a hint that is an option belongs behind the command.
+        hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
+        return [{"severity": "note", "where": "", "hint": hint, **said}]
     return []
 
 
 def _print_robot(robot: dict[str, Any]) -> None:
     servo = robot.get("servo")
     moved = (
-        f", servo {plain(servo['name'])} ({servo['stall_torque_nm']:.3g} N·m, "
-        f"{servo['no_load_speed_rad_per_s']:.3g} rad/s)"
+        f", servo {plain(servo['name'])} ({plain_number(servo['stall_torque_nm'], 3)} N·m, "
+        f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
         if servo
         else ""
     )
@@ -128,13 +131,15 @@ def _print_robot(robot: dict[str, Any]) -> None:
         f"({robot['weight_n']:.2f} N){moved}"
     )
     if "body" in robot:
-        size = " × ".join(f"{side:.4g}" for side in robot["body"]["size_mm"])
+        size = " × ".join(plain_number(side) for side in robot["body"]["size_mm"])
         print(f"  body {robot['body']['mass_g']:.1f} g, {size} mm")
     width = max(len(leg["name"]) for leg in robot["legs"])
     for number, leg in enumerate(robot["legs"], 1):
-        lengths = " / ".join(f"{length:.4g}" for length in leg["lengths_mm"])
-        hip = ", ".join(f"{round(x, 6) + 0.0:.4g}" for x in leg["hip_mm"])
-        turned = [f"{name} {leg[f'{name}_deg']:.4g}°" for name in ("yaw", "pitch", "roll")]
+        lengths = " / ".join(plain_number(length) for length in leg["lengths_mm"])
+        hip = ", ".join(plain_number(round(x, 6) + 0.0) for x in leg["hip_mm"])
+        turned = [
+            f"{name} {plain_number(leg[f'{name}_deg'])}°" for name in ("yaw", "pitch", "roll")
+        ]
         turned = [words for words in turned if words.startswith("yaw") or not words.endswith(" 0°")]
         neutral = leg["neutral_deg"]
         at = f", neutral at {', '.join(f'{a:.1f}' for a in neutral)}°" if neutral else ""
@@ -147,7 +152,10 @@ def _print_robot(robot: dict[str, Any]) -> None:
             print(f"    {'':<{width}} {_origin(leg['file'])}")
     limits = robot["legs"][0]["limits_deg"]
     if all(leg["limits_deg"] == limits for leg in robot["legs"]):
-        told = (f"{joint} {low:.4g}° to {high:.4g}°" for joint, (low, high) in limits.items())
+        told = (
+            f"{joint} {plain_number(low)}° to {plain_number(high)}°"
+            for joint, (low, high) in limits.items()
+        )
         print(f"  joint limits: {', '.join(told)}")
     if "longest_stride_mm" in robot:
         stride = robot["longest_stride_mm"]
@@ -159,7 +167,11 @@ def _origin(file: dict[str, Any]) -> str:
     """Whose joints of the file a leg's are, and how our angle is counted from the file's φ."""
     joints = []
     for name, sign, offset in zip(file["joints"], file["signs"], file["offsets_deg"], strict=True):
-        shift = f" {'+' if offset > 0 else '−'} {abs(offset):.4g}°" if abs(offset) > 5e-4 else ""
+        shift = (
+            f" {'+' if offset > 0 else '−'} {plain_number(abs(offset))}°"
+            if abs(offset) > 5e-4
+            else ""
+        )
         joints.append(f"{plain(name)} ({'φ' if sign > 0 else '−φ'}{shift})")
     return f"is {', '.join(joints)}"
 

@@ -9,7 +9,11 @@ if TYPE_CHECKING:
     from phasmid.formats import ImportOptions
 
 OPTIONS = {
-    "foot": ("LINK|X,Y,Z", "a link's name or its ending, or metres in each leg's last link"),
+    "foot": (
+        "LINK|X,Y,Z|LEGS=...;...",
+        "a link's name or its ending, or metres in each leg's last link; for each leg "
+        '"1-3=0,0,-0.13; 4-6=0,0,0.13"',
+    ),
     "masses": ("as-given|geometry|ROBOT", "whose masses and inertias: the file's, its boxes', ..."),
     "total_mass_g": ("G", "what the robot weighs on a scale: all masses are scaled to it"),
     "servo_model": ("NAME", "the servo, where the file's efforts and speeds do not tell it"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -114,10 +115,14 @@ def skeleton(tree: Tree, *, upright: bool = True) -> Skeleton:
             legs.append(leg)
             extra += [j for path in paths for j in path if j not in leg]
     hips = [trunk.pose_of(joints[0])[:3, 3] for joints in legs]
-    for first, path in odd:
-        if len(legs) < 4 or _belongs_to_a_pair(trunk.pose_of(first)[:3, 3], hips):
-            raise _not_three(first, path, len(legs))
-        extra += [j for path in _paths(tree, first) for j in path]
+    wrong = [
+        (first, path)
+        for first, path in odd
+        if len(legs) < 4 or _belongs_to_a_pair(trunk.pose_of(first)[:3, 3], hips)
+    ]
+    if wrong:
+        raise _not_three(wrong, len(legs))
+    extra += [j for first, _ in odd for path in _paths(tree, first) for j in path]
     if len(legs) < 4:
         raise InvalidRobot(
             f"{tree.file or tree.name} has {len(legs)} chains of three hinges that leave "
@@ -236,13 +241,20 @@ def _belongs_to_a_pair(hip: np.ndarray, hips: list[np.ndarray]) -> bool:
     return any(distance(hip, h) < MIRRORED for h in alone)
 
 
-def _not_three(first: TreeJoint, path: list[TreeJoint], legs: int) -> InvalidRobot:
+def _not_three(wrong: list[tuple[TreeJoint, list[TreeJoint]]], legs: int) -> InvalidRobot:
+    """The refusal of chains that are no legs; it names one of the most frequent length."""
+    # Legs come in numbers: a head or an arm beside them is a chain of a length of its own.
+    counts = Counter(len(path) for _, path in wrong)
+    length = max(counts, key=lambda length: (counts[length], length))
+    first, path = next((first, path) for first, path in wrong if len(path) == length)
     names = ", ".join(joint.name for joint in path[:6]) + (", …" if len(path) > 6 else "")
     other = next((joint for joint in path if joint.kind not in HINGES), None)
     if other is not None:
         what = f"joint {other.name} is {other.kind}"
     else:
         what = f"it has {len(path)} hinge{'s' if len(path) > 1 else ''} ({names})"
+        if counts[length] > 1:
+            what += f", as {counts[length] - 1} more of its chains have"
     return InvalidRobot(
         f"leg at joint {first.name}: {what}; this model needs 3 hinges in a row, "
         "for coxa, femur and tibia.",

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from phasmid.formats.chains import Chain
 from phasmid.formats.extension import Extension, LegExtension
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.foot import foot_of
+from phasmid.formats.foot import Foot
 from phasmid.formats.mounts import hip_rotation, names_in_order
 from phasmid.formats.planar import Planar, planar
 
@@ -68,27 +68,24 @@ def found_leg(
     name: str,
     chain: Chain,
     said: LegExtension | None,
-    option: str,
+    tip: Foot,
     findings: list[Finding],
 ) -> FoundLeg:
-    """Find a chain's foot, frames, angles and limits.
+    """Find a chain's frames, angles and limits.
 
     Args:
         number: Of the leg in the robot, for messages.
         name: Of the leg.
         chain: Its three hinges.
         said: What an extension says of it; None for nothing.
-        option: Where the foot is, as `ImportOptions.foot`.
+        tip: Its foot.
         findings: Where to say what was rounded or assumed.
 
     Raises:
-        InvalidInput: The option names no foot of this leg.
         InvalidRobot: It is no leg of this model.
     """
-    p_tibia_foot, source, notes = foot_of(chain, option, number)
-    findings += notes
     X = chain.poses[2]
-    foot = X[:3, :3] @ p_tibia_foot + X[:3, 3]
+    foot = X[:3, :3] @ tip.point + X[:3, 3]
     # Files of this project have the hip's x at angle 0.
     zero = 0.0 if said is not None else _middle(chain)
     axis = chain.axes[0]
@@ -103,7 +100,7 @@ def found_leg(
         if float(np.mean(_limits(chain, plan)[2])) > 0:
             plan = planar(chain, foot, number, -axis, zero)
     findings += plan.findings
-    return FoundLeg(name, chain, said, plan, source, _limits(chain, plan))
+    return FoundLeg(name, chain, said, plan, tip.source, _limits(chain, plan))
 
 
 def _middle(chain: Chain) -> float:

@@ -14,6 +14,7 @@ from phasmid.formats.bodies import possible
 from phasmid.formats.chains import Chain, skeleton
 from phasmid.formats.extension import Extension, read_extension
 from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.foot import Foot, feet_hint, feet_of
 from phasmid.formats.found import FoundLeg, found_leg, named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.imported import Imported, ImportFacts, LegFacts
@@ -22,12 +23,14 @@ from phasmid.formats.load import Standing, judge_load
 from phasmid.formats.masses import Weighed, weighed
 from phasmid.formats.mounts import Mount, body_frame, hip_rotation, mount_of
 from phasmid.formats.options import ImportOptions
+from phasmid.formats.planar import FootOffPlane
 from phasmid.formats.rigid import RigidLink, inverse, moved
 from phasmid.formats.servos import missing, servo_of
 from phasmid.formats.standing import Stance, standing_feet
 from phasmid.formats.tree import Inertial, Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
 from phasmid.robot.table import LONGEST_NAME
+from phasmid.units import plain_number
 
 THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""
@@ -175,22 +178,52 @@ def _legs(
     options: ImportOptions,
     findings: list[Finding],
 ) -> list[FoundLeg]:
-    """All legs, or the first one's error after every leg had its say."""
+    """Find all legs.
+
+    Raises:
+        PhasmidError: Some are none of this model; the error is the first one's, and the findings
+            name all of them.
+    """
+    named = named_chains(chains, extension, findings)
+    names, ours = [name for name, _, _ in named], [chain for _, chain, _ in named]
+    feet = feet_of(names, ours, options.foot, findings)
     legs: list[FoundLeg] = []
-    errors: list[PhasmidError] = []
-    for number, (name, chain, said) in enumerate(named_chains(chains, extension, findings), 1):
+    errors: dict[int, PhasmidError] = {}
+    for number, ((name, chain, said), foot) in enumerate(zip(named, feet, strict=True), 1):
         try:
-            legs.append(found_leg(number, name, chain, said, options.foot, findings))
+            if isinstance(foot, PhasmidError):
+                raise foot
+            legs.append(found_leg(number, name, chain, said, foot, findings))
             if said is None:
                 findings += _unlimited(chain)
         except PhasmidError as error:
-            errors.append(error)
-            subject = f"leg {number}"
-            what = error.what.removeprefix(f"{subject}: ")
-            findings.append(Finding(Severity.IMPOSSIBLE, subject, what, error.where, error.hint))
-    if errors:
-        raise errors[0]
-    return legs
+            errors[number] = error
+    if not errors:
+        return legs
+    in_plane = feet_hint(
+        [
+            _in_plane(chain, foot, errors.get(number))
+            for number, (chain, foot) in enumerate(zip(ours, feet, strict=True), 1)
+        ]
+    )
+    for number, refusal in errors.items():
+        if isinstance(refusal, FootOffPlane):
+            refusal.hint = f"{in_plane}, the nearest points in the legs' planes"
+        subject = f"leg {number}"
+        what = refusal.what.removeprefix(f"{subject}: ")
+        findings.append(Finding(Severity.IMPOSSIBLE, subject, what, refusal.where, refusal.hint))
+    raise next(iter(errors.values()))
+
+
+def _in_plane(
+    chain: Chain, foot: Foot | PhasmidError, error: PhasmidError | None
+) -> Float[np.ndarray, "3"] | None:
+    """A leg's foot, moved into its plane where it is off it, in the tibia's frame [m]."""
+    if isinstance(foot, PhasmidError):
+        return None
+    if not isinstance(error, FootOffPlane):
+        return foot.point
+    return np.asarray(foot.point - chain.poses[2, :3, :3].T @ error.offset)
 
 
 def _unlimited(chain: Chain) -> list[Finding]:
@@ -218,7 +251,7 @@ def _mass_source(options: ImportOptions) -> str:
     }.get(options.masses, f"those of {options.masses}, scaled to the lengths")
     if options.total_mass is None:
         return source
-    return f"{source}; scaled to {options.total_mass:.4g} kg in all"
+    return f"{source}; scaled to {plain_number(options.total_mass)} kg in all"
 
 
 def _load(facts: ImportFacts) -> tuple[Finding, ...]:
@@ -239,8 +272,8 @@ def _levelled(number: int, tilt: float, leg: FoundLeg) -> Finding:
     return Finding(
         Severity.NOTE,
         f"leg {number}",
-        f"coxa axis was turned by {math.degrees(tilt):.2g}° to be vertical, which moves the foot "
-        f"by {1000 * reach * tilt:.2g} mm at most.",
+        f"coxa axis was turned by {plain_number(math.degrees(tilt), 2)}° to be vertical, which "
+        f"moves the foot by {plain_number(1000 * reach * tilt, 2)} mm at most.",
         where=leg.chain.joints[0].where,
     )
 

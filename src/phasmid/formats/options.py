@@ -16,8 +16,10 @@ class ImportOptions:
 
     Attributes:
         foot: Where the feet are: name of a link or its ending, such as ``foot_link``; or three
-            numbers such as ``0,0,-0.13``, metres in the frame of the last link of each leg; empty
-            to find them in the tree or in the last link's mesh.
+            numbers such as ``0,0,-0.13``, metres in the frame of the last link of each leg; or
+            such a place for each leg by number, range or name, as
+            ``1-3=0,0,-0.13; left_front=foot_link``; empty to find them in the tree or in the last
+            link's mesh.
         masses: ``as-given``; ``geometry`` keeps each link's mass and spreads it over its box; or a
             preset or robot file whose links' masses and inertias are taken.
         total_mass: What the whole robot weighs on a scale [kg]: all masses are scaled to it.

@@ -13,6 +13,7 @@ from phasmid.formats.chains import Chain
 from phasmid.formats.findings import Finding, Severity
 from phasmid.robot import JOINTS
 from phasmid.robot.link import LONGEST_LENGTH
+from phasmid.units import plain_number
 
 SNAPPED = math.radians(1.0)
 """Axes this far from parallel or square are set right: files with five digits of pi/2 are 0.02°
@@ -30,6 +31,16 @@ then stands 2° off the direction that its coxa joint says, of the order of the 
 
 SHORTEST_COXA = 1e-4
 """Where coxa and femur axis meet, the coxa is given this length [m]."""
+
+
+class FootOffPlane(InvalidRobot):
+    """A foot beside the plane of its leg.
+
+    Attributes:
+        offset: From the nearest point in the plane to the foot, in the trunk [m], shape (3,).
+    """
+
+    offset: Float[np.ndarray, "3"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +81,8 @@ def planar(
         zero: The file's angle of the coxa joint at which the leg points along its hip's x [rad].
 
     Raises:
-        InvalidRobot: Axes are not parallel or square, or the foot is off the leg's plane.
+        InvalidRobot: Axes are not parallel or square.
+        FootOffPlane: The foot is off the leg's plane.
     """
     findings: list[Finding] = []
     subject = f"leg {number}"
@@ -115,8 +127,8 @@ def planar(
     for length, ends in ((femur, "femur and tibia axes"), (tibia, "tibia axis and foot")):
         if length < SHORTEST_COXA:
             raise InvalidRobot(
-                f"{subject}: {ends} are {1000 * length:.2g} mm apart; "
-                f"they must be {1000 * SHORTEST_COXA:g} mm or more.",
+                f"{subject}: {ends} are {plain_number(1000 * length, 2)} mm apart; they must be "
+                f"{1000 * SHORTEST_COXA:g} mm or more.",
                 where=chain.joints[2].where,
                 hint="--foot names the link at the foot" if "foot" in ends else "",
             )
@@ -125,13 +137,13 @@ def planar(
         if not length <= LONGEST_LENGTH:
             what = "is off the trunk by" if name == "hip" else "measures"
             raise InvalidRobot(
-                f"{subject}: its {name} {what} {length:.4g} m; lengths above {LONGEST_LENGTH:g} m "
-                "are refused.",
+                f"{subject}: its {name} {what} {plain_number(length)} m; lengths above "
+                f"{LONGEST_LENGTH:g} m are refused.",
                 where=chain.joints[0].where,
                 hint="give all lengths in metres",
             )
     lateral = float((p_trunk_foot - p_hip) @ y1)
-    _check_offset(findings, subject, lateral, float(lengths.sum()), place)
+    _check_offset(findings, subject, lateral * y1, float(lengths.sum()), place)
     _note_skew(findings, subject, chain, across, lengths)
 
     e2 = math.atan2(knee[1], knee[0])
@@ -170,9 +182,9 @@ def _refuse_skew(subject: str, names: str, angle: float, where: str, *, square: 
         return
     shown = math.degrees(angle)
     what = (
-        f"{names} axes are {90 - shown:.3g}° apart; this model needs them square."
+        f"{names} axes are {plain_number(90 - shown, 3)}° apart; this model needs them square."
         if square
-        else f"{names} axes differ by {shown:.3g}°; this model needs them parallel."
+        else f"{names} axes differ by {plain_number(shown, 3)}°; this model needs them parallel."
     )
     raise InvalidRobot(f"{subject}: {what}", where=where)
 
@@ -196,31 +208,38 @@ def _note_skew(
             Finding(
                 Severity.NOTE,
                 subject,
-                f"{name} axis was turned by {math.degrees(angle):.2g}° to fit the leg's plane, "
-                f"which moves the foot by {1000 * arm * angle:.2g} mm at most.",
+                f"{name} axis was turned by {plain_number(math.degrees(angle), 2)}° to fit the "
+                f"leg's plane, which moves the foot by {plain_number(1000 * arm * angle, 2)} mm at "
+                "most.",
                 where=joint.where,
             )
         )
 
 
 def _check_offset(
-    findings: list[Finding], subject: str, lateral: float, length: float, where: str
+    findings: list[Finding],
+    subject: str,
+    offset: Float[np.ndarray, "3"],
+    length: float,
+    where: str,
 ) -> None:
-    if abs(lateral) > OFFSET * length:
-        raise InvalidRobot(
-            f"{subject}: its foot stands {1000 * abs(lateral):.3g} mm off the plane of its coxa "
-            f"axis, femur and tibia; this model's legs are planar, up to "
-            f"{1000 * OFFSET * length:.2g} mm.",
+    lateral = float(np.linalg.norm(offset))
+    if lateral > OFFSET * length:
+        error = FootOffPlane(
+            f"{subject}: its foot stands {plain_number(1000 * lateral, 3)} mm off the plane of its "
+            "coxa axis, femur and tibia; this model's legs are planar, up to "
+            f"{plain_number(1000 * OFFSET * length, 2)} mm.",
             where=where,
-            hint="--foot 0,0,-0.13, in metres in the last link's frame",
         )
-    if abs(lateral) > PRINTED:
+        error.offset = offset
+        raise error
+    if lateral > PRINTED:
         findings.append(
             Finding(
                 Severity.NOTE,
                 subject,
-                f"its foot stands {1000 * abs(lateral):.2g} mm off the leg's plane and was "
-                "moved into it.",
+                f"its foot stands {plain_number(1000 * lateral, 2)} mm off the leg's plane "
+                f"and was moved into it.",
                 where=where,
             )
         )

@@ -24,10 +24,17 @@ from phasmid.robot.appearance import Appearance, glb
 ROBOT_SUFFIXES = (".toml", ".urdf", ".xml", ".mjcf", ".step", ".stp")
 """Endings of files that hold a robot; an ``.xml`` is MJCF or URDF by its root element."""
 
+UNREAD = {
+    ".xacro": "is a xacro template; phasmid reads the URDF that xacro makes of it.",
+    ".sdf": "is an SDF file; phasmid reads URDF, MJCF and STEP.",
+}
+"""Endings of robot descriptions that are not read, and why."""
+
 
 def is_foreign(source: str | Path) -> bool:
-    """Whether a robot is read from a format of others, whose files do not say all of it."""
-    return str(source) not in preset_names() and (Path(source).suffix.lower() in ROBOT_SUFFIXES[1:])
+    """Return whether a source is a robot file of another program's format."""
+    suffix = Path(source).suffix.lower()
+    return str(source) not in preset_names() and suffix in {*ROBOT_SUFFIXES[1:], *UNREAD}
 
 
 def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robot:
@@ -130,6 +137,15 @@ def _reader(source: str | Path) -> _Reader | None:
     suffix = Path(source).suffix.lower()
     if not is_foreign(source):
         return None
+    if suffix in UNREAD:
+        # robot.xacro and robot.urdf.xacro both become robot.urdf.
+        expanded = f"{Path(source).stem.removesuffix('.urdf')}.urdf"
+        raise InvalidInput(
+            f"{source} {UNREAD[suffix]}",
+            hint=f"xacro {Path(source).name} > {expanded}"
+            if suffix == ".xacro"
+            else "convert it to URDF or MJCF",
+        )
     if suffix in (".step", ".stp"):
         from phasmid.formats.step import read_step
 

@@ -16,7 +16,8 @@ class RobotImportTable(Table):
 
     Attributes:
         foot: Where the feet are: a link's name or its ending, or x,y,z in metres in the frame of
-            each leg's last link; empty: found in the tree, or else at the end of the last mesh.
+            each leg's last link; or one place for each leg, as 1-3=0,0,-0.13; 4-6=0,0,0.13;
+            empty: found in the tree, or else at the end of the last mesh.
         masses: as-given; geometry, which spreads each link's mass over its box; or a preset or
             robot file whose links' masses and inertias are taken.
         total_mass: What the robot weighs on a scale [kg]; all masses are scaled to it.
