@@ -175,8 +175,9 @@ def speaking(table: type[Table], raw: Mapping[str, Any]) -> Iterator[None]:
         yield
     except ValidationError as error:
         # An unknown key explains a missing one, so it comes first.
-        details = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
-        raise _speak(table, raw, details[0], _LOCATE.get()) from None
+        details = error.errors(include_url=False, include_input=False)
+        first = min(details, key=lambda e: e["type"] != "extra_forbidden")
+        raise _speak(table, raw, first, _LOCATE.get()) from None
 
 
 def _speak(

@@ -17,6 +17,29 @@ from phasmid.units import split_unit
 LARGEST_FILE = 1_000_000
 """Files above this many bytes are not robots or scenarios that a person wrote."""
 
+MOST_PARTS = 16
+"""Most parts of a dotted key: the parser's memory grows with their square."""
+
+MOST_DIGITS = 400
+"""Most digits of a number in a row: no float takes more, and Python refuses whole numbers above
+4300 of them."""
+
+_OPAQUE = re.compile(
+    r'"""(?:[^"\\]++|\\.|"(?!""))*+(?:"""|\Z)'  # an open text hides all that follows
+    r"|'''(?:[^']++|'(?!''))*+(?:'''|\Z)"
+    r'|"(?:[^"\\\n]++|\\.)*+"?'
+    r"|'[^'\n]*+'?"
+    r"|(?P<comment>#[^\n]*+)",
+    re.DOTALL,
+)
+"""Texts and comments of a TOML text."""
+
+_TOO_LONG = re.compile(
+    rf"(?<![\w-])(?P<key>(?:[\w-]++[ \t]*+\.[ \t]*+){{{MOST_PARTS}}})"
+    rf"|(?<!\w)(?:0[xob])?[\da-fA-F_]{{{MOST_DIGITS},}}"
+)
+"""A dotted key of too many parts, or a number of too many digits."""
+
 
 def preset_names(package: str) -> tuple[str, ...]:
     """Names of the files that come with a room, in its folder ``presets``."""
@@ -80,22 +103,55 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
         content = raw.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise InvalidInput(f"{path} is not text in UTF-8.") from None
+    return parse_toml(content, path.name), content
+
+
+def parse_toml(content: str, name: str) -> dict[str, Any]:
+    """Return the table of a TOML text, which may come from anyone.
+
+    Args:
+        content: The text.
+        name: What the text is, for messages.
+
+    Raises:
+        InvalidInput: It is not TOML, or a key, a number or the nesting is beyond measure.
+    """
+    _check_size(content, name)
     try:
-        return tomllib.loads(content), content
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise _toml_error(path, content, str(error)) from None
+        return tomllib.loads(content)
+    except tomllib.TOMLDecodeError as error:
+        raise _toml_error(content, name, str(error)) from None
+    except RecursionError:
+        raise InvalidInput(f"{name}: tables or lists are nested too deeply.") from None
 
 
-def _toml_error(path: Path, content: str, message: str) -> InvalidInput:
+def _check_size(content: str, name: str) -> None:
+    """Refuse keys and numbers on which the parser would spend memory or fail."""
+    # A text becomes one letter for each of its lines, so that lines keep their numbers.
+    bare = _OPAQUE.sub(lambda m: "" if m["comment"] else "t" + "\n" * m[0].count("\n"), content)
+    found = _TOO_LONG.search(bare)
+    if found is None:
+        return
+    line = bare.count("\n", 0, found.start()) + 1
+    if found["key"]:
+        raise InvalidInput(
+            f"{name} line {line}: a key has more than {MOST_PARTS} parts; such files are refused."
+        )
+    raise InvalidInput(
+        f"{name} line {line}: a number has {MOST_DIGITS} digits or more; such files are refused."
+    )
+
+
+def _toml_error(content: str, name: str, message: str) -> InvalidInput:
     lines = content.splitlines()
     at = re.search(r"\(at line (\d+), column \d+\)", message)
     line = int(at.group(1)) if at else len(lines)
     written = lines[line - 1] if 0 < line <= len(lines) else ""
     if "overwrite" in message or "twice" in message:
         key = written.partition("=")[0].strip().strip("[]")
-        return InvalidInput(f'{path.name} line {line}: key "{key}" is given twice.')
+        return InvalidInput(f'{name} line {line}: key "{key}" is given twice.')
     reason = message.partition(" (at ")[0]
-    return InvalidInput(f"{path.name} line {line}: {reason}.", hint="see the TOML syntax")
+    return InvalidInput(f"{name} line {line}: {reason}.", hint="see the TOML syntax")
 
 
 def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:
@@ -114,15 +170,15 @@ def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:
         if not depth < len(path) <= len(keys):
             continue
         pairs = zip(keys, path, strict=False)
-        if all(key in part for key, part in pairs):
+        if all(key in (part, split_unit(part)[0]) for key, part in pairs):
             best, depth = number, len(path)
     return best, depth
 
 
 @lru_cache(maxsize=8)
-def _written(content: str) -> list[tuple[int, list[tuple[str, str]]]]:
-    """Lines of a TOML text with the path of keys on each, as written and without units."""
-    found: list[tuple[int, list[tuple[str, str]]]] = []
+def _written(content: str) -> list[tuple[int, list[str]]]:
+    """Lines of a TOML text with the path of keys on each."""
+    found: list[tuple[int, list[str]]] = []
     table: list[str] = []
     for number, line in enumerate(content.splitlines(), 1):
         bare = line.strip()
@@ -133,7 +189,7 @@ def _written(content: str) -> list[tuple[int, list[tuple[str, str]]]]:
             if not equals or len(name) > 200:
                 continue
             path = table + _parts(name)
-        found.append((number, [(part, split_unit(part)[0]) for part in path]))
+        found.append((number, path))
     return found
 
 

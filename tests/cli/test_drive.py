@@ -46,6 +46,20 @@ def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, cap
             ["--waypoints", "1,0;a,b"],
             '--waypoints has "a,b"; it must be 2 or 3 numbers with commas between.',
         ),
+        (
+            ["--velocity", "50,0,0"],
+            "--velocity: ahead is 50 m/s; it must be 10 or less.\n"
+            "  try  --velocity 0.05,0,0 (in m/s and rad/s)",
+        ),
+        (["--velocity", "nan,0,0"], "--velocity: ahead is nan; it must be a finite number."),
+        (["--velocity", ""], '--velocity has ""; it must be 3 numbers with commas between.'),
+        (["--waypoints", "1,0;0,nan"], "--waypoints 2: y is nan; it must be a finite number"),
+        (
+            ["--waypoints", "20000,0"],
+            "--waypoints 1: x is 20000 m; it must be -10000 or more and 10000 or less.",
+        ),
+        (["--waypoints", ";"], "the script has no command and no waypoint"),
+        (["--velocity", "0,0,0", "--rate", "9" * 400], "rate is inf; it must be a finite number"),
         (["--velocity", "0,0,0", "--rate", "x"], '--rate is "x"; it must be a number.'),
         (["--velocity", "0,0,0", "--rate", "300"], "rate is 300 updates a second"),
         (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must say what fails'),

@@ -172,3 +172,8 @@ def test_a_command_is_the_same_object_until_the_time_that_is_told():
     evenly = script.model_copy(update={"between": "linear"})
     assert evenly.stands_until(1.5) == 1.5
     assert evenly.stands_until(3.5) == 5.0
+
+
+def test_values_of_a_script_are_held_against_their_limits_where_it_is_made():
+    with pytest.raises(InvalidInput, match=r"^command\[0\].ahead is 50 m/s; it must be 10 or less"):
+        CommandScript(command=[{"ahead": 50.0}])

@@ -234,7 +234,7 @@ def test_a_recording_without_its_robot_is_refused():
     with pytest.raises(InvalidInput, match="does not say its robot"):
         summarise(bare)
     damaged = new_recording(np.arange(3.0), {}, {"scenario": "=", "robot": "name = 'x'"})
-    with pytest.raises(InvalidInput, match="scenario is not TOML"):
+    with pytest.raises(InvalidInput, match="recording's scenario line 1: "):
         summarise(damaged)
 
 

@@ -152,29 +152,48 @@ def _number(text: str) -> float:
 
 
 def _script(options: argparse.Namespace) -> CommandScript | None:
-    """The commands that the options tell; None: those of keys."""
-    from phasmid.control import CommandScript, load_script
+    """Return the script of the options; None where keys give the commands."""
+    from phasmid.control import load_script
 
-    if options.commands:
+    if options.commands is not None:
         return load_script(options.commands)
-    if options.velocity:
-        ahead, left, turn = _row("--velocity", options.velocity, (3,), "0.05,0,0.1")
-        return CommandScript(command=[{"time": 0.0, "ahead": ahead, "left": left, "turn": turn}])  # type: ignore[arg-type]
-    if options.waypoints:
+    if options.velocity is not None:
+        values = _row("--velocity", options.velocity, (3,), "0.05,0,0.1")
+        entry = dict(zip(("ahead", "left", "turn"), values, strict=True))
+        return _validated(
+            "--velocity", {"command": [entry]}, "--velocity 0.05,0,0 (in m/s and rad/s)"
+        )
+    if options.waypoints is not None:
         rows = [
             _row("--waypoints", text, (2, 3), "1,0;1,1")
             for text in options.waypoints.split(";")
             if text.strip()
         ]
         places = [dict(zip(("x", "y", "heading"), row, strict=False)) for row in rows]
-        return CommandScript(waypoint=places)  # type: ignore[arg-type]
+        return _validated("--waypoints", {"waypoint": places}, '--waypoints "1,0;1,1" (in m)')
     return None
 
 
-def _row(flag: str, text: str, counts: tuple[int, ...], example: str) -> list[float]:
-    """Numbers with commas between."""
+def _validated(flag: str, raw: dict[str, Any], hint: str) -> CommandScript:
+    """Return the script of an option's values, refused under the name of the option."""
+    from phasmid.control import CommandScript
+    from phasmid.tables import dotted, validate
+
+    def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
+        place = f" {loc[1] + 1}" if loc[0] == "waypoint" and isinstance(loc[1], int) else ""
+        return f"{flag}{place}: {dotted(loc[2:])}", ""
+
+    try:
+        return validate(CommandScript, raw, locate)
+    except InvalidInput as error:
+        error.hint = hint
+        raise
+
+
+def _row(flag: str, text: str, counts: tuple[int, ...], example: str) -> list[int | float]:
+    """Return the numbers of an option, which have commas between."""
     values = [scenario_options.number_or_text(part) for part in text.split(",")]
-    numbers = [float(value) for value in values if not isinstance(value, str)]
+    numbers = [value for value in values if not isinstance(value, str)]
     if len(numbers) != len(values) or len(values) not in counts:
         count = " or ".join(map(str, counts))
         raise InvalidInput(

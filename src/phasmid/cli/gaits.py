@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
     robot = load_robot(options.robot)
     step = _number("--step-length-mm", options.step_length_mm) / 1000
-    rows = _rows(options, robot, step, leg_numbers(options.lost, robot) or ())
+    rows = _rows(options, robot, step, leg_numbers(options.lost, robot, "--lost") or ())
     if options.json:
         print(json.dumps([_told(row) for row in rows], indent=2, ensure_ascii=False))
         return 0

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 import string
 import sys
-import tomllib
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
@@ -165,13 +166,14 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
 def _value(key: str, text: str) -> Any:
     """An option's text as a number, a list of numbers, or text."""
     from phasmid.scenario import option_keys
+    from phasmid.toml import parse_toml
 
     form = _list_form(option_keys()[key])
     if form and text.startswith("["):
+        flag = f"--{key.replace('_', '-')}"
         try:
-            return tomllib.loads(f"list = {text}")["list"]
-        except tomllib.TOMLDecodeError:
-            flag = f"--{key.replace('_', '-')}"
+            return parse_toml(f"list = {text}", flag)["list"]
+        except InvalidInput:
             raise InvalidInput(
                 f'{flag} is "{text}"; it must be a list.', hint=f"{flag} {form}"
             ) from None
@@ -213,14 +215,13 @@ def check_lists(arguments: list[str]) -> None:
 
 
 def number_or_text(text: str) -> int | float | str:
-    """An option's text as a number, where it is one."""
-    try:
-        return int(text)
-    except ValueError:
-        pass
+    """Return an option's text as a number, where it is one; infinite where no float is as large."""
     try:
         number = float(text)
     except ValueError:
         return text
+    if math.isfinite(number):
+        with suppress(ValueError):
+            return int(text)
     # 1e3 samples are a whole number of them.
     return int(number) if number.is_integer() and abs(number) < 1e15 else number

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -217,16 +218,16 @@ def add_report_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="print only errors")
 
 
-def leg_numbers(text: str | None, robot: Robot) -> tuple[int, ...] | None:
+def leg_numbers(text: str | None, robot: Robot, flag: str = "--legs") -> tuple[int, ...] | None:
     """Numbers of a robot's legs, as an option lists them; None where it does not."""
     if text is None:
         return None
     legs = []
     for part in text.split(","):
-        if not (part.strip().isascii() and part.strip().isdigit()):
+        if not re.fullmatch(r"\s*[0-9]{1,9}\s*", part):
             raise InvalidInput(
-                f'--legs is "{text}"; it must be leg numbers with commas between.',
-                hint="--legs 1,2,3",
+                f'{flag} is "{text}"; it must be leg numbers with commas between.',
+                hint=f"{flag} 1,2,3",
             )
         robot.leg(int(part))
         legs.append(int(part))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import tomllib
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Len
+from pydantic import FailFast
 
 from phasmid.arguments import check_type, path_of
 from phasmid.control.command import Command, LegCommand, Posture
@@ -32,9 +32,10 @@ from phasmid.tables import (
     Velocity,
     dotted,
     in_file,
+    speaking,
     validate,
 )
-from phasmid.toml import read_toml, toml_string
+from phasmid.toml import parse_toml, read_toml, toml_string
 
 MOST_ENTRIES = 200_000
 """Most commands of a script."""
@@ -160,14 +161,19 @@ class CommandScript(Table):
         follow: How they are gone to.
 
     Raises:
-        InvalidInput: It has neither or both, or too many, or a time does not increase.
+        InvalidInput: It has neither or both, or too many, a value is refused, or a time does not
+            increase.
     """
+
+    def __init__(self, **fields: Any) -> None:
+        with speaking(CommandScript, fields):
+            super().__init__(**fields)
 
     format: Annotated[Count, Ge(1), Le(1)] = 1
     between: Literal["steps", "linear"] = "steps"
     duration: Annotated[Time, Gt(0), Le(1e6)] | None = None
-    command: Annotated[tuple[CommandEntry, ...], Len(0, MOST_ENTRIES)] = ()
-    waypoint: Annotated[tuple[WaypointEntry, ...], Len(0, 10_000)] = ()
+    command: Annotated[tuple[CommandEntry, ...], Len(0, MOST_ENTRIES), FailFast()] = ()
+    waypoint: Annotated[tuple[WaypointEntry, ...], Len(0, 10_000), FailFast()] = ()
     follow: FollowTable = FollowTable()
 
     def model_post_init(self, context: Any) -> None:
@@ -334,12 +340,9 @@ def script_from_text(text: str) -> CommandScript:
         InvalidInput: It is none.
     """
     check_type("script", text, (str,), "text")
-    try:
-        if len(text) > LARGEST_TEXT:
-            raise InvalidInput(f"the script has {len(text)} characters; such are refused.")
-        raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InvalidInput(f"the script is not TOML: {error}.") from None
+    if len(text) > LARGEST_TEXT:
+        raise InvalidInput(f"the script has {len(text)} characters; such are refused.")
+    raw = parse_toml(text, "the script")
     return validate(CommandScript, raw, lambda loc: (dotted(loc), "the script"))
 
 

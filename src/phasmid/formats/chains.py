@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.extension import MOST_LEGS
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.rigid import RigidLink, fixed_to, rigid_link
 from phasmid.formats.tree import HINGES, Tree, TreeJoint
+from phasmid.robot.table import MOST_LEGS
 
 FREE = frozenset({"floating", "free"})
 """Kinds of joints by which some files let the trunk move against the world."""

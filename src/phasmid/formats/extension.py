@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import Annotated
 
 import numpy as np
@@ -11,15 +10,12 @@ from annotated_types import Len
 from phasmid.errors import InvalidInput, located
 from phasmid.robot import Robot, Servo
 from phasmid.robot.file import servo_table
-from phasmid.robot.table import Name, ServoTable, Vector
+from phasmid.robot.table import MOST_LEGS, Name, ServoTable, Vector
 from phasmid.tables import Angle, Table, dotted, validate
-from phasmid.toml import toml_key, toml_string
+from phasmid.toml import parse_toml, toml_key, toml_string
 
 LARGEST = 100_000
 """Texts of more characters than this were not written by `extension_of`."""
-
-MOST_LEGS = 100
-"""More legs than this are refused."""
 
 
 class LegExtension(Table):
@@ -93,11 +89,7 @@ def read_extension(text: str, file: str = "") -> Extension:
             f"{what} has {len(text)} characters; the limit is {LARGEST}.", where=file
         )
     with located(place):
-        try:
-            raw = tomllib.loads(text)
-        except (tomllib.TOMLDecodeError, RecursionError) as error:
-            raise InvalidInput(f"{what} is no TOML: {error}.") from None
-        return validate(Extension, raw, lambda loc: (dotted(loc), ""))
+        return validate(Extension, parse_toml(text, what), lambda loc: (dotted(loc), ""))
 
 
 def _row(values: np.ndarray) -> str:

@@ -13,11 +13,9 @@ from pydantic import Field
 from phasmid.errors import InvalidGait, located, nearest
 from phasmid.gait.forms import gait_of_phases, gait_of_steps
 from phasmid.gait.gait import Gait
+from phasmid.robot.table import MOST_LEGS
 from phasmid.tables import Count, Hint, Number, Table, in_file, validate
 from phasmid.toml import line_of, read_toml
-
-MOST_LEGS = 100
-"""Most legs that a file may tell of; no robot has more."""
 
 MOST_PARTS = 100_000
 """Most parts of a cycle."""

@@ -11,6 +11,7 @@ from phasmid.errors import InvalidGait, nearest
 from phasmid.gait.file import gait_from_file, is_gait_file
 from phasmid.gait.forms import alternating_gait, gait_of_steps, wave_gait
 from phasmid.gait.gait import FEWEST_FEET, Gait
+from phasmid.robot.table import MOST_LEGS
 
 QUADRUPED_GAITS = {
     gait.name: gait
@@ -51,9 +52,6 @@ OCTOPOD_GAITS = {
 
 GAITS = {4: QUADRUPED_GAITS, 6: HEXAPOD_GAITS, 8: OCTOPOD_GAITS}
 """The library: gaits by number of legs and name; `gaits_of` makes them for other numbers."""
-
-MOST_LEGS = 100
-"""Most legs for which gaits are made."""
 
 KNOWN = (*GAITS.values(), {"alternating": alternating_gait(10)})
 """Every name of a gait, of whatever number of legs."""

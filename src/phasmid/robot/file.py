@@ -18,10 +18,13 @@ from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length, solid_box
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
 from phasmid.robot.servo import Servo
-from phasmid.robot.table import LegTable, RobotTable, ServoTable, known_servos
+from phasmid.robot.table import MOST_LEGS, LegTable, RobotTable, ServoTable, known_servos
 from phasmid.tables import Locator, dotted, validate
 from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_string
 from phasmid.units import STANDARD_GRAVITY, split_unit
+
+MOST_SHARED = 1000
+"""Most values of ``[leg]``."""
 
 
 def preset_names() -> tuple[str, ...]:
@@ -130,6 +133,11 @@ def _merged(raw: dict[str, Any]) -> dict[str, Any]:
     shared, legs = raw.pop("leg", {}), raw.get("legs", {})
     if not isinstance(shared, Mapping) or not isinstance(legs, Mapping):
         raise InvalidInput("leg and legs must be tables.")
+    if len(legs) > MOST_LEGS:
+        raise InvalidInput(f"{len(legs)} legs are given; at most {MOST_LEGS} are possible.")
+    # Each leg gets a copy, and each wrong value in it is an error of its own.
+    if _count(shared) > MOST_SHARED:
+        raise InvalidInput(f"leg has more than {MOST_SHARED} values; such files are refused.")
     spread = {}
     for name, own in legs.items():
         if not isinstance(own, Mapping):
@@ -138,6 +146,12 @@ def _merged(raw: dict[str, Any]) -> dict[str, Any]:
     if "legs" in raw:
         raw["legs"] = spread
     return raw
+
+
+def _count(table: Mapping[str, Any]) -> int:
+    """Return the number of keys in a table and in the tables inside it."""
+    inner = (_count(value) for value in table.values() if isinstance(value, Mapping))
+    return len(table) + sum(inner)
 
 
 def _overlay(shared: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:

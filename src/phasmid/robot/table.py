@@ -29,6 +29,9 @@ from phasmid.tables import (
 )
 from phasmid.toml import read_toml
 
+MOST_LEGS = 100
+"""Most legs of a robot, a gait or a file."""
+
 LONGEST_NAME = 64
 """Robots and legs with longer names than this make no readable tables."""
 

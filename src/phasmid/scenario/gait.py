@@ -9,10 +9,8 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from phasmid.gait import Gait, check_gait_name, is_gait_file, read_gait
+from phasmid.robot.table import MOST_LEGS
 from phasmid.tables import Number, Table
-
-MOST_LEGS = 100
-"""Most legs of which offsets are told; no robot has more."""
 
 
 class GaitTable(Table):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from phasmid.robot import Robot
 from phasmid.robot.file import robot_from_table
 from phasmid.scenario.scenario import Scenario
 from phasmid.tables import in_file, validate
+from phasmid.toml import parse_toml
 
 
 def recorded_scenario(
@@ -40,7 +40,4 @@ def _table(attributes: Mapping[Any, Any], name: str) -> tuple[dict[str, Any], st
     text = attributes.get(name)
     if not isinstance(text, str) or not text:
         raise InvalidInput(f"the recording does not say its {name}; a report needs it.")
-    try:
-        return tomllib.loads(text), text
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InvalidInput(f"the recording's {name} is not TOML: {error}.") from None
+    return parse_toml(text, f"the recording's {name}"), text

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import StringConstraints, model_validator
+from pydantic import FailFast, StringConstraints, model_validator
 
 from phasmid.errors import InvalidInput, located
 from phasmid.tables import Angle, Count, Length, Number, Table, in_si
@@ -92,7 +92,7 @@ class TerrainTable(Table):
         "ice",
     ] = "flat"
     friction: Annotated[Number, Ge(0)] = 0.7
-    patches: tuple[tuple[Number, Number, Number, Number, Number], ...] = ()
+    patches: Annotated[tuple[tuple[Number, Number, Number, Number, Number], ...], FailFast()] = ()
     planned_on: Literal["terrain", "level"] = "terrain"
     terrain_start: Annotated[Length, Ge(-100), Le(100)] | None = None
     terrain_yaw: Annotated[Angle, Ge(-math.pi), Le(math.pi)] = 0.0
@@ -103,8 +103,8 @@ class TerrainTable(Table):
     stair_count: Annotated[Count, Gt(0), Le(1000)] = 5
     gap_width: Annotated[Length, Gt(0), Le(10)] = 0.030
     gap_depth: Annotated[Length, Gt(0), Le(10)] = 0.100
-    edge_x: tuple[Length, ...] = ()
-    edge_z: tuple[Length, ...] = ()
+    edge_x: Annotated[tuple[Length, ...], FailFast()] = ()
+    edge_z: Annotated[tuple[Length, ...], FailFast()] = ()
     block_size: Annotated[Length, Gt(0), Le(10)] = 0.080
     block_gap: Annotated[Length, Ge(0), Le(10)] = 0.0
     block_height: Annotated[Length, Ge(0), Le(2)] = 0.020
