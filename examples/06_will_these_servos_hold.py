@@ -24,7 +24,7 @@ cases = {
     "twice as stiff": paper.replace(compliance_slope=16),
     "phantomx-mk4, XL430": paper.replace(robot="phantomx-mk4"),
 }
-print(f"{'':<27} way  lowest  output  >stall/5   heat")
+print(f"{'':<27} way  lowest  output  >contin.   heat")
 for name, scenario in cases.items():
     walk = phasmid.plan(scenario)
     run = phasmid.simulate(scenario, walk)
@@ -33,7 +33,7 @@ for name, scenario in cases.items():
     way = travel["distance"] / travel["commanded_distance"]
     sag = 1000 * (float(run.body_position[:, 2].min()) - walk.trunk.position[0, 2])
     output = abs(run.servo_duty).max()
-    above, _ = largest_joint(summary, "above_advice")
+    above, _ = largest_joint(summary, "above_continuous")
     heat, joint = largest_joint(summary, "steady_temperature")
     print(
         f"{name:<27}{way:4.0%} {sag:4.1f} mm {float(output):6.0%} {above:8.0%}"
@@ -44,5 +44,5 @@ for name, scenario in cases.items():
             print(f"  ! {warning}")
 
 # "way" is the distance beside the plan's, "lowest" the trunk's height beside the plan's; the last
-# three are those of the worst joint: the largest output, the time above a fifth of the stall
-# torque, which is all that the maker advises for long, and how warm it would be in the end.
+# three are those of the worst joint: the largest output, the time above the continuous
+# torque of 0.3 N·m, and how warm it would be in the end.

@@ -444,8 +444,9 @@ def test_check_tells_the_tilt_of_a_hip_where_it_has_one(here, capsys):
     (here / "tilted.toml").write_text(text, encoding="utf-8")
     assert main(["check", "tilted.toml"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line for line in lines if "pitch" in line] == [lines[2]]
-    assert "yaw -45°, pitch 20°, neutral" in lines[2]
+    (tilted,) = [line for line in lines if "pitch" in line]
+    assert tilted.startswith("  1 right_front")
+    assert "yaw -45°, pitch 20°, neutral" in tilted
 
 
 def test_check_says_what_a_walk_does_on_its_terrain(here, capsys):
@@ -516,8 +517,8 @@ def test_every_public_name_can_be_imported():
 
 
 def test_fields_that_do_nothing_are_noted(here, capsys):
-    arguments = ["walk", "--voltage", "9", "--duration", "0.1", "--no-figures"]
-    note = 'voltage has no effect with drive "prescribed".'
+    arguments = ["walk", "--punch", "9", "--duration", "0.1", "--no-figures"]
+    note = 'punch has no effect with drive "prescribed".'
     status, text = answered(capsys, *arguments, "--out", "a")
     assert (status, text) == (0, f"phasmid: note: {note}\n")
     assert note in json.loads((here / "a/summary.json").read_text())["warnings"]

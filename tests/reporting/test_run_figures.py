@@ -223,7 +223,7 @@ def test_torque_over_speed_is_drawn_sample_by_sample(short_walk):
         stall = read_source(short_walk).robot.servo.stall_torque
         np.testing.assert_allclose(sorted(advice), [-stall / 5, stall / 5])
     torque = summarise(short_walk)["torque"]["simulation"]
-    assert f"{100 * torque['share_above_advice']:.2g} % above 1/5 of stall" in words(figure)
+    assert f"{100 * torque['share_above_continuous']:.2g} % above continuous" in words(figure)
 
 
 def test_samples_beyond_the_envelope_are_counted_and_never_left_out(walk, monkeypatch):
@@ -365,7 +365,7 @@ def test_runs_are_compared_line_by_line_and_told_apart_by_what_differs(walk):
                 torque = run["joint_torque"].values[:401, leg, joint]
                 np.testing.assert_array_equal(line.get_ydata(), torque)
     text = words(figure)
-    assert "a: step length 40 mm, voltage 12 V, duration 4 s" in text
+    assert "a: step length 40 mm, voltage by default, duration 4 s" in text
     assert "b: step length 60 mm, voltage 9 V, duration 6 s" in text
     assert "2 right middle · femur" in text
     looks = {(line.get_color(), line.get_linestyle()) for line in figure.axes[0].lines}

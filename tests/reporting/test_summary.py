@@ -135,7 +135,7 @@ def test_torques_are_given_with_their_share_of_stall(short_walk):
     assert found["rms"][1][1] == pytest.approx(0.5 * stall / math.sqrt(2), rel=1 / 400)
     # |sin| > 2/5 for 1 - 2 asin(0.4)/pi of the time, of one joint in eighteen.
     share = (1 - 2 * math.asin(0.4) / math.pi) / 18
-    assert found["share_above_advice"] == pytest.approx(share, abs=8 / 401 / 18)
+    assert found["share_above_continuous"] == pytest.approx(share, abs=8 / 401 / 18)
 
 
 def test_the_model_differs_by_what_was_put_in(short_walk):

@@ -11,9 +11,11 @@ from phasmid.scenario import idle_fields, load_scenario
 @pytest.mark.parametrize(
     ("changes", "sentences"),
     [
-        ({"voltage": 9.0}, ['voltage has no effect with drive "prescribed".']),
-        ({"voltage": 9.0, "drive": "ideal-servo"}, ['voltage has no effect with drive "ideal-']),
-        ({"voltage": 9.0, "drive": "servo"}, []),
+        ({"punch": 9.0}, ['punch has no effect with drive "prescribed".']),
+        ({"punch": 9.0, "drive": "ideal-servo"}, ['punch has no effect with drive "ideal-']),
+        ({"punch": 9.0, "drive": "servo"}, []),
+        # The verdict on the servos counts them with every drive.
+        ({"voltage": 9.0, "torque_limit": 0.5, "ambient_temperature": 45.0}, []),
         ({"rise_mm": 30.0}, ['rise_mm has no effect with terrain "flat".']),
         ({"rise_mm": 30.0, "terrain": "stairs"}, []),
         ({"wave_height_mm": 3.0, "terrain": "stairs"}, ["wave_height_mm has no effect with terr"]),
@@ -29,7 +31,7 @@ from phasmid.scenario import idle_fields, load_scenario
         ({"terrain_yaw_deg": 30.0}, ['terrain_yaw_deg has no effect with terrain "flat".']),
         ({"terrain_yaw_deg": 30.0, "patches": [[0.0, 1.0, -1.0, 1.0, 0.2]]}, []),
         # A value that is the default's is no one's wish.
-        ({"voltage": 12.0, "rise_mm": 20.0}, []),
+        ({"imu_rate": 100.0, "rise_mm": 20.0}, []),
     ],
 )
 def test_a_field_that_another_one_leaves_out_is_told(changes, sentences):

@@ -13,6 +13,7 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.units import plain_number
 
 if TYPE_CHECKING:
+    from phasmid.forces import ServoVerdict
     from phasmid.formats import Imported
     from phasmid.motion import Walk
     from phasmid.robot import Robot
@@ -25,6 +26,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "file",
         metavar="FILE",
         help="a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
+    )
+    parser.add_argument(
+        "--gait",
+        metavar="GAIT",
+        help="gait in which the servos shall hold the robot; default: the first of its number of "
+        "legs, or the scenario's",
     )
     parser.add_argument("--json", action="store_true", help="print the robot's numbers as JSON")
     parser.add_argument(
@@ -52,10 +59,12 @@ def run(options: argparse.Namespace) -> int:
         raw, _ = read_toml(Path(source))
         is_robot = bool({"legs", "leg", "body"} & set(raw))
     if is_robot:
-        return _check_robot(import_robot(source, import_options(options)), as_json=options.json)
+        imported = import_robot(source, import_options(options))
+        return _check_robot(imported, options.gait, as_json=options.json)
     if options.json:
         raise InvalidInput("--json tells of robots; this is a scenario.")
-    return _check_scenario(load_scenario(source))
+    scenario = load_scenario(source)
+    return _check_scenario(scenario.replace(gait=options.gait) if options.gait else scenario)
 
 
 def _write_sidecar(path: Path, *, force: bool) -> int:
@@ -71,17 +80,22 @@ def _write_sidecar(path: Path, *, force: bool) -> int:
     return 0
 
 
-def _check_robot(imported: Imported, *, as_json: bool) -> int:
+def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
     from phasmid.formats import describe
 
     told = describe(imported)
     if told["possible"] and imported.robot is not None:
         told["findings"] += _plain_walk(imported.robot)
+    verdict = None if imported.robot is None else _verdict(imported.robot, gait)
+    if verdict is not None:
+        told["servo_verdict"] = verdict.as_dict()
+        told["findings"] += _too_weak(imported.robot, verdict)
+        told["possible"] &= verdict.is_possible
     if as_json:
         print(json.dumps(told, indent=2))
     else:
         if told["robot"]:
-            _print_robot(told["robot"])
+            _print_robot(told["robot"], verdict)
         _print_findings(told["findings"])
     if told["possible"]:
         if not as_json:
@@ -93,6 +107,52 @@ def _check_robot(imported: Imported, *, as_json: bool) -> int:
     error = imported.error
     print(f"phasmid: {InvalidInput(what, hint=error.hint if error else '')}", file=sys.stderr)
     return 2
+
+
+def _verdict(robot: Robot, gait: str | None) -> ServoVerdict | None:
+    """Whether the servos hold the robot; None where it cannot stand at all.
+
+    Raises:
+        InvalidGait: The robot has no such gait.
+    """
+    from phasmid.errors import PhasmidError
+    from phasmid.forces import servo_verdict
+    from phasmid.gait import gaits_of, load_gait
+
+    legs = len(robot.legs)
+    name = gait or next(iter(gaits_of(legs)), None)
+    if name is None:
+        return None
+    chosen = load_gait(name, legs, robot.leg_names)
+    try:
+        return servo_verdict(robot, chosen)
+    except PhasmidError:
+        # A neutral foot out of reach is a finding already.
+        return None
+
+
+def _too_weak(robot: Robot | None, verdict: ServoVerdict) -> list[dict[str, str]]:
+    """That the servos do not hold, as a finding, with the gaits in which they do."""
+    from phasmid.forces import servo_verdict
+    from phasmid.gait import gaits_of
+
+    if verdict.is_possible or robot is None:
+        return []
+    others = [
+        name
+        for name, gait in gaits_of(len(robot.legs)).items()
+        if servo_verdict(robot, gait).is_possible
+    ]
+    hint = "a stronger servo, a lighter robot, or feet nearer to the hips"
+    return [
+        {
+            "severity": "impossible",
+            "subject": "servos",
+            "what": f"the {verdict.servo} does not hold this robot in the {verdict.gait} gait.",
+            "where": "",
+            "hint": f"--gait {others[0]}, {hint}" if others else hint,
+        }
+    ]
 
 
 def _plain_walk(robot: Robot) -> list[dict[str, str]]:
@@ -118,7 +178,12 @@ def _plain_walk(robot: Robot) -> list[dict[str, str]]:
     return []
 
 
-def _print_robot(robot: dict[str, Any]) -> None:
+def _print_verdict(verdict: ServoVerdict | None) -> None:
+    for line in () if verdict is None else verdict.lines:
+        print(f"  servos: {plain(line)}")
+
+
+def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
     servo = robot.get("servo")
     moved = (
         f", servo {plain(servo['name'])} ({plain_number(servo['stall_torque_nm'], 3)} N·m, "
@@ -130,6 +195,7 @@ def _print_robot(robot: dict[str, Any]) -> None:
         f"robot {plain(robot['name'])}: {len(robot['legs'])} legs, {robot['mass_g'] / 1000:.3f} kg "
         f"({robot['weight_n']:.2f} N){moved}"
     )
+    _print_verdict(verdict)
     if "body" in robot:
         size = " × ".join(plain_number(side) for side in robot["body"]["size_mm"])
         print(f"  body {robot['body']['mass_g']:.1f} g, {size} mm")
@@ -198,6 +264,7 @@ def _print_findings(findings: list[dict[str, str]]) -> None:
 def _check_scenario(scenario: Scenario) -> int:
     import numpy as np
 
+    from phasmid.forces import scenario_verdict
     from phasmid.motion import fastest, plan
     from phasmid.scenario import idle_fields
     from phasmid.simulation import check_load, check_time_step
@@ -211,6 +278,8 @@ def _check_scenario(scenario: Scenario) -> int:
         f"scenario {scenario.name}: {plain(walk.robot.name)}, {plain(walk.gait.name)} gait, "
         f"{scenario.duration:g} s, {len(walk.time)} samples"
     )
+    verdict = scenario_verdict(scenario)
+    _print_verdict(verdict)
     way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
     print(
         f"  planned way: {way[0]:.1f} mm ahead, {way[1]:.1f} mm to the left, "
@@ -225,6 +294,10 @@ def _check_scenario(scenario: Scenario) -> int:
         print(f"  {line}")
     for sentence in idle_fields(scenario):
         print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+    if not verdict.is_possible:
+        (finding,) = _too_weak(walk.robot, verdict)
+        print(f"phasmid: {InvalidInput(finding['what'], hint=finding['hint'])}", file=sys.stderr)
+        return 2
     print("possible.")
     return 0
 

@@ -14,6 +14,12 @@ from phasmid.forces.family import (
 )
 from phasmid.forces.friction import FrictionStatistics, friction_statistics
 from phasmid.forces.minimum_norm import minimum_norm
+from phasmid.forces.servo_verdict import (
+    Holding,
+    ServoVerdict,
+    scenario_verdict,
+    servo_verdict,
+)
 from phasmid.forces.sharing import share_load
 from phasmid.forces.standing import Held, holding_forces
 from phasmid.forces.transfer import load_share
@@ -25,9 +31,11 @@ __all__ = [
     "FrictionCone",
     "FrictionStatistics",
     "Held",
+    "Holding",
     "JointLoad",
     "MinimumNorm",
     "MinimumTorque",
+    "ServoVerdict",
     "SmallestLargestLoad",
     "WeightedMinimumNorm",
     "analyse",
@@ -37,5 +45,7 @@ __all__ = [
     "load_share",
     "minimum_norm",
     "planned_torque",
+    "scenario_verdict",
+    "servo_verdict",
     "share_load",
 ]

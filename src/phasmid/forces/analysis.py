@@ -17,6 +17,7 @@ from phasmid.forces.family import (
     WeightedMinimumNorm,
     force_model,
 )
+from phasmid.forces.servo_verdict import verdict_text
 from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
 from phasmid.kinematics import jacobian
@@ -179,9 +180,11 @@ def force_model_words(scenario: Scenario) -> str:
 def recording_attributes(scenario: Scenario, walk: Motion) -> dict[str, str | int | float]:
     """Attributes that tell what was walked, enough to do it again.
 
-    The robot stands there as its file gives it: the scenario's variants apply to it on reading.
+    The robot stands there as its file gives it: the scenario's variants apply to it on reading. A
+    trajectory does not tell which feet stand, so that there is no verdict on its servos.
     """
     return {
+        **({"servo_verdict": verdict_text(scenario)} if isinstance(walk, Walk) else {}),
         "scenario": scenario_to_toml(scenario, "robot.toml"),
         "robot": robot_to_toml(scenario.base_robot()),
         "force_model": force_model_words(scenario),

@@ -16,7 +16,7 @@ from phasmid.formats.extension import read_extension
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.found import named_chains
 from phasmid.formats.grouping import grouped
-from phasmid.formats.load import Standing, judge_load
+from phasmid.formats.load import judge_servo
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
@@ -114,7 +114,7 @@ def judge_robot(robot: Robot) -> tuple[Finding, ...]:
 
 
 def judge_standing(robot: Robot) -> tuple[Finding, ...]:
-    """Whether a robot stands on its neutral feet without toppling or stalling its servos.
+    """Whether a robot stands on its neutral feet without toppling.
 
     Args:
         robot: The robot.
@@ -123,9 +123,8 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
         q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     except PhasmidError as error:
         return (Finding(Severity.IMPOSSIBLE, "neutral feet", error.what, error.where, error.hint),)
-    arrays = robot.arrays
-    standing = Standing(arrays.lengths, arrays.R_body_hip, arrays.neutral_foot)
-    found = list(judge_load(robot.leg_names, standing, robot.mass, robot.servo))
+    length = float(robot.arrays.lengths.sum(axis=1).max())
+    found = list(judge_servo(robot.servo, robot.mass, length))
     for leg, angles in zip(robot.legs, q, strict=True):
         for joint, angle, (low, high) in zip(JOINTS, angles, leg.joint_limits, strict=True):
             if not low <= angle <= high:

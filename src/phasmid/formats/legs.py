@@ -19,9 +19,9 @@ from phasmid.formats.found import FoundLeg, found_leg, named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.imported import Imported, ImportFacts, LegFacts
 from phasmid.formats.judge import judge, judge_standing, mass_slip, scaled_masses
-from phasmid.formats.load import Standing, judge_load
+from phasmid.formats.load import judge_servo
 from phasmid.formats.masses import Weighed, weighed
-from phasmid.formats.mounts import Mount, body_frame, hip_rotation, mount_of
+from phasmid.formats.mounts import Mount, body_frame, mount_of
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.planar import FootOffPlane
 from phasmid.formats.rigid import RigidLink, inverse, moved
@@ -64,7 +64,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
         error = refusal
         error.where = error.where or tree.file
         if facts:
-            findings += _load(facts[0])
+            findings += _servo(facts[0])
         if not any(finding.severity is Severity.IMPOSSIBLE for finding in findings):
             found = Finding(Severity.IMPOSSIBLE, "robot", error.what, error.where, error.hint)
             findings.append(found)
@@ -254,17 +254,12 @@ def _mass_source(options: ImportOptions) -> str:
     return f"{source}; scaled to {plain_number(options.total_mass)} kg in all"
 
 
-def _load(facts: ImportFacts) -> tuple[Finding, ...]:
-    """What standing asks of the servos, of a robot that for other reasons is none."""
-    feet = [leg.neutral_foot for leg in facts.legs if leg.neutral_foot is not None]
-    if facts.servo is None or len(feet) < len(facts.legs) or not facts.mass > 0:
+def _servo(facts: ImportFacts) -> tuple[Finding, ...]:
+    """What is suspect about the servo of a robot that for other reasons is none."""
+    if facts.servo is None or not facts.legs or not facts.mass > 0:
         return ()
-    standing = Standing(
-        np.array([leg.lengths for leg in facts.legs]),
-        np.array([hip_rotation(leg.mount_angles) for leg in facts.legs]),
-        np.array(feet),
-    )
-    return judge_load([leg.name for leg in facts.legs], standing, facts.mass, facts.servo)
+    length = max(float(np.sum(leg.lengths)) for leg in facts.legs)
+    return judge_servo(facts.servo, facts.mass, length)
 
 
 def _levelled(number: int, tilt: float, leg: FoundLeg) -> Finding:

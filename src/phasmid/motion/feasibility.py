@@ -197,7 +197,7 @@ def fastest(scenario: Scenario, servo: Servo) -> tuple[float, str]:
     """
     if scenario.simulation.drive != "servo":
         return servo.no_load_speed, ""
-    voltage = scenario.servo.voltage
+    voltage = scenario.servo.supply(servo)
     own = scenario.servo.set_up(servo)
     return own.motor.no_load_speed(voltage), f" at {voltage:g} V"
 

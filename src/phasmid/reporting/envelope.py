@@ -11,7 +11,6 @@ from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.demand import how_to_get
-from phasmid.reporting.joints import STEADY_SHARE
 from phasmid.reporting.panels import check_legs, leg_name
 from phasmid.reporting.runs import Run, who
 from phasmid.reporting.sheet import Axes, legend, name_row, sheet
@@ -76,7 +75,7 @@ def envelope_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
         entries += [("", "none", "-")] * (-len(legs) % 3)
         entries += [
             ("steady limit of the servo", LIMIT_COLOUR, "-"),
-            ("1/5 of stall, the makers' advice", FAINT, ADVICE_DASH),
+            ("continuous torque", FAINT, ADVICE_DASH),
             ("", "none", "-"),
         ]
         legend(drawing, entries, columns=3)
@@ -113,7 +112,7 @@ def servo_limits(source: Source) -> tuple[Limits, str]:
         return lambda speed: ideal_limits(servo, speed), "line from stall to no-load speed"
     if drive == "servo":
         table = source.scenario.servo
-        servo, voltage = table.set_up(servo), table.voltage
+        servo, voltage = table.set_up(servo), table.supply(servo)
         share = servo.torque_limit
     else:
         voltage, share = servo.rated_voltage, 1.0
@@ -176,8 +175,8 @@ def beyond(source: Source, tau: np.ndarray, qd: np.ndarray) -> np.ndarray:
 def _told(run: Run, tau: np.ndarray, qd: np.ndarray) -> str:
     words = servo_limits(run.source)[1]
     outside = 100 * float(beyond(run.source, tau, qd).mean())
-    above = 100 * float((np.abs(tau) > STEADY_SHARE * run.source.stall_torque).mean())
-    return f"{words} · {outside:.2g} % of samples beyond it, {above:.2g} % above 1/5 of stall"
+    above = 100 * float((np.abs(tau) > run.source.continuous_torque).mean())
+    return f"{words} · {outside:.2g} % of samples beyond it, {above:.2g} % above continuous"
 
 
 def _draw_joint(
@@ -213,7 +212,7 @@ def _draw_joint(
     axis.plot(speed, limits(speed)[1], color=LIMIT_COLOUR, linewidth=1.2)
     speed = -speed[::-1]
     axis.plot(speed, limits(speed)[0], color=LIMIT_COLOUR, linewidth=1.2)
-    advice = STEADY_SHARE * run.source.stall_torque
+    advice = run.source.continuous_torque
     for level in (-advice, advice):
         axis.axhline(level, color=FAINT, linewidth=1.0, linestyle=ADVICE_DASH)
     axis.set_xlim(-reach, reach)

@@ -139,9 +139,10 @@ def servo_figure(recording: Recording, legs: tuple[int, ...], name: str) -> Figu
     """
     recording, span = shown_part(recording)
     values, (what, unit, scale) = _needed(recording, name), SERVO_FIGURES[name]
-    table = read_source(recording).scenario.servo
+    source = read_source(recording)
+    voltage = source.scenario.servo.supply(source.robot.servo)
     with styled():
-        panel = panels(recording, legs, what, unit, [f"{table.voltage:g} V", span])
+        panel = panels(recording, legs, what, unit, [f"{voltage:g} V", span])
         _draw_joints(panel, recording, legs, values, None, scale=scale)
         legend(panel, JOINT_ENTRIES)
     return panel.figure

@@ -10,9 +10,6 @@ from phasmid.recording import Recording
 from phasmid.reporting.source import Source, channel
 from phasmid.reporting.steps import away_from_switches, durations, middle_halves, rms
 
-STEADY_SHARE = 1 / 5
-"""Part of a servo's stall torque that makers advise not to exceed under steady load."""
-
 SHORTEST_WAY = 1e-3
 """Ways shorter than this have no cost of transport [m]."""
 
@@ -27,7 +24,7 @@ def torque(recording: Recording, source: Source, name: str) -> dict[str, Any]:
 
     Returns:
         ``peak`` and ``rms`` of each joint [N·m], shape (L, 3), ``peak_over_stall`` and
-        ``share_above_advice``, the part of all samples above the steady load that makers advise;
+        ``share_above_continuous``, the part of all samples above the servo's continuous torque;
         empty without the channel.
     """
     tau = channel(recording, name)
@@ -41,7 +38,7 @@ def torque(recording: Recording, source: Source, name: str) -> dict[str, Any]:
         "peak_over_stall": (peak / stall).tolist(),
         "largest": float(peak.max()),
         "largest_over_stall": float(peak.max() / stall),
-        "share_above_advice": float((size > STEADY_SHARE * stall).mean()),
+        "share_above_continuous": float((size > source.continuous_torque).mean()),
     }
 
 

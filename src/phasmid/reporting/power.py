@@ -123,8 +123,9 @@ def power_of(recording: Recording, source: Source) -> list[Power]:
     kinds = {"net": work, "given": np.maximum(work, 0.0), "absolute": np.abs(work)}
     duty, current = channel(recording, "servo_duty"), channel(recording, "servo_current")
     if duty is not None and current is not None:
+        supply = source.scenario.servo.supply(source.robot.servo)
         # The bridge chops the supply: of the winding's current it draws that share.
-        kinds["electrical"] = np.maximum(duty * source.scenario.servo.voltage * current, 0.0)
+        kinds["electrical"] = np.maximum(duty * supply * current, 0.0)
     return [
         _summed(name, values.sum(axis=(1, 2)), time, source, way) for name, values in kinds.items()
     ]

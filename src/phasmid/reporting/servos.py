@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
 
 from phasmid.recording import Recording
-from phasmid.reporting.joints import STEADY_SHARE
 from phasmid.reporting.source import Source, channel
 from phasmid.reporting.steps import durations
+
+
+def servo_verdict(recording: Recording) -> dict[str, Any]:
+    """Whether the servos hold the robot, as whatever made the recording computed it.
+
+    Args:
+        recording: Its attribute ``servo_verdict`` is read: `phasmid.forces.ServoVerdict` as JSON.
+
+    Returns:
+        Its numbers and ``lines``, its sentences; empty without the attribute.
+    """
+    try:
+        found = json.loads(str(recording.attrs.get("servo_verdict", "{}")))
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def servos(recording: Recording, source: Source) -> dict[str, Any]:
@@ -20,8 +36,8 @@ def servos(recording: Recording, source: Source) -> dict[str, Any]:
         source: The experiment.
 
     Returns:
-        Of each joint, shape (L, 3): ``saturated`` and ``above_advice``, the parts of the time at
-        the largest output and above the steady load that makers advise; ``peak_temperature``,
+        Of each joint, shape (L, 3): ``saturated`` and ``above_continuous``, the parts of the time
+        at the largest output and above the continuous torque; ``peak_temperature``,
         ``final_temperature`` and ``steady_temperature`` [°C], the last that which the mean loss
         in the winding would lead to; ``time_to_limit`` [s], how long it could go on like this
         until it is too hot, None where it never is; ``shutdown_time`` [s]. Besides them the
@@ -36,7 +52,7 @@ def servos(recording: Recording, source: Source) -> dict[str, Any]:
     time = np.asarray(recording["time"].values)
     share = durations(time) / durations(time).sum()
     found: dict[str, Any] = {
-        "voltage": table.voltage,
+        "voltage": table.supply(servo),
         "torque_limit": servo.torque_limit,
         "ambient_temperature": table.ambient_temperature,
         "temperature_limit": servo.temperature_limit,
@@ -44,8 +60,8 @@ def servos(recording: Recording, source: Source) -> dict[str, Any]:
     }
     torque = channel(recording, "joint_torque")
     if torque is not None:
-        above = np.abs(torque) > STEADY_SHARE * source.stall_torque
-        found["above_advice"] = _over_time(share, above).tolist()
+        above = np.abs(torque) > source.continuous_torque
+        found["above_continuous"] = _over_time(share, above).tolist()
     resistance, warming = servo.motor.resistance, servo.thermal_resistance
     steady = table.ambient_temperature + warming * resistance * _over_time(share, current**2)
     hot, final = steady > servo.temperature_limit, warmth[-1]

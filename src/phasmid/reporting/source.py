@@ -45,7 +45,7 @@ class Source:
         """Supply of servos that move the joints by their own law [V]; None for other drives."""
         own = self.scenario.simulation.drive == "servo"
         known = self.robot.servo.stall_current is not None
-        return self.scenario.servo.voltage if own and known else None
+        return self.scenario.servo.supply(self.robot.servo) if own and known else None
 
     @property
     def stall_torque(self) -> float:
@@ -53,7 +53,13 @@ class Source:
         servo = self.robot.servo
         if self.supply is None:
             return servo.stall_torque
-        return max(servo.motor.stall_torque(self.supply), LEAST)
+        servo = self.scenario.servo.set_up(servo)
+        return max(servo.stall_at(self.supply), LEAST)
+
+    @property
+    def continuous_torque(self) -> float:
+        """Torque that the servos hold without an end [N·m]."""
+        return min(self.robot.servo.continuous, self.stall_torque)
 
     @property
     def no_load_speed(self) -> float:

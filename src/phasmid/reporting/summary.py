@@ -10,8 +10,8 @@ import numpy as np
 
 from phasmid.recording import Recording
 from phasmid.reporting.feet import least_support, load, load_difference, slip
-from phasmid.reporting.joints import STEADY_SHARE, energy, speed, torque, torque_difference
-from phasmid.reporting.servos import servos
+from phasmid.reporting.joints import energy, speed, torque, torque_difference
+from phasmid.reporting.servos import servo_verdict, servos
 from phasmid.reporting.source import attribute, events, finite_part, read_source
 from phasmid.reporting.steps import SETTLING
 from phasmid.reporting.travel import travel, velocity
@@ -33,9 +33,10 @@ def summarise(recording: Recording) -> Summary:
 
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
-        ``velocity``, ``slip``, ``normal_force``, ``torque``, ``speed``, ``servos``, ``support``,
-        ``energy``, ``time_step_refinement`` and ``model_against_simulation``, and ``warnings``,
-        sentences on what makes the walk doubtful. What the recording does not tell is absent.
+        ``velocity``, ``slip``, ``normal_force``, ``torque``, ``speed``, ``servo_verdict``,
+        ``servos``, ``support``, ``energy``, ``time_step_refinement`` and
+        ``model_against_simulation``, and ``warnings``, sentences on what makes the walk doubtful.
+        What the recording does not tell is absent.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
@@ -78,7 +79,7 @@ def summarise(recording: Recording) -> Summary:
             "stall_torque": source.stall_torque,
             "no_load_speed": source.no_load_speed,
             "supply": source.supply,
-            "advised_share_of_stall": STEADY_SHARE,
+            "continuous_torque": source.continuous_torque,
         },
         "travel": way,
         "velocity": velocity(recording),
@@ -92,6 +93,7 @@ def summarise(recording: Recording) -> Summary:
             "model": torque(recording, source, "joint_torque_model"),
         },
         "speed": speed(recording, source),
+        "servo_verdict": servo_verdict(recording),
         "servos": servos(recording, source),
         "support": {"least_margin": margin},
         "energy": energy(recording, source, way.get("distance")),

@@ -65,7 +65,7 @@ def print_summary(
     for number, line in enumerate(textwrap.wrap(f"{ended}: {reason}" if reason else ended, width)):
         mark = len(ended) if number == 0 else 0
         console.print(Text(line[:mark], style=style).append(line[mark:], style="default"))
-    for label, fact in facts(summary):
+    for label, fact in (*verdict_facts(summary), *facts(summary)):
         lines = textwrap.wrap(fact, max(width - LABEL_WIDTH, 20))
         for first, line in zip([label, *[""] * len(lines)], lines, strict=False):
             console.print(
@@ -110,6 +110,13 @@ def headline(summary: Summary) -> str:
     what = "analysis" if run.get("kind") == "model" else plain(run.get("kind", "recording"))
     parts = (run.get("scenario", ""), robot["name"], f"{run['gait']} gait", what)
     return " · ".join(plain(str(part)) for part in parts if part)
+
+
+def verdict_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Label and text of each line of the verdict on the servos."""
+    lines = summary.get("servo_verdict", {}).get("lines") or ()
+    for label, line in zip(["Servos hold?", *[""] * len(lines)], lines, strict=False):
+        yield label, plain(str(line))
 
 
 def facts(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -206,7 +213,7 @@ def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
             label,
             f"{torque['largest']:.3f} N·m, "
             f"{100 * torque['largest_over_stall']:.0f} % of stall{at}; "
-            f"{100 * torque['share_above_advice']:.1f} % of samples above stall/5",
+            f"{100 * torque['share_above_continuous']:.1f} % of samples above continuous",
         )
     if "speed" in summary:
         speed = summary["speed"]
@@ -232,9 +239,9 @@ def _servo_facts(summary: Summary) -> Iterator[tuple[str, str]]:
     share, joint = largest_joint(summary, "saturated")
     line += f"at full output {100 * share:.1f} % of the time" if share else "never at full output"
     line += f" ({joint})" if share else ""
-    if "above_advice" in servos:
-        share, joint = largest_joint(summary, "above_advice")
-        line += f", above stall/5 {100 * share:.0f} %" + (f" ({joint})" if share else "")
+    if "above_continuous" in servos:
+        share, joint = largest_joint(summary, "above_continuous")
+        line += f", above continuous torque {100 * share:.0f} %" + (f" ({joint})" if share else "")
     yield "Servos", f"{line}, at most"
     peak, joint = largest_joint(summary, "peak_temperature")
     steady, _ = largest_joint(summary, "steady_temperature")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 from phasmid.arguments import check_number, check_type, described
-from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.robot.motor import Motor
 
 Law = Literal["compliance", "pid"]
@@ -17,6 +17,14 @@ Directions = tuple[float, float]
 
 STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
 """Compliance slopes that the makers' servos know, in ticks; between them the powers of two."""
+
+CONTINUOUS_SHARE = 1 / 5
+"""Part of the stall torque within which the maker's AX series holds steadily (e-manual)."""
+
+HEAT_RANGE = 0.5, 2.0
+"""Factors on a computed warming between which the real one is expected. Free air takes 5 to
+20 W/(m² K) from a case, with radiation and a light draught; 10 is assumed. The specific heat lies
+between that of copper, 0.4 J/(g K), and of plastic, 1.4; 0.9 is assumed."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +45,9 @@ class Servo:
         friction: Coulomb friction of motor and gears, at the output [N·m].
         stall_current: Current at standstill under `rated_voltage` [A].
         rated_voltage: Supply at which torque, speed and current are given [V].
+        maximum_voltage: Highest supply that the maker allows [V]; None: `rated_voltage`.
+        continuous_torque: Torque that the servo holds without an end [N·m]; None: a fifth of the
+            stall torque, which the maker of the AX series advises for any of its servos.
         viscous_friction: Friction per speed of motor and gears, at the output [N·m·s/rad].
         backlash: Angle by which the output is free of the gears [rad].
         gear_stiffness: Torque per twist of the gears, seen at the output [N·m/rad].
@@ -73,6 +84,8 @@ class Servo:
     friction: float
     stall_current: float | None = None
     rated_voltage: float = 12.0
+    maximum_voltage: float | None = None
+    continuous_torque: float | None = None
     viscous_friction: float = 0.0033
     backlash: float = math.radians(0.5)
     gear_stiffness: float = 60.0
@@ -100,7 +113,7 @@ class Servo:
             )
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name in {"name", "law"} or (field.name == "stall_current" and value is None):
+            if field.name in {"name", "law"} or (field.name in _OPTIONAL and value is None):
                 continue
             if field.name in _DIRECTIONS and not (isinstance(value, tuple) and len(value) == 2):
                 raise InvalidRobot(
@@ -155,6 +168,41 @@ class Servo:
         )
 
     @property
+    def highest_voltage(self) -> float:
+        """Supply above which nothing vouches for the servo [V]."""
+        return self.rated_voltage if self.maximum_voltage is None else self.maximum_voltage
+
+    @property
+    def continuous(self) -> float:
+        """Torque that the servo holds without an end [N·m]."""
+        if self.continuous_torque is None:
+            return CONTINUOUS_SHARE * self.stall_torque
+        return self.continuous_torque
+
+    def stall_at(self, voltage: float) -> float:
+        """Largest torque at standstill under a supply, within the torque limit [N·m].
+
+        A supply above `highest_voltage` adds nothing: no data sheet vouches for more. Without a
+        known motor the torque is taken as proportional to the voltage.
+
+        Args:
+            voltage: The supply [V].
+        """
+        applied = self.torque_limit * min(voltage, self.highest_voltage)
+        motor = self.known_motor
+        if motor is None:
+            return self.stall_torque * applied / self.rated_voltage
+        return motor.stall_torque(applied)
+
+    @property
+    def known_motor(self) -> Motor | None:
+        """The motor; None where no motor is known or none has these numbers."""
+        try:
+            return self.motor
+        except PhasmidError:
+            return None
+
+    @property
     def effective_slope(self) -> Directions:
         """The compliance slopes that count: powers of two, as the makers' servos take them."""
         return tuple(  # type: ignore[return-value]
@@ -162,6 +210,8 @@ class Servo:
             for slope in self.compliance_slope
         )
 
+
+_OPTIONAL = {"stall_current", "maximum_voltage", "continuous_torque"}
 
 _DIRECTIONS = {"compliance_margin", "compliance_slope"}
 
@@ -171,6 +221,8 @@ _POSITIVE = {
     "stiffness",
     "stall_current",
     "rated_voltage",
+    "maximum_voltage",
+    "continuous_torque",
     "gear_stiffness",
     "resolution",
     "control_period",

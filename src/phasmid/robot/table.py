@@ -166,6 +166,8 @@ class ServoTable(RobotPart):
     friction: Number = 0.0
     stall_current: Number | None = None
     rated_voltage: Voltage = Servo.rated_voltage
+    maximum_voltage: Voltage | None = None
+    continuous_torque: Number | None = None
     viscous_friction: Number = Servo.viscous_friction
     backlash: Angle = Servo.backlash
     gear_stiffness: Number = Servo.gear_stiffness

@@ -60,7 +60,10 @@ TERRAINS: Counts = {
 }
 
 IMPORTS: Counts = {name: set() for name in RobotImportTable.model_fields}
-OWN_DRIVE: Counts = {name: {"servo"} for name in ServoTable.model_fields}
+JUDGED = {"voltage", "ambient_temperature", "torque_limit"}
+"""Settings of the servos that the verdict on them counts, whatever the drive."""
+
+OWN_DRIVE: Counts = {name: {"servo"} for name in ServoTable.model_fields if name not in JUDGED}
 GAINS: Counts = {"position_gain": {"torque"}, "speed_gain": {"torque"}}
 MEASURED: Counts = {
     name: {"everything"} for name in SensorsTable.model_fields if name != "measured"
@@ -77,7 +80,7 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
         robot: Its robot, where the scenario names no file that is there.
 
     Returns:
-        A sentence on each field, such as ``voltage has no effect with drive "prescribed".``
+        A sentence on each field, such as ``punch has no effect with drive "prescribed".``
 
     Raises:
         InvalidInput: The robot file is absent or not well formed.

@@ -22,10 +22,11 @@ Pair = Annotated[
 class ServoTable(Table):
     """``[servo]``: settings of the robot's servos; those that are absent are the servo's own.
 
-    All of them concern ``drive = "servo"`` alone.
+    All of them concern ``drive = "servo"``; supply, air and torque limit also the verdict on the
+    servos.
 
     Attributes:
-        voltage: Supply of the servos [V].
+        voltage: Supply of the servos [V]; absent: the servo's rated voltage.
         ambient_temperature: Of the air, and of the servos at the start [°C].
         torque_limit: Largest output, as a share of the full one.
         compliance_margin: Position error up to which the output is nothing [ticks]; a pair stands
@@ -37,7 +38,7 @@ class ServoTable(Table):
         d_gain: Output per change of that error, in its maker's units.
     """
 
-    voltage: Annotated[Voltage, Gt(0), Le(100)] = 12.0
+    voltage: Annotated[Voltage, Gt(0), Le(100)] | None = None
     ambient_temperature: Annotated[Temperature, Ge(-50), Le(100)] = 25.0
     torque_limit: Annotated[Number, Gt(0), Le(1)] | None = None
     compliance_margin: Pair = None
@@ -45,6 +46,10 @@ class ServoTable(Table):
     punch: Annotated[Number, Ge(0), Le(1023)] | None = None
     p_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
     d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
+
+    def supply(self, servo: Servo) -> float:
+        """Voltage at which a servo runs [V]."""
+        return servo.rated_voltage if self.voltage is None else self.voltage
 
     def set_up(self, servo: Servo) -> Servo:
         """A servo with these settings in place of its own."""

@@ -29,6 +29,7 @@ from phasmid.control import (
 from phasmid.control.sequences import SequenceSettings, packing
 from phasmid.control.waypoints import Follower
 from phasmid.errors import InvalidInput
+from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
 from phasmid.recording import Recording, load_recording
 from phasmid.recording.recording import Attributes
@@ -287,6 +288,7 @@ class Driving:
         said = run_attributes(self.scenario, self.begin, run)
         if not isinstance(self.controller, Player):
             said.pop("trajectory", None)
+            said = {**said, "servo_verdict": verdict_text(self.scenario)}
         told = controller_attributes(self.controller, own=self.own)
         start = self.start
         if isinstance(self.commands, CommandScript):

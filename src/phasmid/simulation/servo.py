@@ -257,11 +257,10 @@ class ServoDrive:
         limits = np.vstack([leg.joint_limits for leg in walk.robot.legs]).T
         self._limits = np.ascontiguousarray(limits)
         table = scenario.servo
-        self._numbers = servo_numbers(
-            servo, model.opt.timestep, table.voltage, table.ambient_temperature
-        )
+        voltage = table.supply(servo)
+        self._numbers = servo_numbers(servo, model.opt.timestep, voltage, table.ambient_temperature)
         assert self._numbers.shape == (NUMBERS,)  # As many as the machine code reads.
-        self._goal_numbers = goal_numbers(servo, table.voltage)
+        self._goal_numbers = goal_numbers(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in walk.robot.legs for joint in JOINTS]
         self._angle, self._speed = data.qpos[7:], data.qvel[6:]
         self._applied = data.qfrc_applied[6:]

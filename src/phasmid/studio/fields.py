@@ -102,6 +102,12 @@ def _servos(_: Setting) -> dict[str, str]:
     return {name: name for name in (OWN_SERVO, *servo_names())}
 
 
+def _with_voltage(setting: Setting, voltage: float) -> Setting:
+    rated = setting.robot.servo.rated_voltage
+    chosen = None if voltage == rated else voltage
+    return replace(setting, scenario=setting.scenario.replace(voltage=chosen))
+
+
 def _contact_laws(setting: Setting) -> dict[str, str]:
     known = _words(ContactTable, "contact_law")(setting)
     if setting.scenario.contact.contact_law != "simscape":
@@ -265,10 +271,12 @@ FIELDS = (
         choices=_servos,
     ),
     Field(
-        **_of("voltage", "servo", "voltage"),
+        name="voltage",
+        read=lambda setting: setting.scenario.servo.supply(setting.robot.servo),
+        write=_with_voltage,
         label="Supply",
         group="machine",
-        help="Voltage of the servos' supply.",
+        help="Voltage of the servos' supply; it follows the servo's rated voltage until it is set.",
         unit="v",
         span=lambda _: (6.0, 16.0, 0.1),
         shown=lambda setting: setting.scenario.simulation.drive == "servo",

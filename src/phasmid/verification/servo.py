@@ -71,7 +71,7 @@ def _motor(scenario: Scenario, recording: Recording) -> Excesses:
     torque, speed = recording["joint_torque"].values[1:], recording["servo_speed"].values
     running = ~recording["servo_shutdown"].values[:-1]
     before, change = speed[:-1], np.diff(speed, axis=0) / scenario.simulation.dt
-    law = running * (duty * table.voltage - motor.constant * before) / motor.resistance
+    law = running * (duty * table.supply(servo) - motor.constant * before) / motor.resistance
     push = motor.constant * current
     friction = push - motor.viscous * before - servo.armature * change - torque
     most = motor.coulomb + motor.load_loss * np.abs(push)

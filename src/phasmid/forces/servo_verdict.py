@@ -1,0 +1,361 @@
+"""Whether a robot's servos hold it in a gait: statics against the data sheet.
+
+`servo_verdict` takes a robot and a gait, and `scenario_verdict` a scenario. The command line, the
+simulation and the studio call them and show `ServoVerdict.lines`, so that all give one answer.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.dynamics import BodyMotion, inverse_dynamics
+from phasmid.errors import InfeasibleLoad
+from phasmid.forces.contacts import Contacts, JointLoad
+from phasmid.forces.sharing import share_load
+from phasmid.gait import Gait, support_margin
+from phasmid.gait.cycle import foot_way, timing
+from phasmid.gait.sway import sway
+from phasmid.kinematics import (
+    hip_from_body,
+    jacobian,
+    joint_angles,
+    longest_stride,
+    neutral_feet,
+    within_reach,
+)
+from phasmid.robot import JOINTS, Robot, Servo
+from phasmid.robot.servo import HEAT_RANGE
+from phasmid.scenario import Scenario
+from phasmid.units import STANDARD_GRAVITY
+
+STEP = 0.04
+"""Step at which the load is computed [m], as long as the paper's; shorter where legs reach less.
+One step for all commands makes their answers alike."""
+
+PHASES = 3
+"""Samples of each interval between two events of the gait: both ends and the middle."""
+
+SIMPSON = np.array([1.0, 4.0, 1.0]) / 6
+"""Weights of these samples in a mean."""
+
+TIE = 1e-6
+"""Torques that differ by less than this part are equal: the first joint is named."""
+
+LEAST_TORQUE = 1e-6
+"""Stall torque that stands for none in shares of it [N·m]."""
+
+AMBIENT = 25.0
+"""Temperature of the air where none is given [°C]."""
+
+
+class Holding(Enum):
+    """Whether servos hold a robot."""
+
+    HOLDS = "HOLDS"
+    LIMITED = "HOLDS FOR A LIMITED TIME"
+    DOES_NOT_HOLD = "DOES NOT HOLD"
+    NOT_STABLE = "NOT STABLE"
+
+
+@dataclass(frozen=True)
+class ServoVerdict:
+    """Whether a robot's servos hold it in a gait, with the numbers that say so.
+
+    Attributes:
+        holding: The answer.
+        servo: Name of the servo.
+        gait: Name of the gait.
+        joint: Joint with the largest static torque, such as ``right_middle.femur``.
+        feet: Numbers of the legs that carry then, from 1.
+        torque: That torque [N·m]; NaN where the robot is not stable.
+        rms_torque: Largest rms torque of a joint over the cycle, or torque while all feet stand,
+            whichever is larger [N·m].
+        stall_torque: Of the servo under the supply [N·m].
+        continuous_torque: Of the servo [N·m].
+        is_continuous_assumed: Whether that is no figure of the servo's own.
+        voltage: Supply [V].
+        highest_voltage: Highest supply that the data sheet vouches for [V].
+        heat: Temperature at which the warmest servo settles, lowest and highest estimate [°C];
+            None where the servo's current is not known.
+        time_to_limit: Time after which it reaches its limit, shortest and longest estimate [s],
+            infinite where it never does; None likewise.
+        temperature_limit: Of the servo [°C].
+        ambient_temperature: Of the air [°C].
+    """
+
+    holding: Holding
+    servo: str
+    gait: str
+    joint: str
+    feet: tuple[int, ...]
+    torque: float
+    rms_torque: float
+    stall_torque: float
+    continuous_torque: float
+    is_continuous_assumed: bool
+    voltage: float
+    highest_voltage: float
+    heat: tuple[float, float] | None
+    time_to_limit: tuple[float, float] | None
+    temperature_limit: float
+    ambient_temperature: float
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the servos hold the robot at all, were it stable or not."""
+        return self.holding is not Holding.DOES_NOT_HOLD
+
+    @property
+    def is_beyond_supply(self) -> bool:
+        """Whether the supply exceeds what the data sheet vouches for."""
+        return self.voltage > self.highest_voltage
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The verdict in sentences, the answer first: what every command shows."""
+        answer, feet = self.holding.value, _listed(self.feet)
+        if self.holding is Holding.NOT_STABLE:
+            return (
+                f"{answer}: while legs {feet} stand in the {self.gait} gait, the centre of mass is "
+                "not between their feet.",
+                *self._about_supply(),
+            )
+        share = 100 * self.torque / max(self.stall_torque, LEAST_TORQUE)
+        assumed = ", assumed" if self.is_continuous_assumed else ""
+        return (
+            f"{answer}: {self.joint} needs {self.torque:.3g} N·m while legs {feet} carry in the "
+            f"{self.gait} gait, {share:.0f} % of what {self.servo} gives at stall.",
+            f"{self.servo} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, continuous "
+            f"{self.continuous_torque:.3g} N·m{assumed}; rms over a cycle {self.rms_torque:.3g} "
+            "N·m. All static, without help from friction; motion adds to it.",
+            *self._about_heat(),
+            *self._about_supply(),
+        )
+
+    def _about_heat(self) -> tuple[str, ...]:
+        if self.holding is not Holding.LIMITED or not self.heat or not self.time_to_limit:
+            return ()
+        low, high = self.heat
+        soon, late = (_duration(time) for time in self.time_to_limit)
+        limit = f"its limit of {self.temperature_limit:g} °C"
+        words = f"settles at {low:.0f} to {high:.0f} °C"
+        if late:
+            words = f"reaches {limit} after {soon} to {late}"
+        elif soon:
+            words += f" and may reach {limit} after {soon}"
+        else:
+            words += f", below {limit}"
+        return (
+            f"Estimate: the warmest servo {words}, in air of {self.ambient_temperature:g} °C. "
+            "Its heat figures are assumed.",
+        )
+
+    def _about_supply(self) -> tuple[str, ...]:
+        if not self.is_beyond_supply:
+            return ()
+        return (
+            f"WARNING: the supply of {self.voltage:g} V is above the {self.highest_voltage:g} V "
+            f"of {self.servo}; its data sheet promises no more torque there, and it may burn.",
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """All numbers and `lines`, as JSON holds them; what is infinite or unknown is None."""
+        found = asdict(self) | {"holding": self.holding.value, "lines": list(self.lines)}
+        return {name: _plain(value) for name, value in found.items()}
+
+
+def scenario_verdict(scenario: Scenario) -> ServoVerdict:
+    """The verdict on a scenario's robot, gait, servo settings, gravity and air.
+
+    Args:
+        scenario: The experiment; its drive, stride and ground do not count.
+
+    Raises:
+        InvalidInput: Robot or gait cannot be read, or a neutral foot is out of reach.
+    """
+    robot, table = scenario.load_robot(), scenario.servo
+    return servo_verdict(
+        robot,
+        scenario.load_gait(len(robot.legs), robot.leg_names),
+        servo=table.set_up(robot.servo),
+        voltage=table.voltage,
+        gravity=scenario.model.gravity,
+        ambient=table.ambient_temperature,
+    )
+
+
+def verdict_text(scenario: Scenario) -> str:
+    """The scenario's verdict as a recording carries it: JSON.
+
+    Args:
+        scenario: As in `scenario_verdict`.
+    """
+    return json.dumps(scenario_verdict(scenario).as_dict(), ensure_ascii=False)
+
+
+def servo_verdict(
+    robot: Robot,
+    gait: Gait,
+    *,
+    servo: Servo | None = None,
+    voltage: float | None = None,
+    gravity: float = STANDARD_GRAVITY,
+    ambient: float = AMBIENT,
+) -> ServoVerdict:
+    """Compare the static load of a gait's cycle with what the servos give.
+
+    The robot is taken on level ground, at rest at three instants between any two events of the
+    gait, with a step of `STEP` ahead. The ground pushes upwards alone: neither feet that press
+    against each other nor friction in the gears take load off a joint. Three feet share the weight
+    by statics, more of them by least squares. Links have their own weight.
+
+    The servos hold where the rms torque of the cycle, and the torque while all feet stand, are
+    within the continuous torque, and the largest torque within the stall torque. They hold for a
+    limited time where only the last is so.
+
+    Args:
+        robot: The robot, L legs; a payload is part of its trunk.
+        gait: Which legs stand, when.
+        servo: With its settings; None: the robot's own.
+        voltage: Supply [V]; None: the servo's rated voltage.
+        gravity: Of the ground's planet [m/s²].
+        ambient: Temperature of the air [°C].
+
+    Raises:
+        Unreachable: A neutral foot is out of reach.
+    """
+    servo = robot.servo if servo is None else servo
+    voltage = servo.rated_voltage if voltage is None else voltage
+    stall = servo.stall_at(voltage)
+    continuous = min(servo.continuous, stall)
+    stance, feet = _instants(robot, gait)
+    load, unstable = _static_torque(robot, stance, feet, gravity)
+    joint, torque, rms, heat, until = "", math.nan, math.nan, None, None
+    if unstable is not None:
+        holding, worst = Holding.NOT_STABLE, unstable
+    else:
+        torque = float(load.max())
+        # Of legs that bear alike, the first.
+        joints = load.max(axis=0)
+        leg, which = (int(i) for i in np.argwhere(joints >= torque * (1 - TIE))[0])
+        worst = int(np.argmax(load[:, leg, which] >= joints[leg, which] * (1 - TIE)))
+        joint = f"{robot.legs[leg].name}.{JOINTS[which]}"
+        rms = math.sqrt(_lasting(gait, load**2))
+        holding = Holding.HOLDS if rms <= continuous else Holding.LIMITED
+        if torque > stall:
+            holding = Holding.DOES_NOT_HOLD
+        motor = servo.known_motor
+        if motor is not None:
+            current = (load + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
+            heat, until = _warming(servo, motor.resistance * _lasting(gait, current**2), ambient)
+    return ServoVerdict(
+        holding=holding,
+        servo=servo.name,
+        gait=gait.name,
+        joint=joint,
+        feet=tuple(int(leg) + 1 for leg in np.flatnonzero(stance[worst])),
+        torque=torque,
+        rms_torque=rms,
+        stall_torque=stall,
+        continuous_torque=continuous,
+        is_continuous_assumed=servo.continuous_torque is None,
+        voltage=voltage,
+        highest_voltage=servo.highest_voltage,
+        heat=heat,
+        time_to_limit=until,
+        temperature_limit=servo.temperature_limit,
+        ambient_temperature=ambient,
+    )
+
+
+def _instants(
+    robot: Robot, gait: Gait
+) -> tuple[Bool[np.ndarray, "samples legs"], Float[np.ndarray, "samples legs 3"]]:
+    """Stance and feet in the body frame [m] over a cycle, and last those of standing on all feet.
+
+    Swing feet are at their neutral places.
+    """
+    neutral = neutral_feet(robot)
+    way = np.array([min(STEP, longest_stride(robot)), 0.0, 0.0])
+    cycle = timing(np.asarray(gait.offsets, dtype=float), gait.duty_factor, PHASES)
+    swayed = sway(gait, neutral, 1.0, cycle.phase).way[:, None]
+    share = np.where(cycle.stance, cycle.share, 0.0)
+    feet = np.repeat(neutral[None], len(share) + 1, axis=0)
+    feet[:-1, :, :2] = foot_way(neutral[:, :2], way, share) - swayed
+    out = ~within_reach(robot, hip_from_body(robot, feet)).all(axis=1)
+    # A sway on top of the longest stride may be out of reach.
+    feet[out] = neutral
+    return np.concatenate([cycle.stance, np.ones((1, len(neutral)), dtype=bool)]), feet
+
+
+def _static_torque(
+    robot: Robot,
+    stance: Bool[np.ndarray, "samples legs"],
+    feet: Float[np.ndarray, "samples legs 3"],
+    gravity: float,
+) -> tuple[Float[np.ndarray, "samples legs 3"], int | None]:
+    """Sizes of the joints' torques at rest [N·m], and the first sample that topples, if any."""
+    arrays = robot.arrays
+    q = joint_angles(arrays, hip_from_body(robot, feet))
+    still = np.zeros_like(q)
+    count = len(q)
+    body = BodyMotion.at_rest(np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)))
+    free, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
+    joints = JointLoad(arrays.R_body_hip @ jacobian(arrays, q), free)
+    # Ground without friction pushes straight up, whatever the feet's heights.
+    contacts = Contacts(feet, stance, friction=0.0)
+    try:
+        return np.abs(joints.with_ground(share_load(contacts, wrench, "friction-cone"))), None
+    except InfeasibleLoad:
+        margin = support_margin(
+            feet[..., :2], stance, np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
+        )
+        return np.abs(free), int(np.argmin(margin))
+
+
+def _lasting(gait: Gait, values: Float[np.ndarray, "samples legs 3"]) -> float:
+    """Largest mean over a cycle of a joint's values, or the largest while all feet stand."""
+    begin = gait.events
+    width = np.diff(np.append(begin, 1.0 + begin[0]))
+    weight = (width[:, None] * SIMPSON).ravel()
+    return float(max(np.einsum("t,tlj->lj", weight, values[:-1]).max(), values[-1].max()))
+
+
+def _warming(
+    servo: Servo, power: float, ambient: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Final temperature [°C] and time to the limit [s] under a lost power [W], both as ranges."""
+    low, high = (factor * servo.thermal_resistance * power for factor in HEAT_RANGE)
+    allowed = servo.temperature_limit - ambient
+    constant = servo.thermal_resistance * servo.heat_capacity
+
+    def until(rise: float) -> float:
+        if allowed <= 0:
+            return 0.0
+        return -constant * math.log1p(-allowed / rise) if rise > allowed else math.inf
+
+    return (ambient + low, ambient + high), (until(high), until(low))
+
+
+def _duration(seconds: float) -> str:
+    """A time in words; empty where it is infinite."""
+    if math.isinf(seconds):
+        return ""
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    return ", ".join(map(str, numbers))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
