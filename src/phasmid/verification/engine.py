@@ -25,6 +25,9 @@ INTEGRATORS: tuple[Integrator, ...] = ("the project's", "RK4")
 OPTIONS = ("timestep", "integrator", "solver", "cone", "jacobian", "impratio", "tolerance")
 """Settings of the engine that a small body takes from the robot's model."""
 
+POINTS_PER_FOOT = 4
+"""Contact points of each leg's tip, as in the paper; the engine's model is not asked."""
+
 
 def compiled(
     spec: mujoco.MjSpec, scenario: Scenario, *, integrator: Integrator, dt: float
@@ -63,6 +66,11 @@ def hold(run: Run, steps: int) -> Iterator[int]:
         run.drive.command(target)
         mujoco.mj_step(run.model, run.data)
         yield k
+
+
+def contact_points(robot: Robot) -> int:
+    """Return how many points carry a robot that stands on all its feet."""
+    return POINTS_PER_FOOT * len(robot.legs)
 
 
 class Touch(NamedTuple):

@@ -15,8 +15,12 @@ class CannotMeasure(PhasmidError):
     """An experiment that did not come to its end."""
 
 
-def walked(scenario: Scenario) -> Recording:
-    """The simulated walk of a scenario.
+def walked(scenario: Scenario, *, to_the_end: bool = True) -> Recording:
+    """Simulate the walk of a scenario.
+
+    Args:
+        scenario: What is walked.
+        to_the_end: Whether a walk that ends early is of no use.
 
     Raises:
         CannotMeasure: It ended early.
@@ -25,7 +29,7 @@ def walked(scenario: Scenario) -> Recording:
     recording = simulate(scenario, plan(scenario))
     if recording.attrs["ending"] == Ending.STOPPED.name:
         raise KeyboardInterrupt
-    if recording.attrs["ending"] != Ending.COMPLETED.name:
+    if to_the_end and recording.attrs["ending"] != Ending.COMPLETED.name:
         raise CannotMeasure(str(recording.attrs["ending_reason"]))
     return recording
 
@@ -41,15 +45,15 @@ class Laboratory:
         self.scenario = load_scenario("paper") if scenario is None else scenario
         self._walks: dict[str, Recording] = {}
 
-    def walk(self, **changes: Any) -> Recording:
-        """The simulated walk with these changes; made once.
+    def walk(self, *, to_the_end: bool = True, **changes: Any) -> Recording:
+        """Return the simulated walk with these changes; made once.
 
         Raises:
             CannotMeasure: It ended early.
         """
         key = repr(sorted(changes.items()))
         if key not in self._walks:
-            self._walks[key] = walked(self.scenario.replace(**changes))
+            self._walks[key] = walked(self.scenario.replace(**changes), to_the_end=to_the_end)
         return self._walks[key]
 
     def standing(self, **changes: Any) -> Run:

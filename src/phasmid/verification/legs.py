@@ -20,7 +20,7 @@ SHORT = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
 def round_trip(laboratory: Laboratory) -> list[Reading]:
     """Foot to angles to foot, and angles to foot to angles, over the workspace of all presets."""
     del laboratory
-    there, back, stretched = 0.0, 0.0, 0.0
+    there, back, stretched = [], [], []
     for leg in _legs():
         q = _random_angles()
         coxa, femur, tibia = leg.lengths
@@ -30,19 +30,25 @@ def round_trip(laboratory: Laboratory) -> list[Reading]:
         q = q[(r > 0.01) & (np.abs(np.sin(q[:, 2])) > 0.05)]
         p = foot_position(leg, q)
         found = joint_angles(leg, p)
-        there = max(there, float(np.abs(foot_position(leg, found) - p).max()))
-        back = max(back, float(np.abs(found - q).max() * sum(leg.lengths)))
+        there.append(np.abs(foot_position(leg, found) - p).max())
+        back.append(np.abs(found - q).max() * sum(leg.lengths))
         for short in SHORT:
             up = np.linspace(-1.5, 1.5, 301)
             length = (femur + tibia) * (1 - short)
             far = np.stack([coxa + length * np.cos(up), 0 * up, length * np.sin(up)], axis=-1)
             again = foot_position(leg, joint_angles(leg, far))
-            stretched = max(stretched, float(np.abs(again - far).max()))
+            stretched.append(np.abs(again - far).max())
     why = "Sums of a few terms below 0.3 m, each rounded by 3e-17 m: 1e-12 leaves four orders."
     return [
-        Reading(there, 1e-12, why, unit="m", case="FK(IK(p)) - p"),
-        Reading(back, 1e-12, why, unit="m", case="IK(FK(q)) - q, times the leg's length"),
-        Reading(stretched, 1e-12, why, unit="m", case="within 1e-6 of full stretch"),
+        Reading(float(np.max(there)), 1e-12, why, unit="m", case="FK(IK(p)) - p"),
+        Reading(
+            float(np.max(back)),
+            1e-12,
+            why,
+            unit="m",
+            case="IK(FK(q)) - q, times the leg's length",
+        ),
+        Reading(float(np.max(stretched)), 1e-12, why, unit="m", case="within 1e-6 of full stretch"),
     ]
 
 
@@ -50,25 +56,24 @@ def chain(laboratory: Laboratory) -> list[Reading]:
     """Table 1's chain of transforms beside the closed form."""
     del laboratory
     q = _random_angles()
-    worst = max(
-        float(np.abs(leg_frames(leg, q)[:, 3, :3, 3] - foot_position(leg, q)).max())
-        for leg in _legs()
-    )
+    apart = [
+        np.abs(leg_frames(leg, q)[:, 3, :3, 3] - foot_position(leg, q)).max() for leg in _legs()
+    ]
     why = "Products of four transforms: fewer than 20 operations on terms below 0.3 m."
-    return [Reading(worst, 1e-14, why, unit="m", case="foot, all presets")]
+    return [Reading(float(np.max(apart)), 1e-14, why, unit="m", case="foot, all presets")]
 
 
 def slopes(laboratory: Laboratory) -> list[Reading]:
     """The Jacobian beside the complex step of Table 1's chain, written out here once more."""
     del laboratory
-    q, step, worst = _random_angles(), 1e-30, 0.0
+    q, step, apart = _random_angles(), 1e-30, []
     for leg in _legs():
         J = jacobian(leg, q)
         for joint in range(3):
             moved = q + 1j * step * np.eye(3)[joint]
-            worst = max(worst, float(np.abs(_foot(leg, moved).imag / step - J[..., joint]).max()))
+            apart.append(np.abs(_foot(leg, moved).imag / step - J[..., joint]).max())
     why = "A complex step has no truncation; some ten operations on lengths below 0.3 m."
-    return [Reading(worst, 1e-13, why, unit="m", case="all presets")]
+    return [Reading(float(np.max(apart)), 1e-13, why, unit="m", case="all presets")]
 
 
 def _legs() -> list[Leg]:

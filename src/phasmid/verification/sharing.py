@@ -79,7 +79,7 @@ def _grasps(contacts: Contacts) -> Float[np.ndarray, "loads 6 18"]:
 
 def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
     """What of the forces no multiplier explains; multipliers of the wrong sign count, too."""
-    worst = 0.0
+    left = []
     for A, f in zip(_grasps(contacts), local, strict=True):
         columns = []
         for foot, (normal, *along) in enumerate(f):
@@ -95,8 +95,8 @@ def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
                 columns.append(at.ravel())
         basis = np.column_stack([A.T, *columns])
         fitted = np.linalg.lstsq(basis, f.ravel(), rcond=None)[0]
-        worst = max(worst, float(np.abs(basis @ fitted - f.ravel()).max()))
-    return worst
+        left.append(np.abs(basis @ fitted - f.ravel()).max())
+    return float(np.max(left))
 
 
 def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from phasmid.forces import minimum_norm
 from phasmid.kinematics import centre_of_mass, quaternion_rotation, yaw_quaternion
-from phasmid.motion import plan
+from phasmid.motion import SampledMotion, plan
 from phasmid.verification.laboratory import Laboratory
 from phasmid.verification.row import Reading
 from phasmid.verification.walking import amid_stance
@@ -51,21 +51,25 @@ def tripod(laboratory: Laboratory) -> list[Reading]:
 def _model_error(laboratory: Laboratory) -> float:
     """Largest difference of the force model's share of a middle foot from that by areas."""
     walk = plan(laboratory.scenario)
-    rotation = quaternion_rotation(yaw_quaternion(walk.trunk.yaw))
-    centre = (
-        walk.trunk.position + (rotation @ centre_of_mass(walk.robot, walk.q)[..., None])[..., 0]
-    )
+    centre = mass_centre(walk)
     weight = walk.robot.mass * laboratory.scenario.model.gravity
     # About the centre of mass the weight has no moment.
     wrench = np.array([0.0, 0.0, weight, 0.0, 0.0, 0.0])
     arms = walk.foot_position - centre[:, None]
     force = minimum_norm(arms, walk.stance, np.broadcast_to(wrench, (len(arms), 6)))
-    worst = 0.0
+    apart = []
     for legs, middle in TRIPODS:
         rows = walk.stance[:, legs].all(axis=1)
         share = _share_by_areas(walk.foot_position[rows], centre[rows], legs, middle)
-        worst = max(worst, float(np.abs(force[rows, middle, 2] / weight - share).max()))
-    return worst
+        apart.append(np.abs(force[rows, middle, 2] / weight - share).max())
+    return float(np.max(apart))
+
+
+def mass_centre(walk: SampledMotion) -> Float[np.ndarray, "time 3"]:
+    """Return the planned centre of mass of a robot whose trunk stays level, world axes [m]."""
+    rotation = quaternion_rotation(yaw_quaternion(walk.trunk.yaw))
+    inside = centre_of_mass(walk.robot, walk.q)
+    return np.asarray(walk.trunk.position + (rotation @ inside[..., None])[..., 0])
 
 
 def _share_by_areas(

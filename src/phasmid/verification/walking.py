@@ -16,7 +16,7 @@ from phasmid.scenario import Scenario
 from phasmid.simulation import time_step_refinement
 from phasmid.simulation.refinement import CYCLES
 from phasmid.verification.laboratory import CannotMeasure, Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Reading, seen
 
 
 def mean_load(laboratory: Laboratory) -> list[Reading]:
@@ -38,18 +38,30 @@ def mean_load(laboratory: Laboratory) -> list[Reading]:
 
 
 def swing_load(laboratory: Laboratory) -> list[Reading]:
-    """The largest force on any foot in its swing, 80 ms away from its switches."""
+    """The largest force on any foot in its swing, 80 ms away from its switches.
+
+    That standing feet are loaded shows that the forces are measured at all.
+    """
     recording = laboratory.walk()
     force = np.linalg.norm(recording["foot_force"].values, axis=-1)
-    swinging = ~recording["stance"].values & calm(recording)
+    stance, away = recording["stance"].values, calm(recording)
+    swinging, standing = away & ~stance, away & stance
     return [
         Reading(
-            float(force[swinging].max()),
+            float(force[swinging].max(initial=0.0)),
             0.0,
             "A foot in the air touches nothing: exactly none.",
             unit="N",
             case="largest on any foot",
-        )
+        ),
+        Reading(
+            float(np.count_nonzero(~(force[standing] > 0))),
+            0.0,
+            "Counted: every foot of a tripod carries a part of the weight.",
+            unit="samples",
+            case="standing feet without load",
+        ),
+        seen(int(swinging.sum()), "samples of feet in swing"),
     ]
 
 
