@@ -106,7 +106,7 @@ def test_lost_legs_are_walked_without(capsys):
         (
             ("--lost", "1,2", "wave"),
             "phasmid: without legs 1, 2 the others do not hold the robot: the centre of mass "
-            "comes 51 mm beyond their feet.\n"
+            "is 50.8 mm outside the support polygon.\n"
             "  try  feet that stand closer to where the legs are missing\n",
         ),
         (("tripode",), 'phasmid: no gait called "tripode".\n'),

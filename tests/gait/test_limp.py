@@ -142,6 +142,13 @@ def test_two_neighbours_of_a_hexapod_are_too_many_to_lose():
     assert caught.value.what.startswith("without legs 1, 2 the others do not hold the robot: ")
 
 
+def test_feet_in_a_line_are_refused_in_words():
+    feet = np.array([[0.1 * x, 0.0] for x in range(6)])
+    with pytest.raises(InvalidGait, match="they stand in a line") as caught:
+        without_legs(load_gait("wave"), [1], feet)
+    assert "inf" not in caught.value.what
+
+
 def test_legs_that_cannot_be_lost_are_told():
     feet, com = neutral_and_mass("phantomx-ax")
     gait = load_gait("tripod")

@@ -115,6 +115,17 @@ def test_what_the_controller_says_is_told_once():
     assert live.take_events() == []
 
 
+def test_a_robot_that_starts_on_fewer_legs_says_so_without_infinite_numbers():
+    # The tripod of legs 1, 3, 5 has two feet left until the gait of five legs begins.
+    setting = setting_of(load_scenario("paper").replace(robot="phantomx-mk4"))
+    live = LiveRobot(setting)
+    live.follow(setting, (0.5, 0.0, 0.0), frozenset({5}))
+    live.advance(20)
+    told = " ".join(sentence for _, sentence in live.take_events())
+    assert "fewer than 3 feet stand" in told
+    assert "inf" not in told
+
+
 def test_a_share_of_the_stick_is_that_share_of_what_is_possible():
     live = LiveRobot(PAPER)
     engine = live._engine

@@ -293,6 +293,10 @@ def test_a_push_and_a_lost_leg(browser, studio):
         leg = window.get_by_role("button", name="2 right middle")
         leg.click()
         wait(window, lambda: heard.told["state"]["lost"] == [2])
+        # The badge stands on one line: its height is below that of two lines of its letters.
+        badge = "document.querySelector('#legs .leg.off .how')"
+        letters = f"parseFloat(getComputedStyle({badge}).fontSize)"
+        assert window.evaluate(f"{badge}.clientHeight < 2 * {letters}")
         leg.filter(has_text="lost").click()
         wait(window, lambda: heard.told["state"]["lost"] == [])
         assert wrong == []

@@ -167,7 +167,7 @@ def _print_table(rows: list[Row]) -> None:
             " ".join(_fraction(float(offset)) for offset in row.gait.offsets),
             f"{row.gait.sway:g}" if row.gait.sway else "-",
             f"{few}" if few == most else f"{few} to {most}",
-            f"{1000 * row.margin:.1f} mm",
+            f"{1000 * row.margin:.1f} mm" if math.isfinite(row.margin) else "none",
         ]
         if row.shift is not None:
             cells.append(", ".join(f"{1000 * way + 0.0:.1f}" for way in row.shift) + " mm")

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.state import REACH, SPEED, SUPPORT
+from phasmid.gait import shortfall
 from phasmid.robot import JOINTS, Robot
 
 
@@ -42,5 +43,7 @@ def reason_of(verdict: Float[np.ndarray, "4"], robot: Robot) -> tuple[str, int |
         name, which = robot.legs[int(leg)].name, JOINTS[int(joint)]
         return f"the {which} of leg {name} turns no faster", int(leg) + 1, int(joint)
     if what == SUPPORT:
-        return f"the feet that stand would hold it by {1000 * value:.0f} mm only", None, None
+        if value <= 0:
+            return shortfall(value), None, None
+        return f"the support margin would be only {1000 * value:.1f} mm", None, None
     return "nothing", None, None

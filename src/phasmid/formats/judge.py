@@ -18,7 +18,7 @@ from phasmid.formats.found import named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.load import judge_servo
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
-from phasmid.gait.support import support_margin
+from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Robot
 from phasmid.robot.link import LONGEST_LENGTH
@@ -145,8 +145,7 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
             Finding(
                 Severity.IMPOSSIBLE,
                 "robot",
-                f"its centre of mass lies {plain_number(-1000 * margin, 3)} mm outside its feet; "
-                f"it topples.",
+                f"it topples in its neutral stance: {shortfall(margin)}.",
                 hint="check the trunk's centre of mass",
             )
         )

@@ -9,7 +9,7 @@ from phasmid.gait.library import GAITS, HEXAPOD_GAITS, check_gait_name, gaits_of
 from phasmid.gait.limp import Limp, without_legs
 from phasmid.gait.pace import Pace, choose_gait, choose_pace, choose_period
 from phasmid.gait.search import Ordered, best_order
-from phasmid.gait.support import margin_at, support_margin
+from phasmid.gait.support import margin_at, shortfall, support_margin
 from phasmid.gait.sway import Sway, sway
 
 __all__ = [
@@ -36,6 +36,7 @@ __all__ = [
     "margin_at",
     "offsets_in_order",
     "read_gait",
+    "shortfall",
     "support_margin",
     "sway",
     "wave_gait",

@@ -15,6 +15,7 @@ from phasmid.gait.cycle import COMFORTABLE_STEP, foot_way, least_margin, sample_
 from phasmid.gait.gait import FEWEST_FEET, Gait
 from phasmid.gait.search import MOST_LEGS, best_order
 from phasmid.gait.shift import best_place
+from phasmid.gait.support import shortfall
 from phasmid.gait.sway import sway
 
 ENOUGH = 0.1
@@ -147,7 +148,7 @@ def _limp(
     if best.margin <= 0:
         raise InvalidGait(
             f"without leg{'s' if len(lost) > 1 else ''} {', '.join(lost)} the others do not hold "
-            f"the robot: the centre of mass comes {-1e3 * best.margin:.0f} mm beyond their feet.",
+            f"the robot: {shortfall(best.margin)}.",
             hint="feet that stand closer to where the legs are missing",
         )
     if nearest and best.margin > enough:

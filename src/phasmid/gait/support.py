@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import permutations
 
 import numpy as np
@@ -9,6 +10,8 @@ from jaxtyping import Bool, Float
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
+from phasmid.gait.gait import FEWEST_FEET
+from phasmid.units import plain_number
 
 SAME_PLACE = 1e-9
 """Feet closer than this stand in one place [m]."""
@@ -87,6 +90,18 @@ def _margin(
         outside = np.where(edge, np.minimum(outside, np.hypot(over, past)), outside)
         edges += edge
     return np.where(edges >= 3, np.where(inside >= 0, inside, -outside), -np.inf)
+
+
+def shortfall(margin: float) -> str:
+    """Return a clause that says why a support margin is not enough.
+
+    Args:
+        margin: Negative, or minus infinity where the feet span no polygon [m].
+    """
+    if math.isinf(margin):
+        return f"fewer than {FEWEST_FEET} feet stand, or they stand in a line"
+    outside = plain_number(-1000 * margin, 3)
+    return f"the centre of mass is {outside} mm outside the support polygon"
 
 
 def margin_at(

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk
-from phasmid.gait import Gait
+from phasmid.gait import Gait, shortfall
 from phasmid.kinematics import hip_from_body, joint_angles, reach, within_reach
 from phasmid.motion.course import Course, place
 from phasmid.motion.level import LevelCourse
@@ -229,6 +229,6 @@ def check_support(
     if not course.gait.sway:
         hint = "a gait with a larger duty factor or a sway, a shorter stride, or a wider stance"
     raise InfeasibleWalk(
-        f"{when} the centre of mass is {-1000 * margin[worst]:.3g} mm outside the support polygon.",
+        f"{when} {shortfall(margin[worst])}.",
         hint=hint,
     )

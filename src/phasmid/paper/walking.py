@@ -6,6 +6,7 @@ import numpy as np
 
 from phasmid import dynamics, kinematics
 from phasmid.forces.analysis import planned_body
+from phasmid.gait import shortfall
 from phasmid.paper.evidence import GAITS, Evidence, Trial
 from phasmid.paper.statement import Finding, Grade, Statement, judged
 from phasmid.paper.trajectory import FIRST, SECOND
@@ -40,7 +41,10 @@ def stable(evidence: Evidence) -> Finding:
     """Support margin of the tripod."""
     margin = evidence.walk.summary["support"]["least_margin"]
     return judged(
-        margin > 0, f"the centre of mass stays {1000 * margin:.0f} mm inside the support triangle"
+        margin > 0,
+        f"the centre of mass stays {1000 * margin:.0f} mm inside the support triangle"
+        if margin > 0
+        else shortfall(margin),
     )
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import IO, Any, Protocol, cast, runtime_checkable
 
 from phasmid.errors import InvalidInput, plain
+from phasmid.gait import shortfall
 from phasmid.reporting.summary import REFINEMENT, Summary
 from phasmid.reporting.warnings import largest_joint
 
@@ -153,7 +154,9 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
             f"{_mm(way['body_height_range'])} between lowest and highest",
         )
     if "least_margin" in summary.get("support", {}):
-        yield "Support", f"{_mm(summary['support']['least_margin'])} margin at the least"
+        margin = summary["support"]["least_margin"]
+        least = f"{_mm(margin)} margin at the least"
+        yield "Support", least if math.isfinite(margin) else shortfall(margin)
     if "slip" in summary:
         slip = summary["slip"]
         yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"
