@@ -8,10 +8,10 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from phasmid import load_robot, load_scenario
+from phasmid import Scenario, load_robot, load_scenario, save_robot
 from phasmid.errors import InvalidInput
 from phasmid.gait import gaits_of
-from phasmid.robot import preset_names, robot_to_toml, servo_names
+from phasmid.robot import preset_names, robot_to_toml, servo_names, with_payload
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.model import ModelTable
 from phasmid.scenario.simulation import SimulationTable
@@ -19,6 +19,7 @@ from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
 from phasmid.studio.fields import FIELDS, GROUPS, catalogue, field_of, values
 from phasmid.studio.messages import Load
 from phasmid.studio.setting import OWN_SERVO, setting_of
+from phasmid.tables import leaves
 
 PAPER = setting_of(load_scenario("paper"))
 
@@ -242,6 +243,24 @@ def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("walks", "line", "words"),
+    [
+        ("by itself", "[simulation]\ndt = 1e-6", "dt is 1e-06 s; in the studio it must be at lea"),
+        ("the plan", "[stride]\nsamples = 100000", "the plan has 5e\\+05 samples"),
+    ],
+)
+def test_a_scenario_that_would_freeze_the_page_is_refused_before_it_is_built(
+    tmp_path, walks, line, words
+):
+    setting = replace(PAPER, walks=walks)
+    with pytest.raises(InvalidInput, match=words):
+        with_file(setting, Load("scenario", "x.toml", line.encode()), tmp_path)
+    if walks == "the plan":
+        # Where no plan is made it costs nothing.
+        with_file(PAPER, Load("scenario", "x.toml", line.encode()), tmp_path)
+
+
+@pytest.mark.parametrize(
     "line",
     [
         'robot = "{}/secret.toml"',
@@ -251,6 +270,9 @@ def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
         '[gait]\nname = "{}/secret.toml"',
         '[terrain]\nkind = "height-map"\nheight_map = "{}/secret.csv"',
         '[terrain]\nkind = "flat"\nheight_map = "../secret.csv"',
+        'robot = "mine.urdf"\n[robot_import]\nmasses = "{}/secret.toml"',
+        '[robot_import]\nmasses = "../secret.toml"',
+        'robot = "mine.urdf"\n[robot_import]\npackage = "x=.."',
     ],
 )
 def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
@@ -258,9 +280,50 @@ def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
         (tmp_path / name).write_text("0,0\n0,0\n")
     folder = tmp_path / "uploaded"
     folder.mkdir()
+    save_robot(load_robot("quadruped"), folder / "mine.urdf")
     text = line.replace("{}", tmp_path.as_posix()).encode()
-    with pytest.raises(InvalidInput, match="a file that was not loaded; load that file first"):
+    words = "a file that was not loaded; load that file first|must name none"
+    with pytest.raises(InvalidInput, match=words):
         with_file(PAPER, Load("scenario", "x.toml", text), folder)
+
+
+def test_every_text_of_a_scenario_that_can_name_a_file_is_checked_when_uploaded():
+    # A new field of text must be added to the test above, or here where it names no file.
+    harmless = {"name", "description", "robot_import.foot", "robot_import.servo_model"}
+    checked = {"robot", "gait.name", "terrain.height_map"}
+    checked |= {"robot_import.masses", "robot_import.package"}
+    texts = {
+        ".".join(path)
+        for path, field in leaves(Scenario)
+        if field.annotation is str or str in get_args(field.annotation)
+    }
+    assert texts == harmless | checked | {"terrain.map_sha256"}
+
+
+def test_an_uploaded_robot_finds_no_package_outside_the_uploads(tmp_path):
+    # The folders above may hold a package of this machine, with meshes that are nobody's to see.
+    (tmp_path / "package.xml").write_text("<package><name>theirs</name></package>")
+    folder = tmp_path / "uploaded"
+    folder.mkdir()
+    save_robot(load_robot("quadruped"), tmp_path / "secret.urdf")
+    mesh = next(path for path in tmp_path.rglob("*.stl")).relative_to(tmp_path).as_posix()
+    text = (tmp_path / "secret.urdf").read_text()
+    assert mesh in text
+    for name in (f"../{mesh}", f"package://theirs/{mesh}"):
+        load = Load("robot", "mine.urdf", text.replace(mesh, name).encode())
+        with pytest.raises(InvalidInput, match=r"lies outside the model folder|is unknown"):
+            with_file(PAPER, load, folder)
+
+
+def test_an_uploaded_scenario_takes_masses_from_an_uploaded_robot(tmp_path):
+    save_robot(load_robot("quadruped"), tmp_path / "mine.urdf")
+    donor = with_payload(load_robot("quadruped"), 0.5)
+    with_file(PAPER, Load("robot", "donor.toml", robot_to_toml(donor).encode()), tmp_path)
+    text = b'robot = "mine.urdf"\ngait = "crawl"\n[robot_import]\nmasses = "donor.toml"'
+    taken = with_file(PAPER, Load("scenario", "x.toml", text), tmp_path)
+    assert taken.base.mass == pytest.approx(donor.mass, rel=1e-6)
+    # What is saved of it names no folder of this machine.
+    assert tmp_path.as_posix() not in str(scenario_file(taken))
 
 
 def test_an_uploaded_scenario_may_name_presets_and_what_was_uploaded(tmp_path):

@@ -85,7 +85,7 @@ def model_folder(file: Path) -> Path:
         file: The model's file, such as ``PACKAGE/urdf/robot.urdf``.
     """
     folder = file.absolute().parent
-    for parent in _above(folder):
+    for parent in [folder, *folder.parents][:_UPWARDS]:
         if (parent / "package.xml").is_file():
             return parent
     return folder.parent if folder.name in {"urdf", "robots", "mjcf", "xml"} else folder
@@ -117,19 +117,10 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
             )
         return inside(Path(packages[package]).absolute(), rest, noun)
     own = model_folder(file)
-    for height, parent in enumerate(_above(file.absolute().parent)):
-        # A folder of that name alone may be a person's, with all that is theirs.
-        by_name = parent.name == package and (
-            parent == own or (height <= 2 and (parent / "package.xml").is_file())
-        )
-        if by_name or _package_name(parent) == package:
-            return inside(parent, rest, noun)
+    if package in (own.name, _package_name(own)):
+        return inside(own, rest, noun)
     shown = plain(package[:100])
     raise InvalidInput(f'package "{shown}" is unknown.', hint=f"--package {shown}=PATH")
-
-
-def _above(folder: Path) -> list[Path]:
-    return [folder, *folder.parents][:_UPWARDS]
 
 
 def _package_name(folder: Path) -> str:

@@ -29,6 +29,9 @@ from phasmid.toml import read_toml
 USUAL = "paper"
 """The scenario from which a link tells what differs, where its own is none that comes with us."""
 
+MASSES = ("as-given", "geometry")
+"""Values of ``robot_import.masses`` that name no robot."""
+
 MOST_FILES = 32
 """Most files that are taken in: their robots stay in memory."""
 
@@ -160,6 +163,8 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
             f"{MOST_FILES} files were taken in, which are the most.", hint="start the studio anew"
         )
     path = folder / _kept_name(load.name)
+    # It marks the model's folder, so that no package is looked for above it.
+    (folder / "package.xml").touch()
     path.write_bytes(load.content)
     try:
         return _with_file(setting, load.what, path)
@@ -178,19 +183,28 @@ def _kept_name(name: str) -> str:
 
 
 def _check_named_files(path: Path) -> None:
-    """Refuse a scenario that names files of this machine's disk, which are nobody's to load.
+    """Refuse a scenario that names other files than presets and those uploaded before it.
 
     Raises:
-        InvalidInput: It names a robot, a height map or a gait that was not loaded before.
+        InvalidInput: It names another file or folder of this machine.
     """
     raw, _ = read_toml(path)
-    terrain, gait, robot = (raw.get(name) for name in ("terrain", "gait", "robot"))
-    if isinstance(gait, dict):
-        gait = gait.get("name") if "offsets" not in gait else None
+    tables = [raw.get(name) for name in ("terrain", "gait", "robot_import")]
+    terrain, gait, reading = (table if isinstance(table, dict) else {} for table in tables)
+    robot, masses = raw.get("robot"), reading.get("masses")
+    gait_name = None if "offsets" in gait else gait.get("name", tables[1])
+    if reading.get("package"):
+        raise InvalidInput(
+            f"robot_import.package is {described(reading['package'])}, which names folders of "
+            "this machine; a scenario that is loaded in the page must name none.",
+            where=path.name,
+            hint="phasmid studio SCENARIO",
+        )
     named = {
         "robot": robot if robot not in preset_names() else None,
-        "terrain.height_map": terrain.get("height_map") if isinstance(terrain, dict) else None,
-        "gait": gait if is_gait_file(gait) else None,
+        "terrain.height_map": terrain.get("height_map"),
+        "gait": gait_name if is_gait_file(gait_name) else None,
+        "robot_import.masses": masses if masses not in (*MASSES, *preset_names()) else None,
     }
     for what, name in named.items():
         if not isinstance(name, str) or not name or name.startswith(BEGINNING):
@@ -210,7 +224,11 @@ def _check_named_files(path: Path) -> None:
 def _with_file(setting: Setting, what: str, path: Path) -> Setting:
     if what == "scenario":
         _check_named_files(path)
-        begun = setting_of(load_scenario(path))
+        scenario = load_scenario(path)
+        masses = path.parent / scenario.robot_import.masses
+        if masses.is_file():
+            scenario = scenario.replace(masses=str(masses))
+        begun = setting_of(scenario)
         robots = {**setting.robots, **begun.robots}
         return replace(begun, walks=setting.walks, robots=robots, grounds=setting.grounds)
     if what == "robot":

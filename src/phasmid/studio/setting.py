@@ -13,6 +13,7 @@ from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot, load_servo, preset_names, with_payload
 from phasmid.scenario import Scenario
+from phasmid.scenario.robot_import import RobotImportTable
 
 Walks = Literal["by itself", "by hand", "the plan"]
 """Who decides where the robot goes."""
@@ -22,6 +23,12 @@ OWN_SERVO = "the robot's own"
 
 MOST_PAYLOAD = 2.0
 """Heaviest load, in masses of the robot without one."""
+
+SHORTEST_STEP = 1e-4
+"""Least time step [s]: one second takes about one second to simulate on two shared cores."""
+
+MOST_PLANNED = 50_000
+"""Most samples of a planned walk: on uneven ground they take about five seconds to plan."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +63,7 @@ class Setting:
         if self.walks not in get_args(Walks):
             must = ", ".join(get_args(Walks))
             raise InvalidInput(f'walks is "{self.walks}"; it must be one of {must}.')
+        self._check_size()
         most = MOST_PAYLOAD * self.base.mass
         if self.payload > most:
             raise InvalidInput(
@@ -65,6 +73,23 @@ class Setting:
             )
         # The gait must be one of this robot, and a machine have these numbers.
         self.gait, self.machine  # noqa: B018, they are computed
+
+    def _check_size(self) -> None:
+        """Refuse what would take longer to build than somebody waits for a page."""
+        scenario, stride = self.scenario, self.scenario.stride
+        if scenario.simulation.dt < SHORTEST_STEP:
+            raise InvalidInput(
+                f"dt is {scenario.simulation.dt:g} s; in the studio it must be at least "
+                f"{SHORTEST_STEP:g} s, so that it keeps up with real time.",
+                hint="--dt 0.001",
+            )
+        samples = scenario.duration / stride.period * stride.samples
+        if self.walks == "the plan" and samples > MOST_PLANNED:
+            raise InvalidInput(
+                f"the plan has {samples:.3g} samples; in the studio it must have at most "
+                f"{float(MOST_PLANNED):g}.",
+                hint="a shorter duration, or fewer samples per cycle",
+            )
 
     @cached_property
     def base(self) -> Robot:
@@ -167,7 +192,9 @@ def setting_of(scenario: Scenario) -> Setting:
     if isinstance(scenario.robot, str) and scenario.robot not in preset_names():
         name = scenario.robot.replace("\\", "/").rpartition("/")[2]
         robots[name] = scenario.base_robot()
-        scenario = scenario.replace(robot=robots[name])
+        # Its import is done, so that a saved scenario names no file that was needed for it.
+        changes = {"robot": robots[name], "robot_import": RobotImportTable()}
+        scenario = scenario.model_copy(update=changes)
     elif isinstance(scenario.robot, Robot):
         robots[scenario.robot.name] = scenario.robot
     return Setting(scenario.replace(measured="nothing"), robots=robots)
