@@ -69,9 +69,9 @@ class Running:
         self.origin = f"http://{self.host}"
         self.cookie = f"phasmid-{self.port}={TOKEN}"
 
-    def raw(self, data, *, timeout=20):
+    def raw(self, data, *, timeout=20, to="127.0.0.1"):
         """Send bytes and read until the other side closes."""
-        with socket.create_connection(("127.0.0.1", self.port), timeout) as end:
+        with socket.create_connection((to, self.port), timeout) as end:
             end.sendall(data)
             return everything(end)
 
@@ -140,10 +140,10 @@ def reply(page):
 
 
 @contextmanager
-def running(stage=None, **options):
+def running(stage=None, listening=None, **options):
     """A server with a pretended robot, until the block ends."""
     stage = stage or PretendedStage()
-    listening = listen("127.0.0.1", 0)
+    listening = listening or listen("127.0.0.1", 0)
     server = Server(listening, ASSETS, token=TOKEN, **options)
     opened = threading.Event()
     serving = threading.Thread(target=lambda: asyncio.run(server.serve(stage, opened.set)))

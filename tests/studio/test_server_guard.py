@@ -2,12 +2,15 @@
 
 import logging
 import socket
+import sys
 import threading
 import time
+from contextlib import ExitStack
 
 import pytest
 from websockets.exceptions import InvalidStatus
 
+from phasmid.studio.server import MOST_CONNECTIONS, listen
 from studio.pretended import TOKEN, Answer, PretendedStage, everything, running
 
 
@@ -124,6 +127,21 @@ def test_w2_a_host_must_be_told_once(studio):
 
 def test_w2_the_machine_may_be_called_localhost(studio):
     assert studio.get("/", host=f"localhost:{studio.port}").status == 200
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
+def test_w2_the_machine_may_be_called_by_the_address_at_which_a_request_arrives():
+    with running(listening=listen("0.0.0.0", 0), host="0.0.0.0") as wide:
+        for host, status in (
+            ("127.0.0.2", 200),
+            ("localhost", 200),
+            ("127.0.0.3", 403),
+            ("0.0.0.0", 403),
+            ("127.0.0.2.evil.example", 403),
+        ):
+            told = f"Host: {host}:{wide.port}\r\nCookie: {wide.cookie}"
+            raw = f"GET / HTTP/1.1\r\n{told}\r\n\r\n".encode()
+            assert Answer(wide.raw(raw, to="127.0.0.2")).status == status, host
 
 
 @pytest.mark.parametrize(
@@ -348,18 +366,29 @@ def test_who_closes_half_of_the_connection_is_answered(studio):
 
 
 def test_too_many_connections_are_sent_away_and_the_page_stays(monkeypatch):
-    monkeypatch.setattr("phasmid.studio.server.MOST_CONNECTIONS", 5)
+    monkeypatch.setattr("phasmid.studio.server.MOST_CONNECTIONS", 2)
     with running() as studio:
-        ends = [socket.create_connection(("127.0.0.1", studio.port), 20) for _ in range(5)]
-        with socket.create_connection(("127.0.0.1", studio.port), 20) as sixth:
-            answer = Answer(everything(sixth))
-        assert (answer.status, answer.text) == (503, "too many connections; close some pages.")
-        for end in ends:
-            end.close()
+        with studio.connect(), studio.connect():
+            answer = studio.get("/")
+            assert (answer.status, answer.text) == (503, "too many connections; close some pages.")
         # A closed connection is forgotten as soon as the server has read its end.
         while (answer := studio.get("/")).status == 503:
             pass
         assert answer.status == 200
+
+
+@pytest.mark.parametrize("said", [b"", b"x\r\n\r\n"], ids=["silent", "answered"])
+def test_connections_that_wait_for_nothing_keep_nobody_out(monkeypatch, said):
+    # None of them runs into its time limit: the oldest are closed for the request that comes.
+    for limit in ("PATIENCE", "FAREWELL"):
+        monkeypatch.setattr(f"phasmid.studio.door.{limit}", 600.0)
+    with running() as studio, ExitStack() as ends:
+        for _ in range(MOST_CONNECTIONS):
+            end = ends.enter_context(socket.create_connection(("127.0.0.1", studio.port), 20))
+            end.sendall(said)
+            if said:
+                assert Answer(everything(end)).status == 400
+        assert studio.get("/").status == 200
 
 
 def test_many_at_once_are_all_answered(studio):

@@ -89,16 +89,17 @@ class Door(ServerConnection):
 
     Args:
         arguments: Of a connection of the library.
-        answer: Says what a head is answered; None lets a websocket in.
-        doors: All connections that are open; this one counts itself.
-        most: How many there may be.
+        answer: Returns the reply to a head and the address at which it arrived; None lets a
+            websocket in.
+        doors: All open connections, the oldest first; this one adds itself.
+        most: How many there may be; then the oldest that waits for nothing is closed.
     """
 
     def __init__(
         self,
         *arguments: Any,
-        answer: Callable[[bytes], Reply | None],
-        doors: set[Door],
+        answer: Callable[[bytes, tuple[Any, ...]], Reply | None],
+        doors: dict[Door, None],
         most: int,
         **options: Any,
     ) -> None:
@@ -113,17 +114,17 @@ class Door(ServerConnection):
         """Begin to wait for the request."""
         super().connection_made(transport)
         transport.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_SNDBUF, KEPT)
-        self._doors.add(self)
+        self._doors[self] = None
         if not self.server.is_serving():
             self.transport.abort()
             return
         self._patience = self.loop.call_later(PATIENCE, self._lose_patience)
-        if len(self._doors) > self._most:
+        if len(self._doors) > self._most and not self._close_oldest():
             self._reply(refusal(Refused(503, "too many connections; close some pages.")))
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget the connection."""
-        self._doors.discard(self)
+        self._doors.pop(self, None)
         self._be_patient()
         super().connection_lost(exc)
 
@@ -141,7 +142,7 @@ class Door(ServerConnection):
             said = f"the head of a request is longer than {LARGEST_HEAD} bytes."
             self._reply(refusal(Refused(431, said)))
         elif end >= 0:
-            reply = self._answer(bytes(self._head[: end + 4]))
+            reply = self._answer(bytes(self._head[: end + 4]), self.local_address)
             if reply is not None:
                 self._reply(reply)
                 return
@@ -157,6 +158,16 @@ class Door(ServerConnection):
             return False
         self._has_ended = True
         return not self._is_answered
+
+    def _close_oldest(self) -> bool:
+        """Close the oldest connection without a request, or with its answer; False: none is."""
+        for other in self._doors:
+            done = other._replying is None or other._is_answered
+            if other is not self and done and not other._is_inside:
+                del self._doors[other]
+                other.transport.abort()
+                return True
+        return False
 
     def leave(self) -> None:
         """Close at once, unless a websocket is to be closed as websockets are."""

@@ -99,14 +99,18 @@ class Guard:
     token: str
     cookie: str
 
-    def check(self, head: Head) -> None:
+    def check(self, head: Head, own: str) -> None:
         """Refuse what was not meant for us, or would come from another page.
+
+        Args:
+            head: Head of the request.
+            own: The header Host for the address at which the connection arrived.
 
         Raises:
             Refused: With 403, 405 or 413.
         """
         hosts, origins = head.values("host"), head.values("origin")
-        if len(hosts) != 1 or hosts[0] not in self.hosts:
+        if len(hosts) != 1 or hosts[0] not in self.hosts | {own}:
             raise Refused(403, "forbidden.", reason=f"a request for host {shown(hosts)}")
         if origins and origins != [f"http://{hosts[0]}"]:
             raise Refused(403, "forbidden.", reason=f"a request of origin {shown(origins)}")

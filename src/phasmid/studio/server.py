@@ -131,23 +131,24 @@ def _address(host: str) -> tuple[socket.AddressFamily, str]:
 
 
 def names_of(host: str, port: int) -> tuple[str, ...]:
-    """What a browser on this machine, or on its network, may call us; the first is ours.
+    """Return values of the header Host that are accepted on every connection; ours is the first.
 
     Args:
-        host: Where we listen.
-        port: The same.
+        host: Name or number at which the server listens.
+        port: Its port.
     """
     names = [host]
     if is_loopback(host):
         names += ["localhost"]
     elif _number_of(host) is not None and ipaddress.ip_address(host).is_unspecified:
-        # All addresses of this machine: it is called by its name or by one of its numbers.
-        own = socket.gethostname()
-        with suppress(OSError):
-            names = [str(row[4][0]) for row in socket.getaddrinfo(own, None)]
-        names = ["127.0.0.1", "localhost", own.lower(), *names]
-    ends = {80: ""}.get(port, f":{port}")
-    return tuple(f"[{name}]{ends}" if ":" in name else f"{name}{ends}" for name in names)
+        names = ["127.0.0.1", "localhost", socket.gethostname().lower()]
+    return tuple(host_header(name, port) for name in names)
+
+
+def host_header(host: str, port: int) -> str:
+    """Return the header Host that a browser sends for a name or number and a port."""
+    shown = f"[{host}]" if ":" in host else host
+    return shown if port == 80 else f"{shown}:{port}"
 
 
 def is_loopback(host: str) -> bool:
@@ -192,7 +193,7 @@ class Server:
         }
         self._page = self._pages.pop("/assets/studio.html")
         self._clients: set[Client] = set()
-        self._doors: set[Door] = set()
+        self._doors: dict[Door, None] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stopped = False
         self._stop: asyncio.Event | None = None
@@ -275,11 +276,12 @@ class Server:
             else:
                 client.show(message)
 
-    def _answer(self, raw: bytes) -> Reply | None:
-        """What a request is answered; None lets its websocket in."""
+    def _answer(self, raw: bytes, arrived: tuple[Any, ...]) -> Reply | None:
+        """Return the reply to a request that arrived at an address; None accepts its websocket."""
         try:
             head = read_head(raw)
-            self._guard.check(head)
+            # A name that somebody else points at this machine is never this number.
+            self._guard.check(head, host_header(str(arrived[0]), int(arrived[1])))
             reply = self._route(head)
             return reply and replace(reply, bare=head.method == "HEAD")
         except Refused as refused:
