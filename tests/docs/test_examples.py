@@ -1,5 +1,6 @@
 """The examples and the README's Python code run as they stand."""
 
+import math
 import re
 import subprocess
 import sys
@@ -86,6 +87,22 @@ def test_the_scenario_of_the_docs_is_one(tmp_path):
     scenario = load_scenario(tmp_path / "my-walk.toml")
     assert scenario.load_gait().duty_factor == 0.6
     assert scenario.load_robot().name == "phantomx-ax"
+
+
+def test_the_files_of_commands_in_the_docs_are_read(tmp_path):
+    from phasmid.control.script import load_script
+
+    page = (ROOT / "docs/conventions.md").read_text("utf-8")
+    section = page.split("### Commands of a drive")[1].split("\n## ")[0]
+    scripts = []
+    for number, (ending, text) in enumerate(re.findall(r"```(\w+)\n(.*?)```", section, re.DOTALL)):
+        path = tmp_path / f"commands-{number}.{ending}"
+        path.write_text(text, encoding="utf-8")
+        scripts.append(load_script(path))
+    commands, waypoints, table = scripts
+    assert commands.at(3).velocity == pytest.approx((0.05, 0.0, math.radians(10)))
+    assert [place.x for place in waypoints.waypoint] == [0.3, 0.3]
+    assert table.at(4).velocity == pytest.approx((0.05, 0.0, math.radians(10)))
 
 
 PAGES = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import itertools
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import IO, Literal, TypeAlias
 
@@ -36,8 +36,9 @@ def load_trajectory(
     Args:
         path: A ``.csv`` file with a heading (``time``, and ``right_front.coxa`` and so on for each
             joint, in any order; a name may end in its unit, as ``right_front.coxa_deg``), a
-            ``.npy`` array with a row per time (time, then leg by leg coxa, femur, tibia), or a
-            recording with measured or simulated joint angles.
+            ``.csv`` file that ``phasmid export`` wrote, a ``.npy`` array with a row per time (time,
+            then leg by leg coxa, femur, tibia), or a recording. Of exports and recordings the
+            target angles are read, else the simulated or the measured ones.
         robot: Whose joints they are, or what `load_robot` takes for it.
         unit: Of the angles in a ``.csv`` or ``.npy`` whose names tell none.
 
@@ -88,17 +89,39 @@ def _read_csv(path: Path, robot: Robot, scale: float) -> Table:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = csv.reader(_lines(file))
             heading = [name.strip() for name in next(rows, [])]
-            order, scales = _columns(heading, robot, scale)
+            order, scales = _columns(_joint_columns(heading), robot, scale)
             content = (row for row in rows if row)
             while block := list(itertools.islice(content, BLOCK_ROWS)):
-                blocks.append(_numbers(block, read, len(heading)))
+                blocks.append(_numbers(block, read, len(heading), order))
                 read += len(block)
                 if read > MOST_ROWS:
                     raise InvalidInput(f"trajectory has more than {MOST_ROWS} rows.")
     except (UnicodeDecodeError, csv.Error) as error:
         raise InvalidInput(f"{path.name} is not a table of text: {error}.") from None
-    table = np.concatenate([np.empty((0, len(heading))), *blocks])
-    return table[:, heading.index("time")], table[:, order] * scales
+    table = np.concatenate([np.empty((0, len(order))), *blocks])
+    return table[:, 0], table[:, 1:] * scales
+
+
+JOINT_CHANNELS = ("joint_position_target", "joint_position", "joint_position_measured")
+"""Channels of joint angles, the first of which is read where there are several."""
+
+Heading: TypeAlias = Sequence[str | None]
+"""Name of each column; None for one that is not read."""
+
+
+def _joint_columns(heading: list[str]) -> Heading:
+    """Return the heading; of one that ``phasmid export`` wrote the time and the joint angles."""
+    if "time [s]" not in heading:
+        return heading
+    names: list[str | None] = ["time" if name == "time [s]" else None for name in heading]
+    for channel in JOINT_CHANNELS:
+        for index, column in enumerate(heading):
+            if column.startswith(f"{channel}.") and column.endswith(" [rad]"):
+                joint = column.removeprefix(f"{channel}.").removesuffix(" [rad]")
+                names[index] = f"{joint}_rad"
+        if any(name not in (None, "time") for name in names):
+            break
+    return names
 
 
 def _lines(file: IO[str]) -> Iterator[str]:
@@ -112,23 +135,25 @@ def _lines(file: IO[str]) -> Iterator[str]:
         yield line
 
 
-def _numbers(block: list[list[str]], before: int, width: int) -> np.ndarray:
-    """Rows of text as numbers.
+def _numbers(block: list[list[str]], before: int, width: int, columns: list[int]) -> np.ndarray:
+    """Return rows of text as numbers, shape (rows, columns).
 
     Args:
         block: The rows.
-        before: How many stand above them.
+        before: Number of rows above them.
         width: Number of cells that each must have.
+        columns: Indices of the cells that are read.
     """
     for number, row in enumerate(block, before + 1):
         if len(row) != width:
             raise InvalidInput(
                 f"trajectory row {number} has {len(row)} cells; the heading has {width}."
             )
+    cells = [[row[index] for index in columns] for row in block]
     try:
-        return np.array(block, dtype=float)
+        return np.array(cells, dtype=float)
     except ValueError:
-        return np.array([[_number(cell) for cell in row] for row in block])
+        return np.array([[_number(cell) for cell in row] for row in cells])
 
 
 def _number(cell: str) -> float:
@@ -139,14 +164,16 @@ def _number(cell: str) -> float:
         return float("nan")
 
 
-def _columns(heading: list[str], robot: Robot, scale: float) -> tuple[list[int], np.ndarray]:
-    """Where each joint's angles stand, and what turns them into radians."""
+def _columns(heading: Heading, robot: Robot, scale: float) -> tuple[list[int], np.ndarray]:
+    """Return the columns of time and of each joint, and the factors of the joints to radians."""
     if "time" not in heading:
         raise InvalidInput(
             'trajectory has no column "time".', hint=f"time, {', '.join(joint_names(robot)[:2])}, …"
         )
     found: dict[str, tuple[int, float]] = {}
     for index, column in enumerate(heading):
+        if column is None:
+            continue
         name, ending = split_unit(column)
         if ending and UNITS[ending].dimension != "angle":
             name, ending = column, ""
@@ -170,7 +197,8 @@ def _columns(heading: list[str], robot: Robot, scale: float) -> tuple[list[int],
             f"Missing: {', '.join(missing[:3])}{', …' if missing[3:] else ''}."
         )
     places = [found[name] for name in joint_names(robot)]
-    return [index for index, _ in places], np.array([factor for _, factor in places])
+    order = [heading.index("time"), *(index for index, _ in places)]
+    return order, np.array([factor for _, factor in places])
 
 
 def _read_npy(path: Path, robot: Robot, scale: float) -> Table:
@@ -206,7 +234,7 @@ def _read_npy(path: Path, robot: Robot, scale: float) -> Table:
 def _read_recording(path: Path, robot: Robot, scale: float) -> Table:
     del scale
     recording = load_recording(path)
-    for name in ("joint_position", "joint_position_measured", "joint_position_target"):
+    for name in JOINT_CHANNELS:
         if name in recording.data_vars:
             q = np.asarray(recording[name].values)
             break
