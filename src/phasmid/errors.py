@@ -50,6 +50,18 @@ class InvalidInput(PhasmidError):
     """A file, option or argument that cannot be used."""
 
 
+class AlreadyExists(InvalidInput):
+    """A file or folder that is there and was not to be replaced.
+
+    Attributes:
+        option: The option of the command line that names another place.
+    """
+
+    def __init__(self, path: object, *, option: str) -> None:
+        super().__init__(f"{path} exists; nothing was written.", hint="force=True, or another name")
+        self.option = option
+
+
 class InvalidRobot(InvalidInput):
     """A robot description that no machine could have."""
 

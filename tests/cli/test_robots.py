@@ -97,7 +97,7 @@ def test_convert_replaces_nothing_unasked(here, capsys):
     status, _, err = answered(capsys, "convert", "phantomx-paper", "mine.urdf")
     assert (status, err) == (
         2,
-        "phasmid: mine.urdf exists; nothing was written.\n  try  --force (force=True)\n",
+        "phasmid: mine.urdf exists; nothing was written.\n  try  --force, or another file\n",
     )
     assert (here / "mine.urdf").read_text(encoding="utf-8") == "mine"
     assert answered(capsys, "convert", "phantomx-paper", "mine.urdf", "--force")[0] == 0

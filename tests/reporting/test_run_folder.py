@@ -52,7 +52,7 @@ def test_an_existing_folder_is_left_alone(tiny, tmp_path):
     for call in (lambda: report(tiny, folder, figures=False), lambda: check_folder(folder)):
         with pytest.raises(InvalidInput, match=r"walk exists; nothing was written\.") as caught:
             call()
-        assert caught.value.hint == "--force (force=True), or another folder"
+        assert caught.value.hint == "force=True, or another name"
         assert caught.value.exit_status == 2
     assert names(tmp_path) == {"walk"}
     assert names(folder) == set()

@@ -76,7 +76,7 @@ def test_c7_on_a_machine_without_opengl(tmp_path):
         ("walk.avi", '"{path}" does not end in .mp4 or .gif; a video must.\n  try  "{mp4}"'),
         (
             "there.mp4",
-            "{path} exists; nothing was written.\n  try  --force (force=True), or another file",
+            "{path} exists; nothing was written.\n  try  --force, or another --video FILE",
         ),
         ("folder.mp4", "{path} is a folder; nothing was written.\n  try  a file's name"),
     ],

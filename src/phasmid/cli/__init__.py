@@ -21,7 +21,7 @@ from typing import Any
 
 from phasmid.cli.parser import COMMANDS, build_parser, flags, join_negative_numbers
 from phasmid.cli.scenario_options import check_lists
-from phasmid.errors import InvalidInput, PhasmidError, nearest
+from phasmid.errors import AlreadyExists, InvalidInput, PhasmidError, nearest
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -94,6 +94,8 @@ def _answered(arguments: list[str]) -> int:
         with _noticed_interrupts(interrupted):
             return _run(arguments)
     except PhasmidError as error:
+        if isinstance(error, AlreadyExists):
+            error.hint = f"--force, or another {error.option}"
         print(f"phasmid: {error}", file=sys.stderr)
         return error.exit_status
     except KeyboardInterrupt:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from phasmid.cli import scenario_options, walk
 from phasmid.cli.progress import progress_bar
+from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 LONGEST_BY_KEYS = 600.0
 """Time after which a drive by keys ends where no duration is given [s]."""
+
+RATE = 200.0
+"""Updates a second where no rate is given."""
 
 WAYS = ("velocity", "commands", "waypoints", "keys")
 """Options that say where to go, one of which is given."""
@@ -46,10 +50,9 @@ def run(options: argparse.Namespace) -> int:
 
     robot = scenario.load_robot()
     legs = walk.leg_numbers(options.legs, robot)
-    name = scenario_options.folder_name(options, scenario, "drive", options.commands)
-    folder = Path(options.out or Path("results") / name)
+    folder = result_folder(options, scenario, _words(options))
     check_folder(folder, force=options.force)
-    log = walk.log_of(folder)
+    log = log_of(folder)
     check_log(log, force=options.force)
     if options.mcap:
         check_mcap()
@@ -126,7 +129,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "1 to 4 gaits, x end",
     )
     parser.add_argument(
-        "--rate", type=_number, default=200.0, metavar="N", help="updates a second; default: 200"
+        "--rate", type=_number, default=RATE, metavar="N", help="updates a second; default: 200"
     )
     parser.add_argument(
         "--between",
@@ -142,6 +145,22 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     walk.add_report_options(parser)
     scenario_options.add_field_options(parser)
+
+
+def _words(options: argparse.Namespace) -> list[str]:
+    """Return the parts of a result folder's name that tell drives apart."""
+    words = ["drive"]
+    for name in WAYS:
+        value = getattr(options, name)
+        if name == "keys" and value:
+            words.append("keys")
+        elif value:
+            words.append(f"{name}-{Path(value).stem if name == 'commands' else value}")
+    if options.rate != RATE:
+        words.append(f"rate-{options.rate:g}")
+    if options.between:
+        words.append(f"between-{options.between}")
+    return words + [f"fault-{fault}" for fault in options.fault or []]
 
 
 def _number(text: str) -> float:

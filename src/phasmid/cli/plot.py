@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.report import told_damage
 from phasmid.cli.walk import leg_numbers
-from phasmid.errors import InvalidInput, OutputError, nearest, plain
+from phasmid.errors import AlreadyExists, InvalidInput, OutputError, nearest, plain
 
 if TYPE_CHECKING:
     from phasmid.reporting.style import Figure
@@ -172,9 +172,7 @@ def _check_files(files: Sequence[Path], force: bool) -> None:
         except OSError as error:
             raise cannot_write(path, error) from None
         if exists and not force:
-            raise InvalidInput(
-                f"{path} exists; nothing was written.", hint="--force, or another --out"
-            )
+            raise AlreadyExists(path, option="--out DIR")
 
 
 def _write(figure: Figure, files: Sequence[Path]) -> None:

@@ -7,7 +7,6 @@ import math
 import string
 import sys
 from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 from phasmid.errors import InvalidInput, plain
@@ -25,7 +24,12 @@ TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_mode
 def add_scenario_options(parser: argparse.ArgumentParser) -> None:
     """Give a parser the scenario and the output."""
     add_scenario_option(parser)
-    parser.add_argument("--out", metavar="DIR", help="result folder; default: results/NAME")
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        help="result folder; default: results/NAME, where NAME has the scenario and the options, "
+        "and a number where a run of that name exists",
+    )
 
 
 def add_scenario_option(parser: argparse.ArgumentParser) -> None:
@@ -102,22 +106,6 @@ def _help_of(path: tuple[str, ...]) -> str:
         si, shown = units.SI[carried.dimension].symbol, units.UNITS[carried.unit].symbol
         text = text.replace(f"[{si}]", f"[{shown}]")
     return text
-
-
-def folder_name(options: argparse.Namespace, scenario: Scenario, *sources: str | None) -> str:
-    """The name that is given, or the scenario's and what sources and options changed of it."""
-    if vars(options)["field:name"] is not None:
-        return scenario.name
-    words = [scenario.name]
-    words += [Path(source).stem for source in sources if source]
-    for key, value in vars(options).items():
-        if key.startswith("field:") and value is not None:
-            file = key.removeprefix("field:") in PLACES or value.endswith(".toml")
-            text = Path(value).stem if file else value
-            words.append(f"{key.removeprefix('field:').replace('_', '-')}-{text}")
-    name = "_".join(words)
-    plain = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "-" for c in name)
-    return plain[:100]
 
 
 def scenario_of(options: argparse.Namespace) -> Scenario:

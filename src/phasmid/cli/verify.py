@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import AlreadyExists, InvalidInput
 
 if TYPE_CHECKING:
     from phasmid.verification import Row
@@ -90,7 +90,7 @@ def _check_place(path: Path, *, force: bool) -> None:
     if path.is_dir():
         raise InvalidInput(f"{path} is a folder; it must be a file.")
     if not force and (path.exists() or path.is_symlink()):
-        raise InvalidInput(f"{path} exists; nothing was written.", hint="--force, or another file")
+        raise AlreadyExists(path, option="file")
     if not path.parent.is_dir():
         raise cannot_write(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
     if not os.access(path.parent, os.W_OK | os.X_OK):

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.progress import progress_bar
+from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.cli.scenario_options import (
     add_field_options,
     add_scenario_options,
-    folder_name,
     scenario_of,
 )
 from phasmid.errors import InvalidInput, plain
@@ -45,9 +45,8 @@ def run(options: argparse.Namespace) -> int:
     )
     check_time_step(scenario, walk)
     legs = leg_numbers(options.legs, walk.robot)
-    folder = Path(
-        options.out or Path("results") / folder_name(options, scenario, options.trajectory)
-    )
+    words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
+    folder = result_folder(options, scenario, words)
     check_folder(folder, force=options.force)
     log = log_of(folder)
     check_log(log, force=options.force)
@@ -81,11 +80,6 @@ def run(options: argparse.Namespace) -> int:
         print(f"phasmid: {trouble.sentence}", file=sys.stderr)
     write_film(recording, options, own_appearance(walk.robot))
     return 3 if trouble else 0
-
-
-def log_of(folder: Path) -> Path:
-    """The log that stands beside a result folder while its run goes on."""
-    return folder.with_name(f"{folder.name}.rec")
 
 
 def later(log: Path) -> str:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from phasmid.arguments import check_type, described, path_of
-from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.errors import AlreadyExists, InvalidInput, InvalidRobot
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.imported import Imported
@@ -199,13 +199,11 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
             hint=f"one of {', '.join(ROBOT_SUFFIXES)}",
         )
     if not force and path.exists():
-        raise InvalidInput(f"{path} exists; nothing was written.", hint="--force (force=True)")
+        raise AlreadyExists(path, option="file")
     files = _files(robot, path)
     for name, data in files.items():
         if not force and _differs(path.parent / name, data):
-            raise InvalidInput(
-                f"{path.parent / name} exists; nothing was written.", hint="--force (force=True)"
-            )
+            raise AlreadyExists(path.parent / name, option="file")
     # The robot's own file last: when it appears, what it names is there.
     for name in sorted(files, key=lambda name: name == path.name):
         target = path.parent / name

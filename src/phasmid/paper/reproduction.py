@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.errors import InvalidInput, OutputError
+from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.forces import FORCE_MODELS
 from phasmid.paper.document import Graded, Results, document
 from phasmid.paper.equations import EQUATIONS
@@ -107,10 +107,7 @@ def check_place(folder: Path, *, force: bool = False) -> None:
     try:
         for path in (page, pictures):
             if not force and (path.exists() or path.is_symlink()):
-                raise InvalidInput(
-                    f"{path} exists; nothing was written.",
-                    hint="--force (force=True), or another folder",
-                )
+                raise AlreadyExists(path, option="--out DIR")
         if pictures.exists():
             ours = {f"{name}.png" for name in FIGURES}
             found = {path.name for path in pictures.iterdir()} if pictures.is_dir() else {""}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from phasmid.arguments import check_number, check_type, path_of
-from phasmid.errors import InvalidInput, nearest, plain
+from phasmid.errors import AlreadyExists, InvalidInput, nearest, plain
 from phasmid.recording import (
     CHANNELS,
     Recording,
@@ -125,9 +125,7 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
     if folder:
         raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
     if exists and not force:
-        raise InvalidInput(
-            f"{path} exists; nothing was written.", hint="--force (force=True), or another file"
-        )
+        raise AlreadyExists(path, option="--out FILE")
     if kind == "parquet":
         check_parquet()
     if kind == "mcap":

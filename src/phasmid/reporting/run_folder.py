@@ -10,7 +10,7 @@ import shutil
 from pathlib import Path
 
 from phasmid.arguments import path_of
-from phasmid.errors import InvalidInput, OutputError
+from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
 from phasmid.reporting.companion import Draw, drawing
 from phasmid.reporting.gallery import WALK, Gallery
@@ -124,9 +124,7 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
 
 def _check_existing(folder: Path, *, force: bool) -> None:
     if not force:
-        raise InvalidInput(
-            f"{folder} exists; nothing was written.", hint="--force (force=True), or another folder"
-        )
+        raise AlreadyExists(folder, option="--out DIR")
     if not folder.is_dir():
         raise InvalidInput(f"{folder} is not a folder; nothing was written.", hint="another folder")
     names = {path.name for path in folder.iterdir()}

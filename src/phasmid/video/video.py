@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from phasmid.arguments import check_callable, check_number, check_type, path_of
-from phasmid.errors import InvalidInput, OutputError
+from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_recording
 from phasmid.recording.file import cannot_write
 from phasmid.reporting.source import finite_part, read_source
@@ -132,9 +132,7 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
     if folder:
         raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
     if exists and not force:
-        raise InvalidInput(
-            f"{path} exists; nothing was written.", hint="--force (force=True), or another file"
-        )
+        raise AlreadyExists(path, option="--video FILE")
     if not parent.is_dir():
         raise OutputError(f"cannot write {path}: {parent} is not a folder.")
     if not os.access(parent, os.W_OK | os.X_OK):

@@ -1,0 +1,62 @@
+"""The folder of a run below ``results``, named by its scenario and by the options given."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from phasmid.cli.scenario_options import PLACES
+
+if TYPE_CHECKING:
+    from phasmid.scenario import Scenario
+
+LONGEST_NAME = 100
+
+
+def result_folder(
+    options: argparse.Namespace, scenario: Scenario, words: Sequence[str] = ()
+) -> Path:
+    """Return the folder that the options name, or the next free one below ``results``.
+
+    Args:
+        options: Those of the command line, among them ``out``, ``force`` and the fields.
+        scenario: Gives the first part of the name.
+        words: Further parts, before those of the fields.
+    """
+    if options.out:
+        return Path(options.out)
+    name = scenario.name
+    if vars(options)["field:name"] is None:
+        name = _plain("_".join([name, *words, *_fields(options)]))[:LONGEST_NAME]
+    folder = first = Path("results") / name
+    number = 1
+    # The log of a run that was cut off also takes its name.
+    while not options.force and (os.path.lexists(folder) or os.path.lexists(log_of(folder))):
+        number += 1
+        folder = first.with_name(f"{name}-{number}")
+    return folder
+
+
+def log_of(folder: Path) -> Path:
+    """Return the log beside a result folder while its run goes on."""
+    return folder.with_name(f"{folder.name}.rec")
+
+
+def _fields(options: argparse.Namespace) -> list[str]:
+    """Each field that an option changes, with its value; of a file its name."""
+    words = []
+    for key, value in vars(options).items():
+        field = key.removeprefix("field:")
+        if field != key and value is not None:
+            file = field in PLACES or value.endswith(".toml")
+            words.append(f"{field.replace('_', '-')}-{Path(value).stem if file else value}")
+    return words
+
+
+def _plain(name: str) -> str:
+    """Replace what is not plain in a file's name; a minus sign stays."""
+    kept = (c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in name)
+    return "".join(kept).rstrip("_.")
