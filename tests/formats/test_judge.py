@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from formats.trees import block, with_joint, with_joints, with_link
+from formats.trees import block, joined, pose, with_joint, with_joints, with_link
 from phasmid.errors import InvalidRobot
 from phasmid.formats import (
     Finding,
@@ -19,12 +21,14 @@ from phasmid.formats import (
     TreeLink,
     judge,
     judge_robot,
+    read_urdf,
     robot_from_tree,
     tree_of,
 )
 from phasmid.formats.bodies import bounds, judge_body, possible
-from phasmid.formats.judge import scaled_masses
-from phasmid.robot import Link, load_robot, preset_names
+from phasmid.formats.judge import judge_standing, scaled_masses
+from phasmid.formats.mjcf_in import read_mjcf
+from phasmid.robot import Link, Robot, load_robot, preset_names
 from phasmid.units import plain_number
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
@@ -289,6 +293,114 @@ def test_a_robot_must_stand_over_its_feet() -> None:
         )
         found = [f for f in judge_robot(replace(MK4, body=body)) if f.subject == "robot"]
         assert [f.severity.value for f in found] == [severity]
+
+
+def test_a_robot_that_topples_on_feet_that_phasmid_assumed_is_not_impossible() -> None:
+    body = replace(
+        MK4.body, com=np.array([1.5, 0, 0]), size=np.full(3, 2.0), inertia=np.eye(3) * 0.1
+    )
+    robot = replace(MK4, body=body)
+    for assumed, severity in ((True, Severity.SUSPECT), (False, Severity.IMPOSSIBLE)):
+        (found,) = [f for f in judge_standing(robot, assumed=assumed) if "topples" in f.what]
+        assert found.severity is severity
+
+
+def test_a_light_link_that_is_fixed_makes_no_robot_impossible() -> None:
+    """Inertias of 1 g sensors: 1e-4 of a trunk of 1e-2 kg m², but ten times that of a tibia."""
+    for carrier, moment, fine in (("base_link", 1e-4, True), (TIBIA, 1e-2, False)):
+        sensor = TreeLink("imu", of(0.001, (0, 0, 0), (moment,) * 3))
+        tree = joined(
+            TREE, TreeJoint("imu_joint", "fixed", carrier, "imu", pose()), links=(sensor,)
+        )
+        imported = robot_from_tree(tree)
+        assert (imported.robot is not None) is fine
+        (found,) = [f for f in imported.findings if f.subject == "link imu"]
+        assert found.severity is (Severity.SUSPECT if fine else Severity.IMPOSSIBLE)
+        assert found.what.endswith("fixed to base_link and light beside it.") is fine
+
+
+URDF_BOX = """<robot name="r"><link name="base"><inertial><mass value="1"/>
+<inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><geometry><box size="0.01 0.01 0.01"/></geometry></visual>
+<visual><geometry><mesh filename="case.stl"/></geometry></visual></link></robot>"""
+
+MJCF_BOX = """<mujoco><asset><mesh name="case" file="case.stl"/></asset>
+<worldbody><body name="base">
+<inertial pos="0 0 0" mass="1" diaginertia="1e-3 1e-3 1e-3"/>
+<geom type="box" size=".005 .005 .005"/><geom type="mesh" mesh="case"/>
+<body name="leg"><joint axis="0 0 1"/><geom type="sphere" size=".01"/></body>
+</body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("kind", ["urdf", "xml"])
+def test_density_is_not_judged_where_a_mesh_of_the_link_is_missing(tmp_path, kind: str) -> None:
+    """1 kg in a box of 1 cm³, 1e6 kg/m³; with a mesh that is not there it may be larger."""
+    for missing in (False, True):
+        text = URDF_BOX if kind == "urdf" else MJCF_BOX
+        if not missing:
+            text = re.sub("<visual><geometry><mesh.*?</visual>|<geom type=.mesh.*?/>", "", text)
+        path = tmp_path / f"robot.{kind}"
+        path.write_text(text, encoding="utf-8")
+        tree = (read_urdf if kind == "urdf" else read_mjcf)(path)
+        assert tree.links["base"].complete is not missing
+        assert any("kg/m³" in found.what for found in judge(tree)) is not missing
+
+
+def test_masses_that_are_kept_are_judged_and_inertias_that_are_not_are_counted() -> None:
+    """A left tibia heavier by a fifth and made of lead; a femur whose moments are negative."""
+    tibia, femur = TREE.links[TIBIA], TREE.links["left_rear_femur_link"]
+    assert tibia.inertial
+    assert femur.inertial
+    heavy = replace(tibia.inertial, mass=1.2 * tibia.inertial.mass)
+    tree = with_link(TREE, TIBIA, inertial=heavy, parts=(block((0, 0, 0), (0.05, 0.01, 0.01)),))
+    wrong = replace(femur.inertial, inertia=-femur.inertial.inertia)
+    tree = with_link(tree, "left_rear_femur_link", inertial=wrong)
+    found = robot_from_tree(tree, ImportOptions(masses="geometry")).findings
+    suspect = [f.what for f in found if f.severity is Severity.SUSPECT]
+    assert any(what.startswith("its tibia has 171.8 g, and that of leg 6") for what in suspect)
+    assert any(what.startswith("206.2 g in 5 cm³ of mesh") for what in suspect)
+    assert any("centres of mass and inertias, which are not used." in f.what for f in found)
+    assert not any("principal moments" in f.what for f in found)
+    # With another robot's masses none of this counts.
+    found = robot_from_tree(tree, ImportOptions(masses="phantomx-mk4")).findings
+    assert {f.severity for f in found} == {Severity.NOTE}
+
+
+def leg_changed(**fields: object) -> Robot:
+    """The Mark IV with another left rear leg."""
+    legs = [replace(leg, **fields) if leg.name == "left_rear" else leg for leg in MK4.legs]  # type: ignore[arg-type]
+    return replace(MK4, legs=tuple(legs))
+
+
+def suspected(robot: Robot) -> list[tuple[str, str]]:
+    """What is suspect about a robot's legs, said alike of a robot and of its description."""
+    said = [f for f in judge_robot(robot) if f.severity is Severity.SUSPECT]
+    read = robot_from_tree(tree_of(robot)).findings
+    assert {f.what for f in said} <= {f.what for f in read}
+    return [(f.subject, f.what) for f in said]
+
+
+def test_a_leg_that_points_across_the_body_is_told() -> None:
+    assert suspected(leg_changed(mount_yaw=math.radians(-135))) == [
+        (
+            "leg left_rear",
+            "points across the body: its hip lies on the left and its yaw is -135°.",
+        )
+    ]
+
+
+def test_sides_that_do_not_mirror_each_other_are_told() -> None:
+    leg = MK4.leg("left_rear")
+    longer = replace(leg.tibia, length=leg.tibia.length + 0.02)
+    place = leg.mount_position + np.array([0.01, 0, 0])
+    yaw = leg.mount_yaw - math.radians(10)
+    assert suspected(leg_changed(tibia=longer, mount_position=place, mount_yaw=yaw)) == [
+        (
+            "leg right_rear",
+            "is not the mirror image of leg left_rear: the hips' places differ by 10 mm; their "
+            "directions differ by 10°; its tibia is 130.9 mm long and that one's 150.9 mm.",
+        )
+    ]
 
 
 def test_joints_stand_within_their_limits() -> None:

@@ -367,12 +367,15 @@ def test_lying_coxa_axes_make_knees_bend_up() -> None:
             else j
         ),
     )
+    imported = robot_from_tree(tree)
+    assert not any("topples" in finding.what for finding in imported.findings)
     robot = robot_of(tree)
     assert robot.leg_names == ("right_front", "right_rear", "left_rear", "left_front")
     for made in robot.legs:
         assert made.mount_pitch == pytest.approx(math.pi / 2)
         assert made.joint_limits[2].max() < 0
-        # It stands below its hip, within the limits.
+        # It stands straight below its hip, within the limits, so that the robot does not topple.
+        np.testing.assert_allclose(made.neutral_foot[1:], 0, atol=1e-12)
         q = joint_angles(made, made.neutral_foot)
         assert (made.joint_limits[:, 0] <= q).all()
         assert (q <= made.joint_limits[:, 1]).all()
@@ -486,6 +489,8 @@ def test_the_hint_on_feet_beside_their_planes_is_accepted() -> None:
         tree = with_joint(tree, f"{name}_foot_joint", X_parent_child=X)
     imported = robot_from_tree(tree)
     foot = hinted(imported, "its foot stands")
+    told = said(robot_from_tree(tree, ImportOptions(foot=foot)), Severity.NOTE)
+    assert "leg 1: its foot was put 20 mm from where the file has it." in told
     # Tenths of a millimetre remain of the print.
     made = robot_of(tree, foot=foot)
     np.testing.assert_allclose(made.arrays.lengths, MK4.arrays.lengths, rtol=0, atol=1e-4)

@@ -31,7 +31,7 @@ def test_the_humarobotics_phantomx_is_read_and_its_lost_mesh_named() -> None:
     assert lost.what == (
         'mesh "package://phantomx_description/meshes/body.STL" is not there; it was left out.'
     )
-    assert shown.what == "link MP_BODY shows its collision shape, as it has no visual one."
+    assert shown.what == "shows its collision shape, as no visual one was read."
     assert ignored.what == "26 <gazebo>, 18 <transmission> were ignored."
 
 

@@ -102,14 +102,17 @@ def _volume(part: Part) -> float:
     return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6
 
 
-def judge_body(subject: str, inertial: Inertial, box: Bounds, where: str) -> list[Finding]:
-    """What is impossible or suspect about a body's mass and inertia.
+def judge_body(
+    subject: str, inertial: Inertial, box: Bounds, where: str, *, inertias: bool = True
+) -> list[Finding]:
+    """Find what is impossible or suspect about a body's mass and inertia.
 
     Args:
         subject: Such as ``link tibia_rf``.
         inertial: As in the file.
         box: Where its matter is.
         where: File and line.
+        inertias: Whether its inertia and its centre of mass are judged, and not its mass alone.
     """
     found: list[Finding] = []
 
@@ -117,7 +120,8 @@ def judge_body(subject: str, inertial: Inertial, box: Bounds, where: str) -> lis
         found.append(Finding(severity, subject, what, where, hint))
 
     mass, inertia = inertial.mass, inertial.inertia
-    if not all(np.isfinite(values).all() for values in (mass, inertial.com, inertia)):
+    judged = (mass, inertial.com, inertia) if inertias else (mass,)
+    if not all(np.isfinite(values).all() for values in judged):
         find(Severity.IMPOSSIBLE, "mass, centre and inertia must be finite numbers.", _MASSES)
         return found
     if mass < 0:
@@ -128,17 +132,18 @@ def judge_body(subject: str, inertial: Inertial, box: Bounds, where: str) -> lis
         )
         return found
     if mass == 0:
-        if inertia.any():
+        if inertias and inertia.any():
             what = "has an inertia and no mass; it must have both or neither."
             find(Severity.SUSPECT, what, _MASSES)
         return found
     _judge_mass(find, mass, box)
-    _judge_centre(find, inertial.com, box)
-    _judge_inertia(find, inertial, box)
+    if inertias:
+        _judge_centre(find, inertial.com, box)
+        _judge_inertia(find, inertial, box)
     return found
 
 
-_MASSES = "--masses geometry, with --total-mass-g as on a scale"
+_MASSES = "weigh it, or --masses phantomx-mk4"
 _SPREAD = "--masses geometry, which spreads each mass over its link's box, or --masses phantomx-mk4"
 
 

@@ -26,6 +26,9 @@ TIP = 1e-3
 UNLIKE = 0.25
 """Part of a tibia's length by which one point for all legs may move one foot more than another."""
 
+MOVED = 0.1
+"""Part of a tibia's length from which on a foot that an option moves is noted."""
+
 EXAMPLE = '--foot "1-3=0,0,-0.13; 4-6=0,0,0.13"'
 
 
@@ -68,6 +71,9 @@ def feet_of(
     ]
     if "=" not in option and len(option.split(",")) == 3:
         _check_one_point(chains, feet, option, findings)
+    for number, (chain, place, foot) in enumerate(zip(chains, places, feet, strict=True), 1):
+        if isinstance(foot, Foot) and len(place.split(",")) == 3:
+            findings += _moved(chain, foot, number)
     hint = feet_hint([None if isinstance(foot, PhasmidError) else foot.point for foot in feet])
     for foot in feet:
         if isinstance(foot, Foot):
@@ -205,6 +211,18 @@ def _check_one_point(
                 hint=feet_hint(alike),
             )
         )
+
+
+def _moved(chain: Chain, foot: Foot, number: int) -> list[Finding]:
+    """Note that an option puts a foot far from where the file has one."""
+    own = _foot_or_error(chain, "", number)
+    if not isinstance(own, Foot) or any(note.severity is Severity.SUSPECT for note in own.notes):
+        return []
+    moved = float(np.linalg.norm(foot.point - own.point))
+    if moved <= MOVED * np.linalg.norm(own.point):
+        return []
+    what = f"its foot was put {plain_number(1000 * moved, 3)} mm from where the file has it."
+    return [Finding(Severity.NOTE, f"leg {number}", what, where="option --foot")]
 
 
 def _axes(chain: Chain) -> Float[np.ndarray, "2 3"]:

@@ -15,9 +15,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.foot import Foot
 from phasmid.formats.mounts import hip_rotation, names_in_order
 from phasmid.formats.planar import Planar, planar
-
-UPRIGHT = 0.5
-"""Cosine of 60°: coxa axes that lean further lie."""
+from phasmid.formats.standing import UPRIGHT
 
 
 @dataclass(frozen=True, eq=False)

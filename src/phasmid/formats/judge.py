@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.found import named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.load import judge_servo
+from phasmid.formats.rigid import RigidLink, merged, rigid_link
+from phasmid.formats.symmetry import judge_symmetry
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
@@ -43,22 +46,27 @@ SHORTEST_STRIDE = 0.010
 LEANING = 0.1
 """Part of the half track by which the centre of mass may lie off the middle."""
 
+NEGLIGIBLE = 0.05
+"""Part of their inertia by which a link changes the links that it is fixed to, and part of their
+length by which it moves their centre of mass, up to which its own numbers do not matter."""
+
 
 @np.errstate(over="ignore", invalid="ignore")
-def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> tuple[Finding, ...]:
+def judge(
+    tree: Tree, bones: Skeleton | None = None, *, used: Literal["all", "masses", "none"] = "all"
+) -> tuple[Finding, ...]:
     """Find what is impossible or suspect in a tree's masses, inertias and limits.
 
     Args:
         tree: As it was read.
         bones: Its trunk and legs, where they are known already.
-        masses: Whether its masses and inertias are used at all; if not, what is wrong with them
-            is only counted.
+        used: What of its links' weights is used: masses, centres and inertias, masses alone, or
+            nothing. Faults of what is not used are only counted.
 
     Returns:
         Findings, those that differ in nothing but their subject as one.
     """
     found: list[Finding] = []
-    weights: list[Finding] = []
     if bones is None:
         try:
             bones = skeleton(tree)
@@ -67,36 +75,47 @@ def judge(tree: Tree, bones: Skeleton | None = None, *, masses: bool = True) -> 
     long = length_slip(tree)
     if long:
         found += long
-    else:
-        weights += _bodies(tree)
     for link in tree.links.values():
         found += _mesh_size(link)
+    found += _joints(tree, placed=not long)
+    weights = _weights(tree, bones, links=not long, inertias=True)
+    shown = {
+        "all": weights,
+        "masses": _weights(tree, bones, links=not long, inertias=False),
+        "none": [],
+    }[used]
+    unused = len(weights) - len(shown)
+    if unused > 0:
+        faults = "1 fault" if unused == 1 else f"{unused} faults"
+        nouns = "centres of mass and inertias" if used == "masses" else "masses and inertias"
+        what = f"{faults} in the file's {nouns}, which are not used."
+        found.append(Finding(Severity.NOTE, "masses", what))
+    return grouped([*shown, *found])
+
+
+def _weights(tree: Tree, bones: Skeleton | None, *, links: bool, inertias: bool) -> list[Finding]:
+    """Find what is wrong with the links' masses, and with their inertias where asked."""
     heavy = mass_slip(tree)
     if heavy is not None:
         # Of masses in grams, what is said of each link is a consequence.
-        weights = [heavy, *_bodies(scaled_masses(tree, 1e-3, inertias=False))]
+        light = scaled_masses(tree, 1e-3, inertias=False)
+        found = [heavy, *_bodies(light, bones, inertias=inertias)]
     else:
-        weights += _total(tree)
-    found += _joints(tree, placed=not long)
+        found = _bodies(tree, bones, inertias=inertias) if links else []
+        found += _total(tree)
     if bones is not None:
-        weights += _without_mass(bones)
+        found += _without_mass(bones)
         chains = _by_number(tree, bones)
         legs = {number: [link.inertial for link in c.links] for number, c in chains.items()}
-        weights += _copies(
+        found += _copies(
             {
                 number: [_heaviest(link.links) for link in chain.links]
                 for number, chain in chains.items()
             }
         )
         hips = [chain.hip for chain in chains.values()]
-        weights += _uneven(legs, np.array(hips))
-    if masses:
-        return grouped([*weights, *found])
-    if weights:
-        faults = "1 fault" if len(weights) == 1 else f"{len(weights)} faults"
-        what = f"{faults} in the file's masses and inertias, which are not used."
-        found.append(Finding(Severity.NOTE, "masses", what))
-    return grouped(found)
+        found += _uneven(legs, np.array(hips))
+    return found
 
 
 def judge_robot(robot: Robot) -> tuple[Finding, ...]:
@@ -110,14 +129,16 @@ def judge_robot(robot: Robot) -> tuple[Finding, ...]:
         for leg in robot.legs
     }
     found = _copies(legs) + _uneven(legs, robot.arrays.p_body_hip)
+    found += judge_symmetry(robot)
     return grouped([*found, *judge_standing(robot), *_narrow(robot), *_look(robot)])
 
 
-def judge_standing(robot: Robot) -> tuple[Finding, ...]:
-    """Whether a robot stands on its neutral feet without toppling.
+def judge_standing(robot: Robot, *, assumed: bool = False) -> tuple[Finding, ...]:
+    """Find whether a robot stands on its neutral feet without toppling.
 
     Args:
         robot: The robot.
+        assumed: Whether phasmid assumed the neutral feet, so that the robot may stand on others.
     """
     try:
         q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
@@ -138,15 +159,18 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
                         hint="move the neutral foot, or widen the limits",
                     )
                 )
+    hint = "move the neutral feet" if assumed else "check the trunk's centre of mass"
     com, feet = centre_of_mass(robot, q), neutral_feet(robot)
     margin = float(support_margin(feet[:, :2], np.ones(len(feet), dtype=bool), np.asarray(com[:2])))
     if margin < 0:
         found.append(
             Finding(
-                Severity.IMPOSSIBLE,
+                Severity.SUSPECT if assumed else Severity.IMPOSSIBLE,
                 "robot",
-                f"it topples in its neutral stance: {shortfall(margin)}.",
-                hint="check the trunk's centre of mass",
+                f"it topples on the feet that phasmid assumed: {shortfall(margin)}."
+                if assumed
+                else f"it topples in its neutral stance: {shortfall(margin)}.",
+                hint=hint,
             )
         )
     track = float(np.ptp(feet[:, 1]))
@@ -158,21 +182,71 @@ def judge_standing(robot: Robot) -> tuple[Finding, ...]:
                 "robot",
                 f"its centre of mass lies {plain_number(1000 * abs(aside), 3)} mm to the "
                 f"{'left' if aside > 0 else 'right'} of the middle of its feet.",
-                hint="check the trunk's centre of mass",
+                hint=hint,
             )
         )
     return tuple(found)
 
 
-def _bodies(tree: Tree) -> list[Finding]:
-    """What is wrong with the links' masses and inertias, one by one."""
+def _bodies(tree: Tree, bones: Skeleton | None = None, *, inertias: bool = True) -> list[Finding]:
+    """Find what is wrong with the links' masses and inertias, one by one."""
     found: list[Finding] = []
+    fixed = _fixed_to_others(tree, bones)
     for link in tree.links.values():
-        if link.inertial is not None:
-            joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
-            box = bounds(link.parts, joints)
-            found += judge_body(f"link {link.name}", link.inertial, box, link.where)
+        if link.inertial is None:
+            continue
+        joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
+        box = bounds(link.parts, joints)
+        if not link.complete:
+            # Without one of its meshes nobody knows where its matter is.
+            box = replace(box, volume=math.nan, solid=False)
+        faults = judge_body(f"link {link.name}", link.inertial, box, link.where, inertias=inertias)
+        if faults and link.name in fixed and not _matters(link, fixed[link.name]):
+            carrier = fixed[link.name].name
+            faults = [
+                replace(
+                    fault,
+                    severity=Severity.SUSPECT,
+                    what=f"{fault.what.removesuffix('.')}; it hardly matters, as the link is fixed "
+                    f"to {carrier} and light beside it.",
+                )
+                if fault.severity is Severity.IMPOSSIBLE
+                else fault
+                for fault in faults
+            ]
+        found += faults
     return found
+
+
+def _fixed_to_others(tree: Tree, bones: Skeleton | None) -> dict[str, RigidLink]:
+    """The rigid links of several links, by the name of each link besides their first."""
+    if bones is not None:
+        rigid = [bones.trunk, *(link for chain in bones.chains for link in chain.links)]
+    else:
+        moved = [joint.child for joint in tree.joints if joint.kind != "fixed"]
+        rigid = [rigid_link(tree, name) for name in (tree.root.name, *moved)]
+    # Of a scaled tree the bones have the older masses.
+    return {
+        link.name: replace(each, links=tuple(tree.links[link.name] for link in each.links))
+        for each in rigid
+        for link in each.links[1:]
+        if len(each.links) > 1
+    }
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def _matters(link: TreeLink, rigid: RigidLink) -> bool:
+    """Return whether a link changes the mass, centre or inertia of those that it is fixed to."""
+    pieces = [(rigid.poses[each.name], each.inertial) for each in rigid.links if each.inertial]
+    whole = merged(pieces)
+    rest = merged([(X, inertial) for X, inertial in pieces if inertial is not link.inertial])
+    if whole is None or rest is None or not 0 <= whole.mass - rest.mass < NEGLIGIBLE * rest.mass:
+        return True
+    corners = [X[:3, 3] for X, _ in pieces] + [j.X_parent_child[:3, 3] for j in rigid.joints]
+    size = bounds(rigid.parts, corners).size
+    shift = float(np.linalg.norm(whole.com - rest.com)) / size
+    change = float(np.linalg.norm(whole.inertia - rest.inertia) / np.linalg.norm(rest.inertia))
+    return not (shift < NEGLIGIBLE and change < NEGLIGIBLE)
 
 
 def scaled_masses(tree: Tree, factor: float, *, inertias: bool) -> Tree:

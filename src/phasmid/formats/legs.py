@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot, PhasmidError, plain
 from phasmid.formats.bodies import possible
-from phasmid.formats.chains import Chain, skeleton
+from phasmid.formats.chains import Chain, Skeleton, skeleton
 from phasmid.formats.extension import Extension, read_extension
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.foot import Foot, feet_hint, feet_of
@@ -27,6 +28,7 @@ from phasmid.formats.planar import FootOffPlane
 from phasmid.formats.rigid import RigidLink, inverse, moved
 from phasmid.formats.servos import missing, servo_of
 from phasmid.formats.standing import Stance, standing_feet
+from phasmid.formats.symmetry import judge_symmetry
 from phasmid.formats.tree import Inertial, Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
 from phasmid.robot.table import LONGEST_NAME
@@ -89,6 +91,16 @@ def _on_a_scale(tree: Tree, options: ImportOptions) -> Tree:
     return scaled_masses(tree, options.total_mass / total, inertias=True)
 
 
+def _used(bones: Skeleton, options: ImportOptions) -> Literal["all", "masses", "none"]:
+    """What the options leave of the weights in a file."""
+    if options.masses == "geometry":
+        bodies = [bones.trunk, *(link for chain in bones.chains for link in chain.links)]
+        weighed = all(body.inertial and body.inertial.mass for body in bodies)
+        # Where one has no mass, the total is shared among all.
+        return "masses" if weighed or options.total_mass is None else "none"
+    return "all" if options.masses == "as-given" else "none"
+
+
 def _first(findings: Sequence[Finding], error: PhasmidError) -> PhasmidError:
     """The first of what is impossible as the error: the one that came up may only follow of it."""
     first = next(f for f in grouped(findings) if f.severity is Severity.IMPOSSIBLE)
@@ -102,12 +114,12 @@ def _robot(
 ) -> Robot:
     """The robot; what is found and what became what are taken down on the way."""
     extension = read_extension(tree.extension, tree.file) if tree.extension else None
-    given = options.masses == "as-given"
-    if given and options.total_mass is not None:
+    if options.masses == "as-given" and options.total_mass is not None:
         tree = _mended(tree, findings)
     bones = skeleton(tree, upright=extension is None)
     findings += bones.findings
-    findings += judge(_on_a_scale(tree, options) if given else tree, bones, masses=given)
+    used = _used(bones, options)
+    findings += judge(tree if used == "none" else _on_a_scale(tree, options), bones, used=used)
     legs = _legs(bones.chains, extension, options, findings)
     hips = np.array([leg.plan.X_trunk_hip for leg in legs])
     # With an extension the file is this project's own, and its root link is the body.
@@ -163,7 +175,9 @@ def _robot(
         extension.description if extension else "",
         _appearance(pieces),
     )
-    findings += judge_standing(robot)
+    said = all(leg.said is not None for leg in legs)
+    findings += judge_standing(robot, assumed=not said)
+    findings += judge_symmetry(robot, read=True)
     return robot
 
 

@@ -229,7 +229,8 @@ class _Reader:
             self._add_joints(body, joints)
         shift = self.shifts.setdefault(body, np.zeros(3))
         inertial, parts = self._inertial(body, shift), self._parts(body, shift)
-        self._add_link(name, inertial, parts, element.where, self._balls(body, shift))
+        complete = name not in self.checked.incomplete
+        self._add_link(name, inertial, parts, element.where, self._balls(body, shift), complete)
         self._add_feet(body, root)
 
     def _add_link(
@@ -239,10 +240,11 @@ class _Reader:
         parts: tuple[Part, ...] = (),
         where: str = "",
         balls: tuple[tuple[float, float, float, float], ...] = (),
+        complete: bool = True,
     ) -> None:
         if name in self.links:
             raise InvalidRobot(f"two links are called {short(name)}.", where=where)
-        self.links[name] = TreeLink(name, inertial, parts, where, balls)
+        self.links[name] = TreeLink(name, inertial, parts, where, balls, complete)
 
     def _inertial(self, body: int, shift: Float[np.ndarray, "3"]) -> Inertial | None:
         model = self.model

@@ -128,6 +128,7 @@ class Checked:
         files: Meshes by the names that the text gives them.
         extension: What phasmid added, of which the engine knows nothing.
         findings: What was left out.
+        incomplete: Names of bodies of which a mesh was left out.
     """
 
     name: str
@@ -137,6 +138,7 @@ class Checked:
     files: dict[str, bytes]
     extension: str
     findings: list[Finding]
+    incomplete: frozenset[str] = frozenset()
 
     def where(self, line: int) -> str:
         """File and line of what stands on a line of the text, from 1; empty beyond it."""
@@ -194,6 +196,7 @@ def check_mjcf(path: Path, options: ImportOptions) -> Checked:
         checker.files,
         extension,
         checker.findings,
+        frozenset(checker.incomplete),
     )
 
 
@@ -206,6 +209,7 @@ class _Checker:
     files: dict[str, bytes] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
     ignored: Counter[str] = field(default_factory=Counter)
+    incomplete: set[str] = field(default_factory=set)
     kept: int = 0
 
     def keep(self, element: Element) -> Element:
@@ -306,11 +310,14 @@ class _Checker:
         for element in root.walk():
             if element.tag == "mesh":
                 element.attributes.pop("scale", None)
-            element.children = [
+            kept = [
                 child
                 for child in element.children
                 if child.tag != "geom" or child.attributes.get("mesh") not in absent
             ]
+            if len(kept) < len(element.children):
+                self.incomplete.add(element.attributes.get("name", ""))
+            element.children = kept
 
     def _add_mesh(
         self,

@@ -16,6 +16,12 @@ OUT, DOWN = 0.6, 0.4
 """A foot's distance from its coxa axis and below its hip, of the leg's length: those of the
 PhantomX of this project, 150 and 100 mm with 250 mm of leg."""
 
+BENEATH = 0.7
+"""How far a foot stands straight below a hip whose coxa axis lies, of the leg's length."""
+
+UPRIGHT = 0.5
+"""Cosine of 60°: coxa axes that lean further lie."""
+
 SPARE = math.radians(5.0)
 """Angle that a standing leg keeps from its limits, where it can."""
 
@@ -41,7 +47,7 @@ def standing_feet(legs: Sequence[Stance]) -> Float[np.ndarray, "legs 3"] | None:
     """Feet on one level ground, straight out from the hips and knees up, within the limits.
 
     All legs stand equally far out; of all stances that every leg can take, the one nearest to
-    `OUT` and `DOWN`.
+    `OUT` and `DOWN`; beneath the hips, nearest to `BENEATH`, where all coxa axes lie.
 
     Args:
         legs: The legs.
@@ -53,10 +59,14 @@ def standing_feet(legs: Sequence[Stance]) -> Float[np.ndarray, "legs 3"] | None:
     step = _round_step(length)
     # In steps that make round numbers, as far as any leg reaches.
     count = math.ceil(length / step)
-    out = step * np.arange(1, count + 1)
+    lying = all(abs(leg.R_level_hip[2, 2]) < UPRIGHT for leg in legs)
+    wanted_out, wanted_down = (0.0, BENEATH) if lying else (OUT, DOWN)
+    out = step * np.arange(0 if lying else 1, count + 1)
     down = step * np.arange(count + 1)
     r, h = np.meshgrid(out, down, indexing="ij")
-    wish = np.hypot(r - round(OUT * length / step) * step, h - round(DOWN * length / step) * step)
+    wish = np.hypot(
+        r - round(wanted_out * length / step) * step, h - round(wanted_down * length / step) * step
+    )
     order = np.argsort(wish, axis=None, kind="stable")
     r, h = r.ravel()[order], h.ravel()[order]
     for spare in (SPARE, 0.0):

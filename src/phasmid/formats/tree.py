@@ -45,6 +45,7 @@ class TreeLink:
         where: File and line.
         balls: Centre in the link's frame and radius of its collision spheres [m], four numbers
             each.
+        complete: Whether all of its meshes were read, so that `parts` show where its matter is.
     """
 
     name: str
@@ -52,6 +53,7 @@ class TreeLink:
     parts: tuple[Part, ...] = ()
     where: str = ""
     balls: tuple[tuple[float, float, float, float], ...] = ()
+    complete: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,7 +139,8 @@ class _Reader:
         if not parts and element.find("collision") is not None:
             parts = self._parts(element, "collision")
             if parts:
-                what = f"link {name} shows its collision shape, as it has no visual one."
+                why = "no visual one was read" if element.find("visual") else "it has no visual one"
+                what = f"shows its collision shape, as {why}."
                 self.note(Severity.NOTE, f"link {name}", what, element.where)
         return TreeLink(
             name,
@@ -147,6 +148,7 @@ class _Reader:
             parts,
             element.where,
             _balls(element),
+            complete=all(subject != f"link {name}" for subject, _ in self.missing),
         )
 
     def _inertial(self, element: Element, link: str) -> Inertial:
