@@ -151,6 +151,23 @@ def test_j5_a_jump(tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("times", "what"),
+    [
+        ([0.0, 1.0, 1e300], "trajectory row 3: time is 1e+300 s; it must be at most 1e+10 s."),
+        ([-1e300, 0.0, 1.0], "trajectory row 1: time is -1e+300 s; it must be at most 1e+10 s."),
+        (
+            [0.0, 1e-300, 1.0],
+            "trajectory row 2 follows 1e-300 s after the one before it; "
+            "it must be at least 1e-06 s.",
+        ),
+    ],
+)
+def test_times_between_which_no_joint_could_move_by_a_finite_spline_are_refused(times, what):
+    q = np.repeat(table()[1][:1], len(times), axis=0).reshape(-1, 6, 3)
+    assert refusal(lambda: JointTrajectory(ROBOT, np.array(times), q)).what == what
+
+
 def test_j9_stored_objects_are_never_loaded(tmp_path):
     np.save(tmp_path / "traj.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)
     error = refusal(lambda: load_trajectory(tmp_path / "traj.npy", ROBOT))

@@ -16,6 +16,7 @@ from phasmid.recording import (
     new_recording,
     save_recording,
 )
+from phasmid.recording.file import CHECKSUM
 from phasmid.simulation.repetition import Replay
 
 SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4, "way": 3}
@@ -323,6 +324,7 @@ def test_damaged_files_are_refused_or_read_and_nothing_else(tmp_path):
     save_recording(full(samples=3, scenario="text"), path)
     whole = path.read_bytes()
     rng = np.random.default_rng(1)
+    whole = whole[: -len(CHECKSUM % 0)]
     for length in np.linspace(0, len(whole) - 1, 12).astype(int):
         path.write_bytes(whole[:length])
         with pytest.raises(InvalidInput):
@@ -338,6 +340,36 @@ def test_damaged_files_are_refused_or_read_and_nothing_else(tmp_path):
         except InvalidInput:
             refused += 1
     assert refused > 0
+
+
+def test_every_flipped_bit_is_refused_before_a_reader_can_stumble_over_it(tmp_path):
+    # CRC-32 finds any single bit. One in the first 16 bytes of the checksum's own line is harmless.
+    path, recording = tmp_path / "a.nc", full(samples=3, scenario="text", robot="mass = 1")
+    save_recording(recording, path)
+    whole = path.read_bytes()
+    line = len(whole) - len(CHECKSUM % 0)
+    for place in (*range(0, line, 101), *range(line + 16, len(whole))):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        with pytest.raises(InvalidInput, match="is damaged: it fails its checksum"):
+            load_recording(path)
+
+
+def test_time_has_a_checksum_that_any_reader_of_hdf5_heeds(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "a.nc"
+    save_recording(full(), path)
+    with h5py.File(path) as file:
+        assert all(file[name].fletcher32 for name in ("time", *full().data_vars))
+        where = file["time"].id.get_chunk_info(0)
+    whole = path.read_bytes()[: -len(CHECKSUM % 0)]
+    for place in range(where.byte_offset, where.byte_offset + where.size):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        path.write_bytes(damaged)
+        with pytest.raises(InvalidInput, match="is not a recording that can be read"):
+            load_recording(path)
 
 
 def test_importing_loads_neither_xarray_nor_a_plotting_library():

@@ -3,6 +3,7 @@
 import hashlib
 import os
 import struct
+import tracemalloc
 import zlib
 
 import numpy as np
@@ -123,6 +124,23 @@ def test_t4_a_map_too_large_is_refused_by_its_head(tmp_path, name, content):
     assert error.what == (
         "height map of 10 000 000 000 samples needs 80 GB; the limit is 4096 × 4096."
     )
+
+
+def test_a_table_costs_little_more_memory_than_its_heights_and_one_column_is_refused_at_once(
+    tmp_path,
+):
+    # 8 bytes a sample, kept twice while it is made single; an array grows by an eighth.
+    tracemalloc.start()
+    (tmp_path / "two.csv").write_bytes(b"0,0\n" * 100_000)
+    read_heights(tmp_path / "two.csv", white=1.0)
+    assert tracemalloc.get_traced_memory()[1] < 3 * 8 * 200_000
+    (tmp_path / "one.csv").write_bytes(b"1\n" * 100_000)
+    tracemalloc.reset_peak()
+    error = refusal(tmp_path / "one.csv")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert error.what == "height map has 1 column; it needs at least 2 × 2 samples."
+    assert peak < 1e6
 
 
 def test_t5_friction_below_nothing():

@@ -25,6 +25,12 @@ from phasmid.scenario import Scenario
 MOST_ROWS = 1_000_000
 """Most rows that are read: at 1 kHz a quarter of an hour."""
 
+LATEST = 1e10
+"""Latest time of a row [s]; a clock that counts seconds from 1970 is at 2e9."""
+
+SHORTEST = 1e-6
+"""Shortest time from one row to the next [s]."""
+
 LARGEST_ANGLE = 2 * math.pi
 """No joint of a leg turns further; a number beyond it is in degrees."""
 
@@ -204,12 +210,26 @@ def _check_time(time: Float[np.ndarray, " time"]) -> None:
     if not np.isfinite(time).all():
         row = int(np.argmin(np.isfinite(time)))
         raise InvalidInput(f"trajectory row {row + 1}, column time: not a finite number.")
+    far = np.abs(time) > LATEST
+    if far.any():
+        row = int(np.argmax(far))
+        raise InvalidInput(
+            f"trajectory row {row + 1}: time is {time[row]:g} s; it must be at most {LATEST:g} s.",
+            hint="times in seconds",
+        )
     late = np.diff(time) <= 0
     if late.any():
         row = int(np.argmax(late)) + 1
         raise InvalidInput(
             f"trajectory row {row + 1}: time {time[row]:.3f} s does not follow "
             f"{time[row - 1]:.3f} s."
+        )
+    near = np.diff(time) < SHORTEST
+    if near.any():
+        row = int(np.argmax(near)) + 1
+        raise InvalidInput(
+            f"trajectory row {row + 1} follows {time[row] - time[row - 1]:.3g} s after the one "
+            f"before it; it must be at least {SHORTEST:g} s."
         )
 
 

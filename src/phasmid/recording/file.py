@@ -7,6 +7,7 @@ import math
 import os
 import secrets
 import stat
+import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -18,6 +19,13 @@ from phasmid.errors import InvalidInput, OutputError, PhasmidError, located
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
 from phasmid.recording.frames import DamagedRecording, is_log, read_log
 from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
+
+CHECKSUM = b"\nphasmid CRC-32 %08x\n"
+"""End of a file, behind all that belongs to HDF5: the checksum of what precedes it.
+
+HDF5 keeps attributes and its own structure without a checksum, and a bit that is wrong there can
+make it read forever.
+"""
 
 DEFLATE_LIMIT = 1100
 """Deflate shrinks data at most 1032-fold, so a file that claims more is not to be believed."""
@@ -40,13 +48,13 @@ def save_recording(recording: Recording, path: str | Path) -> None:
     check_recording(recording)
     path = path_of("path", path)
     # Encoding in memory leaves plain writes as the only thing that can fail.
-    encoding = {
-        name: {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None}
-        for name in recording.data_vars
-    }
+    packed = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
+    encoding = {name: packed | {"_FillValue": None} for name in (*recording.data_vars, "time")}
     encoded = recording.to_netcdf(engine="h5netcdf", encoding=encoding)
     try:
-        write_whole(path, encoded)
+        with whole_file(path) as file:
+            file.write(encoded)
+            file.write(CHECKSUM % zlib.crc32(encoded))
     finally:
         # A buffer that is collected before its view makes Python 3.13 complain.
         encoded.release()
@@ -136,6 +144,8 @@ def load_recording(path: str | Path) -> Recording:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InvalidInput(f"cannot read {path}: {reason}.") from None
+    if not log:
+        _check_sum(path, size)
     try:
         time, channels, attributes = read_log(path) if log else _read_netcdf(path, size)
         if log:
@@ -162,6 +172,24 @@ def _inside(folder: Path) -> Path:
             hint="a recording.nc, a .rec, or a folder that phasmid wrote",
         )
     return path
+
+
+def _check_sum(path: Path, size: int) -> None:
+    """Refuse a file whose bytes are not those that were written, where its end says which."""
+    length = len(CHECKSUM % 0)
+    with path.open("rb") as file:
+        file.seek(max(0, size - length))
+        end = file.read(length)
+        if not end.startswith(CHECKSUM[:16]):
+            return
+        file.seek(0)
+        found, left = 0, size - length
+        while block := file.read(min(left, 1 << 20)):
+            found, left = zlib.crc32(block, found), left - len(block)
+    if end != CHECKSUM % found:
+        raise InvalidInput(
+            f"{path} is damaged: it fails its checksum.", hint="a copy that is whole"
+        )
 
 
 def _read_netcdf(
