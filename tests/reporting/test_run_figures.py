@@ -180,7 +180,9 @@ def test_the_envelope_is_what_the_servos_simulation_gives_at_steady_speed(speed,
         target = angle + side
         servo_step(target, angle, np.array([speed]), limits, numbers, state, applied)
     assert state[FIELDS.index("duty"), 0] == side
-    limit = motor_limits(servo.motor, voltage, np.array([speed]))[0 if side < 0 else 1]
+    limit = motor_limits(servo.motor, voltage, servo.stall_at(voltage), np.array([speed]))[
+        0 if side < 0 else 1
+    ]
     # Twist and speed have settled: what moves them falls by e in milliseconds.
     assert applied[0] == pytest.approx(limit[0], rel=1e-4)
 
@@ -190,12 +192,16 @@ def test_the_envelope_meets_the_data_sheet_and_mirrors_itself():
     motor, voltage = servo.motor, servo.rated_voltage
     tiny = np.nextafter(0.0, 1.0)
     speed = np.array([tiny, servo.no_load_speed, 0.0, -2.0, 2.0])
-    low, high = motor_limits(motor, voltage, speed)
+    low, high = motor_limits(motor, voltage, servo.stall_torque, speed)
     assert high[0] == pytest.approx(servo.stall_torque, rel=1e-12)
     assert high[1] == pytest.approx(0.0, abs=1e-12)
-    # At standstill and when pushed back its friction helps.
-    assert high[2] > high[0]
-    assert high[3] > high[2]
+    # At standstill and when pushed back its friction helps, up to the stall torque.
+    assert high[2] == high[3] == servo.stall_torque
+    # A third of the output lifts less than a third of that and holds k i (1 + c1) + c0.
+    third = motor_limits(motor, voltage / 3, servo.stall_torque, speed)[1]
+    push = motor.constant * voltage / 3 / motor.resistance
+    assert third[0] < servo.stall_torque / 3
+    assert third[2] == pytest.approx(push * (1 + motor.load_loss) + motor.coulomb, rel=1e-12)
     np.testing.assert_allclose(low[[2, 3, 4]], -high[[2, 4, 3]], rtol=1e-15)
     low, high = ideal_limits(servo, speed)
     np.testing.assert_allclose(high[[0, 1, 3]], [servo.stall_torque, 0.0, servo.stall_torque])

@@ -61,16 +61,14 @@ def test_what_makes_the_servos_doubtful_is_said(loaded):
     assert said == [
         "The servo of the left middle tibia shut down at 3.00 s.",
         "The servo of the right middle femur gives all it has 25 % of the time and cannot follow.",
-        f"The servo of the right middle femur would be too hot after {rest:.3g} min more of this: "
-        "70 °C.",
+        f"The servo of the right middle femur would be too hot after about {rest:.2g} min more of "
+        "this: 70 °C. The heat figures are assumed.",
     ]
 
 
-def test_a_torque_beyond_stall_is_no_fault_of_a_servo_whose_friction_holds(loaded):
+def test_a_torque_beyond_stall_is_a_warning_whatever_the_drive(loaded):
     strong = loaded.assign(joint_torque=loaded.joint_torque * 0 + 2 * SERVO.stall_torque)
-    assert not any(
-        "cannot make this walk" in sentence for sentence in summarise(strong)["warnings"]
-    )
+    assert any("cannot make this walk" in sentence for sentence in summarise(strong)["warnings"])
 
 
 def test_limits_of_servos_with_their_own_law_are_those_at_their_supply(walk):
@@ -100,7 +98,9 @@ def test_the_printed_summary_has_a_line_on_load_and_one_on_heat(loaded):
     print_summary(summarise(loaded), file=sink)
     text = " ".join(sink.getvalue().split())
     assert "Servos 12 V; at full output 25.0 % of the time (right middle femur)" in text
-    assert "Heat 31.0 °C at most (right middle femur), 143 °C if this went on; limit 70 °C" in text
+    # Rises of 6 and 117.5 K, half of them and twice as much.
+    heat = "28 to 37 °C at most (right middle femur), 84 to 260 °C if this went on; limit 70 °C"
+    assert f"Heat, estimated {heat}" in text
 
 
 def test_a_recording_without_servos_says_nothing_of_them(short_walk):

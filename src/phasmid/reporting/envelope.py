@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -113,30 +114,34 @@ def servo_limits(source: Source) -> tuple[Limits, str]:
     if drive == "servo":
         table = source.scenario.servo
         servo, voltage = table.set_up(servo), table.supply(servo)
-        share = servo.torque_limit
     else:
-        voltage, share = servo.rated_voltage, 1.0
-    motor = servo.motor
+        servo, voltage = replace(servo, torque_limit=1.0), servo.rated_voltage
+    motor, share, stall = servo.motor, servo.torque_limit, servo.stall_at(voltage)
     words = f"limit at {voltage:g} V" + (f", {100 * share:g} % output" if share < 1 else "")
-    return lambda speed: motor_limits(motor, share * voltage, speed), words
+    return lambda speed: motor_limits(motor, share * voltage, stall, speed), words
 
 
-def motor_limits(motor: Motor, voltage: float, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def motor_limits(
+    motor: Motor, voltage: float, stall: float, speed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest torque of a motor and its gears at steady speeds, in all four quadrants.
 
     Under the voltage u the motor has the torque m = k (u - k w) / R. The gears' friction
     c1 |m| + c0 and b w oppose the motion: they are lost while the servo drives its load, and help
-    it while the load drives the servo, and so at standstill, where it holds.
+    it while the load drives the servo, and so at standstill, where it holds, within the
+    stall torque.
 
     Args:
         motor: The motor.
         voltage: Largest at its winding, of both signs [V].
+        stall: Stall torque [N·m].
         speed: At the output [rad/s], any shape.
 
     Returns:
         Torques on the joint [N·m], of the speed's shape.
     """
-    return -_highest(motor, voltage, -speed), _highest(motor, voltage, speed)
+    highest, lowest = (_highest(motor, voltage, sign * speed) for sign in (1, -1))
+    return -np.minimum(lowest, stall), np.minimum(highest, stall)
 
 
 def _highest(motor: Motor, voltage: float, speed: np.ndarray) -> np.ndarray:

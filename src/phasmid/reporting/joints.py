@@ -89,7 +89,8 @@ def energy(recording: Recording, source: Source, distance: float | None) -> dict
     Returns:
         ``work`` [J]: the integral of the sum over joints of max(torque · speed, 0), as nothing
         is won back from a joint that brakes; ``mean_power`` [W]; ``cost_of_transport``: work over
-        weight and distance. Empty without torques and speeds.
+        weight and distance; ``drawn_power`` [W]: mean power that servos of their own law draw from
+        their supply, most of which heats them. Empty without torques and speeds.
     """
     time = np.asarray(recording["time"].values)
     for torques, speeds in (
@@ -108,5 +109,22 @@ def energy(recording: Recording, source: Source, distance: float | None) -> dict
         }
         if distance is not None and distance >= SHORTEST_WAY:
             found["cost_of_transport"] = work / (source.weight * distance)
+        drawn = drawn_power(recording, source)
+        if drawn is not None:
+            found["drawn_power"] = float(drawn.sum(axis=(1, 2)) @ durations(time)) / float(
+                time[-1] - time[0]
+            )
         return found
     return {}
+
+
+def drawn_power(recording: Recording, source: Source) -> np.ndarray | None:
+    """Power that each servo draws from its supply [W], shape (N, L, 3); None where unknown.
+
+    The bridge chops the supply: of the winding's current it draws that share. Nothing is won back.
+    """
+    duty, current = channel(recording, "servo_duty"), channel(recording, "servo_current")
+    if duty is None or current is None:
+        return None
+    supply = source.scenario.servo.supply(source.robot.servo)
+    return np.maximum(duty * supply * current, 0.0)

@@ -10,11 +10,11 @@ import numpy as np
 
 from phasmid.recording import Recording
 from phasmid.reporting.envelope import NEEDS, torque_and_speed
-from phasmid.reporting.joints import SHORTEST_WAY
+from phasmid.reporting.joints import SHORTEST_WAY, drawn_power
 from phasmid.reporting.panels import time_axis
 from phasmid.reporting.runs import Run, shown, who
 from phasmid.reporting.sheet import legend, sheet
-from phasmid.reporting.source import Source, channel
+from phasmid.reporting.source import Source
 from phasmid.reporting.style import POWER_COLOURS, Figure, styled, thin
 from phasmid.reporting.travel import travel
 
@@ -121,11 +121,9 @@ def power_of(recording: Recording, source: Source) -> list[Power]:
     way = travel(recording, source).get("distance")
     work = tau * qd
     kinds = {"net": work, "given": np.maximum(work, 0.0), "absolute": np.abs(work)}
-    duty, current = channel(recording, "servo_duty"), channel(recording, "servo_current")
-    if duty is not None and current is not None:
-        supply = source.scenario.servo.supply(source.robot.servo)
-        # The bridge chops the supply: of the winding's current it draws that share.
-        kinds["electrical"] = np.maximum(duty * supply * current, 0.0)
+    drawn = drawn_power(recording, source)
+    if drawn is not None:
+        kinds["electrical"] = drawn
     return [
         _summed(name, values.sum(axis=(1, 2)), time, source, way) for name, values in kinds.items()
     ]

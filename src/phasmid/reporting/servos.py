@@ -10,6 +10,7 @@ import numpy as np
 from phasmid.recording import Recording
 from phasmid.reporting.source import Source, channel
 from phasmid.reporting.steps import durations
+from phasmid.robot.servo import HEAT_RANGE
 
 
 def servo_verdict(recording: Recording) -> dict[str, Any]:
@@ -41,7 +42,10 @@ def servos(recording: Recording, source: Source) -> dict[str, Any]:
         ``final_temperature`` and ``steady_temperature`` [°C], the last that which the mean loss
         in the winding would lead to; ``time_to_limit`` [s], how long it could go on like this
         until it is too hot, None where it never is; ``shutdown_time`` [s]. Besides them the
-        supply, the limits and where the joints began. Empty without the servos' channels.
+        supply, the limits and where the joints began. ``peak_range`` and ``steady_range`` are the
+        lowest and highest estimates of the warmest joint [°C]: warmings times `HEAT_RANGE`, the
+        highest with the current that the torques take without help from friction. Empty without
+        the servos' channels.
     """
     duty, current = channel(recording, "servo_duty"), channel(recording, "servo_current")
     warmth, down = channel(recording, "servo_temperature"), channel(recording, "servo_shutdown")
@@ -70,11 +74,28 @@ def servos(recording: Recording, source: Source) -> dict[str, Any]:
         # times heat_capacity.
         ratio = (steady - final) / (steady - servo.temperature_limit)
         rest = warming * servo.heat_capacity * np.log(np.maximum(ratio, 1.0))
+    rise, most = steady - table.ambient_temperature, steady - table.ambient_temperature
+    if torque is not None:
+        motor = servo.motor
+        unaided = (np.abs(torque) + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
+        lost = _over_time(share, np.maximum(np.abs(current), unaided) ** 2)
+        most = warming * resistance * lost
+    peak = warmth.max(axis=0) - table.ambient_temperature
+    with np.errstate(invalid="ignore", divide="ignore"):
+        hottest_peak = np.where(rise > 0, peak * most / rise, peak)
+    low, high = HEAT_RANGE
+
+    def between(least: np.ndarray, largest: np.ndarray) -> list[float]:
+        ends = low * float(least.max()), high * float(largest.max())
+        return [table.ambient_temperature + end for end in ends]
+
     first = np.where(down.any(axis=0), time[np.argmax(down, axis=0)], np.nan)
     return found | {
         "peak_temperature": warmth.max(axis=0).tolist(),
         "final_temperature": final.tolist(),
         "steady_temperature": steady.tolist(),
+        "peak_range": between(peak, hottest_peak),
+        "steady_range": between(rise, most),
         "time_to_limit": np.where(hot, rest, np.nan).tolist(),
         "shutdown_time": first.tolist(),
     }

@@ -230,6 +230,8 @@ def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
         line = f"{energy['work']:.3g} J positive work, {energy['mean_power']:.3g} W"
         if "cost_of_transport" in energy:
             line += f"; cost of transport {energy['cost_of_transport']:.3g}"
+        if "drawn_power" in energy:
+            line += f"; the servos draw {energy['drawn_power']:.3g} W"
         yield "Energy", line
     yield from _servo_facts(summary)
 
@@ -246,13 +248,20 @@ def _servo_facts(summary: Summary) -> Iterator[tuple[str, str]]:
         share, joint = largest_joint(summary, "above_continuous")
         line += f", above continuous torque {100 * share:.0f} %" + (f" ({joint})" if share else "")
     yield "Servos", f"{line}, at most"
-    peak, joint = largest_joint(summary, "peak_temperature")
-    steady, _ = largest_joint(summary, "steady_temperature")
-    yield (
-        "Heat",
-        f"{peak:.1f} °C at most ({joint}), {steady:.0f} °C if this went on; "
-        f"limit {servos['temperature_limit']:g} °C",
-    )
+    _, joint = largest_joint(summary, "peak_temperature")
+    if "peak_range" in servos:
+        yield (
+            "Heat, estimated",
+            f"{_between(servos['peak_range'])} at most ({joint}), "
+            f"{_between(servos['steady_range'])} if this went on; "
+            f"limit {servos['temperature_limit']:g} °C",
+        )
+
+
+def _between(ends: list[float]) -> str:
+    """A range of temperatures."""
+    low, high = (f"{end:.0f}" for end in ends)
+    return f"{low} °C" if low == high else f"{low} to {high} °C"
 
 
 def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:

@@ -44,11 +44,11 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
             else the model's.
         source: The experiment, of which some fields may do nothing.
     """
-    # Servos with a law of their own never get beyond their limits; what that costs is told.
+    # Servos with a law of their own may be turned faster by a load.
     limited = bool(summary["servos"])
     found = [
         *_way(summary),
-        "" if limited else _stall(summary),
+        _stall(summary),
         "" if limited else _speed(summary),
         _shutdown(summary),
         _saturation(summary),
@@ -159,8 +159,8 @@ def _heat(summary: dict[str, Any]) -> str:
     if not joint:
         return ""
     return (
-        f"The servo of the {joint} would be too hot after {time / 60:.3g} min more of this: "
-        f"{summary['servos']['temperature_limit']:g} °C."
+        f"The servo of the {joint} would be too hot after about {time / 60:.2g} min more of this: "
+        f"{summary['servos']['temperature_limit']:g} °C. The heat figures are assumed."
     )
 
 

@@ -197,10 +197,12 @@ class IdealServoDrive(Memoryless):
         self._velocity = data.qvel[6:]
         self._limits = model.actuator_forcerange
         self._lower, self._upper = self._limits.T
-        self._stall, self._friction = servo.stall_torque, servo.friction
+        # The engine's friction holds a load beside the motor; together they hold the stall torque.
+        self._stall = max(servo.stall_torque - servo.friction, 0.0)
+        self._friction = servo.friction
         self._stiffness: float | np.ndarray = servo.stiffness
         self._damping: float | np.ndarray = servo.damping
-        self._drop_per_speed = servo.stall_torque / servo.no_load_speed
+        self._drop_per_speed = self._stall / servo.no_load_speed
         self._numbers = np.array([self._stall, self._drop_per_speed])
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
         self._drop, self._loss = np.empty((2, model.nu))

@@ -43,7 +43,7 @@ FIELDS = (
 joint [N·m] of this step; temperature [°C]; time at the largest output [s]; why it shut down; steps
 until it next looks at the position; position error [ticks] and its smoothed change [ticks/s]."""
 
-NUMBERS = 28
+NUMBERS = 29
 """How many numbers `servo_numbers` gives."""
 
 RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
@@ -69,6 +69,9 @@ def servo_step(
     The rotor is stepped by symplectic Euler, its friction implicitly: what it can take from the
     speed it takes, and no more, so that a rotor at rest stays so.
 
+    The gears transmit at most the stall torque, in either direction of the load: friction helps to
+    hold a load up to there. Beyond it the joint drags the rotor along.
+
     Args:
         target: Where the joints shall go [rad], shape (J,).
         joint_angle: Where they are [rad], shape (J,).
@@ -84,7 +87,7 @@ def servo_step(
     loss, coulomb, viscous, inertia = numbers[16], numbers[17], numbers[18], numbers[19]
     play, stiffness, damping = numbers[20], numbers[21], numbers[22]
     ambient, warming, fading = numbers[23], numbers[24], numbers[25]
-    hottest, patience = numbers[26], numbers[27]
+    hottest, patience, limit = numbers[26], numbers[27], numbers[28]
     for j in range(target.shape[0]):
         if state[8, j] <= 0.0:
             state[8, j] = steps
@@ -122,6 +125,9 @@ def servo_step(
             torque = max(stiffness * (twist - play) + damping * rate, 0.0)
         elif twist < -play:
             torque = min(stiffness * (twist + play) + damping * rate, 0.0)
+        is_dragged = abs(torque) > limit
+        if is_dragged:
+            torque = limit if torque > 0.0 else -limit
 
         push = constant * current
         speed += dt / inertia * (push - viscous * speed - torque)
@@ -132,6 +138,10 @@ def servo_step(
             speed += hold
         else:
             speed = 0.0
+        if is_dragged:
+            speed = joint_speed[j]
+            wound = play + limit / stiffness
+            angle = joint_angle[j] + min(max(twist, -wound), wound)
 
         final = ambient + warming * current * current
         temperature = final + (state[5, j] - final) * fading
@@ -196,6 +206,7 @@ def servo_numbers(
             math.exp(-dt / (servo.thermal_resistance * servo.heat_capacity)),
             servo.temperature_limit,
             servo.overload_time,
+            servo.stall_at(voltage),
         ]
     )
 
@@ -243,9 +254,10 @@ class ServoDrive:
     A rotor of its own turns behind each joint's gears, which twist like a spring once their
     backlash is used up. The torque of a joint is what this spring gives it: friction of motor and
     gears is taken off. Where the joint is held against its load the friction helps, so that the
-    torque may exceed what the motor gives. The gears' friction follows the motor's torque and not
-    the load: a servo that has shut down is turned back against its Coulomb and viscous friction
-    alone, and the leg on it falls nearly freely.
+    torque may exceed what the motor gives, but never the stall torque: no measurement shows that
+    gears hold more than the motor lifts. The gears' friction follows the motor's torque and not the
+    load: a servo that has shut down is turned back against its Coulomb and viscous friction alone,
+    and the leg on it falls nearly freely.
     """
 
     def __init__(

@@ -74,12 +74,16 @@ def _overloaded(robot: Robot) -> Robot:
 
 
 def _line(scenario: Scenario, recording: Recording) -> Limits:
-    """Measure torques against stall, and driving ones against the line down to no-load speed."""
+    """Measure torques against stall, and driving ones against the line down to no-load speed.
+
+    The engine's friction holds a load beside the actuator, whose part is that much less.
+    """
     servo = scenario.load_robot().servo
+    most = servo.stall_torque - servo.friction
     torque, speed = (recording[f"joint_{name}"].values for name in ("torque", "velocity"))
     driving = np.maximum(torque * np.sign(speed), 0.0)
-    line = servo.stall_torque * np.maximum(1 - np.abs(speed) / servo.no_load_speed, 0.0)
-    stall, over = np.abs(torque) - servo.stall_torque, driving - line
+    line = most * np.maximum(1 - np.abs(speed) / servo.no_load_speed, 0.0)
+    stall, over = np.abs(torque) - most, driving - line
     on_line = (over > -1e-9) & (line > 0) & (speed != 0)
     return {
         "torque": (float(stall.max()), "N·m", stall > -1e-9),
@@ -92,7 +96,7 @@ def _motor(scenario: Scenario, recording: Recording) -> Limits:
 
     A step begins with the rotor's speed of the sample before and ends with that of its own: with
     i = (duty V - k w')/R its inertia takes J (w - w')/dt = k i - b w' - torque - friction, and the
-    friction is no more than c0 + c1 |k i|.
+    friction is no more than c0 + c1 |k i|. Gears at the stall torque drag the rotor along.
     """
     table: Any = scenario.servo
     servo: Any = table.set_up(scenario.load_robot().servo)
@@ -105,9 +109,13 @@ def _motor(scenario: Scenario, recording: Recording) -> Limits:
     push = motor.constant * current
     friction = push - motor.viscous * before - servo.armature * change - torque
     most = motor.coulomb + motor.load_loss * np.abs(push)
-    supply, loss = np.abs(duty) - servo.torque_limit, np.abs(friction) - most
+    stall = servo.stall_at(table.supply(servo))
+    beyond = np.abs(torque) - stall
+    supply = np.abs(duty) - servo.torque_limit
+    loss = np.where(beyond < 0, np.abs(friction) - most, 0.0)
     off = np.abs(current - law)
     return {
+        "torque": (float(beyond.max()), "N·m", beyond > -1e-9),
         "share of the supply": (float(supply.max()), "1", supply > -1e-9),
         "current, off the motor's law": (float(off.max()), "A", None),
         "torque, beyond what friction explains": (float(loss.max()), "N·m", None),
