@@ -15,7 +15,7 @@ script = CommandScript(
 )
 run = phasmid.drive(scenario, commands=script)
 told = phasmid.summarise(run)["velocity"]
-for name in ("asked", "got"):
+for name in ("commanded", "actual"):
     ahead, left, turn = told[name]
     print(f"{name:6} {1000 * ahead:.1f} mm/s ahead, {turn:.3f} rad/s")
 print("run again:", phasmid.replay(run))

@@ -16,13 +16,41 @@ def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, cap
     out = tmp_path / "run"
     options = ["--duration", "1", "--period", "1", "--no-figures"]
     assert main(["drive", "--velocity", "0.05,0,-0.1", *options, "--out", str(out)]) == 0
-    assert "Velocity asked" in capsys.readouterr().out
+    assert "Velocity command" in capsys.readouterr().out
     told = json.loads((out / "summary.json").read_text("utf-8"))
-    assert told["velocity"]["asked"] == pytest.approx([0.05, 0.0, -0.1])
+    assert told["velocity"]["commanded"] == pytest.approx([0.05, 0.0, -0.1])
     again = ["drive", "--commands", str(out / "commands.toml"), *options]
     assert main([*again, "--quiet", "--out", str(tmp_path / "again")]) == 0
     other = json.loads((tmp_path / "again/summary.json").read_text("utf-8"))
     assert other["travel"] == told["travel"]
+    assert main(["replay", str(out)]) == 0
+
+
+def test_a_drive_that_misses_a_waypoint_is_incomplete(tmp_path, capsys):
+    out = tmp_path / "run"
+    places = ["drive", "--waypoints", "0.05,0;3,0", "--duration", "3", "--period", "1"]
+    assert main([*places, "--no-figures", "--out", str(out)]) == 3
+    told = capsys.readouterr()
+    run = json.loads((out / "summary.json").read_text("utf-8"))["run"]
+    assert run["ending"] == "INCOMPLETE"
+    first, second = run["waypoints"]
+    assert 0.5 < first["reached"] < 3.0
+    assert "reached" not in second
+    assert f"Waypoint 1       (0.05, 0) m reached at {first['reached']:.2f} s" in told.out
+    assert "Waypoint 2       (3, 0) m not reached" in told.out
+    # The follower's velocity is no command of anybody's.
+    assert not [
+        line for line in told.out.splitlines() if "Distance" in line and "commanded" in line
+    ]
+    missed = "The drive did not reach all waypoints by 3 s: 1 of 2 reached, waypoint 2 is 2."
+    assert told.err.splitlines()[-1].startswith(f"phasmid: {missed}")
+
+
+def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
+    out = tmp_path / "run"
+    places = ["drive", "--waypoints", "0.05,0", "--period", "1", "--no-figures"]
+    assert main([*places, "--out", str(out)]) == 0
+    assert "Waypoint 1       (0.05, 0) m reached at" in capsys.readouterr().out
     assert main(["replay", str(out)]) == 0
 
 

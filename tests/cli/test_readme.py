@@ -53,7 +53,9 @@ def test_no_command_of_the_readme_refuses_another(tmp_path, monkeypatch, capsys)
                 status = main(shortened(arguments))
             except SystemExit as ended:
                 status = ended.code
-            assert status == 0, (arguments, capsys.readouterr().err)
+            # A shortened drive does not reach its waypoints, which is status 3.
+            done = (0, 3) if "--waypoints" in arguments else (0,)
+            assert status in done, (arguments, capsys.readouterr().err)
     # Each run is kept, and the name of its folder tells it from the others.
     runs = {path.parent.name for path in Path("results").glob("*/recording.nc")}
     names = {"paper", "paper-2", "paper_gait-wave_step-length-mm-60", "turn", "octopod"}

@@ -1,7 +1,7 @@
 """The command ``phasmid``: arguments in, the same verbs out, exit statuses.
 
 Statuses: 0 done; 1 a check failed, or output impossible; 2 bad input or usage; 3 the run ended
-early (fell, diverged); 70 our own mistake; 130 interrupted.
+early (fell, diverged) or missed a waypoint; 70 our own mistake; 130 interrupted.
 """
 
 from __future__ import annotations

@@ -25,9 +25,16 @@ class Follower:
 
     Args:
         script: With waypoints.
+
+    Attributes:
+        reached: Times at which the waypoints were reached [s], in their order; a waypoint with a
+            heading is reached when the robot has turned to it.
+        remaining: What is left to the next waypoint.
     """
 
     def __init__(self, script: CommandScript) -> None:
+        self.reached: list[float] = []
+        self.remaining = ""
         self._script, self._next = script, 0
         self._home: tuple[float, float, float] | None = None
         self._arrived: float | None = None
@@ -50,13 +57,16 @@ class Follower:
             dx = x0 + c * place.x - s * place.y - pose[0]
             dy = y0 + s * place.x + c * place.y - pose[1]
             distance = math.hypot(dx, dy)
+            self.remaining = f"{distance:.3g} m away"
             if self._arrived is None and distance > follow.reached:
                 return Command(velocity=self._towards(math.atan2(dy, dx) - pose[2], distance))
             # Turning on the spot moves the robot a little, which is let be.
             self._arrived = time
             error = 0.0 if place.heading is None else _wrapped(yaw0 + place.heading - pose[2])
+            self.remaining = f"{math.degrees(abs(error)):.0f}° from its heading"
             if abs(error) > follow.aligned:
                 return Command(velocity=(0.0, 0.0, self._turn(error)))
+            self.reached.append(time)
             self._next += 1
             if self._next < len(script.waypoint):
                 self._arrived = None

@@ -64,6 +64,7 @@ def summarise(recording: Recording) -> Summary:
         "planned_duration": scenario.duration,
         "follows": "trajectory" if "trajectory" in recording.attrs else None,
         "controller": attribute(recording, "controller"),
+        "waypoints": json.loads(str(recording.attrs.get("waypoints", "[]"))),
         "faults": json.loads(str(recording.attrs.get("faults", "[]"))),
         "events": events(recording),
     }

@@ -21,7 +21,7 @@ LABEL_WIDTH = 17
 ABSENT = "-"
 
 MOST_EVENTS = 5
-"""Events of a controller that are printed."""
+"""Events of a controller, and waypoints, that are printed."""
 
 
 @runtime_checkable
@@ -125,28 +125,34 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     way, run = summary.get("travel", {}), summary["run"]
     of_plan = ""
     if run["planned_duration"] - run["duration"] > 1e-9:
-        of_plan = f" of {run['planned_duration']:g} s planned"
+        longest = run["planned_duration"]
+        of_plan = (
+            f" of at most {longest:.4g} s" if "waypoints" in run else f" of {longest:g} s planned"
+        )
     broken = run.get("samples_not_finite", 0)
     broken_text = f", the last {broken} not finite" if broken else ""
     yield "Duration", f"{run['duration']:g} s{of_plan}, {run['samples']} samples{broken_text}"
     if "distance" in way:
-        line = f"{_mm(way['distance'])}, commanded {_mm(way['commanded_distance'])}"
-        if way["commanded_distance"] > 1e-3:
-            line += f" ({100 * way['distance'] / way['commanded_distance']:.1f} %)"
+        line = _mm(way["distance"])
+        commanded = way.get("commanded_distance")
+        if commanded is not None:
+            line += f", commanded {_mm(commanded)}"
+        if commanded is not None and commanded > 1e-3:
+            line += f" ({100 * way['distance'] / commanded:.1f} %)"
         if "mean_speed" in way:
             line += f"; {1000 * way['mean_speed']:.1f} mm/s"
         yield "Distance", line
-        yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
-    else:
+    elif "commanded_distance" in way:
         yield "Commanded", f"{_mm(way['commanded_distance'])} in {way['commanded_steps']:.3g} steps"
+    if "sideways_drift" in way:
+        yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
+    yield from _waypoint_facts(summary)
     yield from _velocity_facts(summary)
     if "heading_change" in way:
-        yield (
-            "Heading",
-            f"{_degrees(way['heading_change'])} turned, "
-            f"{_degrees(way['commanded_turn'])} commanded; "
-            f"largest tilt {math.degrees(way['largest_tilt']):.2f}°",
-        )
+        line = f"{_degrees(way['heading_change'])} turned"
+        if "commanded_turn" in way:
+            line += f", {_degrees(way['commanded_turn'])} commanded"
+        yield "Heading", f"{line}; largest tilt {math.degrees(way['largest_tilt']):.2f}°"
     if "body_height_change" in way:
         yield (
             "Body height",
@@ -166,15 +172,29 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     yield from _refinement_facts(summary)
 
 
+def _waypoint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+    places = summary["run"].get("waypoints", [])
+    for number, place in enumerate(places[:MOST_EVENTS], 1):
+        time = place.get("reached")
+        done = "not reached" if time is None else f"reached at {time:.2f} s"
+        yield f"Waypoint {number}", f"({place['x']:g}, {place['y']:g}) m {done}"
+    if len(places) > MOST_EVENTS:
+        yield "", f"{len(places) - MOST_EVENTS} more waypoints are in summary.json"
+
+
 def _velocity_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    told = summary.get("velocity", {})
-    for label, name in (("Velocity asked", "asked"), ("  admitted", "admitted"), ("  got", "got")):
-        if name in told:
-            ahead, left, turn = told[name]
+    velocity = summary.get("velocity", {})
+    for label, name in (
+        ("Velocity command", "commanded"),
+        ("  feasible", "feasible"),
+        ("  actual", "actual"),
+    ):
+        if name in velocity:
+            vx, vy, wz = velocity[name]
             yield (
                 label,
-                f"{1000 * ahead:+.1f} mm/s ahead, {1000 * left:+.1f} mm/s to the left, "
-                f"{math.degrees(turn):+.2f}°/s, on average",
+                f"{1000 * vx:+.1f} mm/s forward, {1000 * vy:+.1f} mm/s to the left, "
+                f"{math.degrees(wz):+.2f}°/s, on average",
             )
     run = summary["run"]
     for fault in run.get("faults", ()):

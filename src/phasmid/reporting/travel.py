@@ -65,29 +65,29 @@ def driven_way(recording: Recording, source: Source) -> dict[str, float] | None:
 
 
 def velocity(recording: Recording) -> dict[str, Any]:
-    """Mean velocities of a driven run in the body's heading: ahead, left [m/s], turn [rad/s].
+    """Return mean velocities of a driven run in the body's heading: vx, vy [m/s], wz [rad/s].
 
     Returns:
-        What was ``asked``, what the controller ``admitted`` of it if it tells, and what the body
-        ``got``; empty where nothing was asked.
+        The ``commanded`` velocity, the ``feasible`` one where the controller gives it, and the
+        ``actual`` one; empty where none was commanded.
     """
-    asked = channel(recording, "velocity_command")
-    if asked is None:
+    commanded = channel(recording, "velocity_command")
+    if commanded is None:
         return {}
     time = np.asarray(recording["time"].values)
     weights = durations(time)
     weights /= weights.sum()
-    found: dict[str, Any] = {"asked": (weights @ asked).tolist()}
-    admitted = channel(recording, "velocity_reference")
-    if admitted is not None:
-        found["admitted"] = (weights @ admitted).tolist()
+    found: dict[str, Any] = {"commanded": (weights @ commanded).tolist()}
+    feasible = channel(recording, "velocity_reference")
+    if feasible is not None:
+        found["feasible"] = (weights @ feasible).tolist()
     v, orientation = channel(recording, "body_velocity"), channel(recording, "body_orientation")
     if v is not None and orientation is not None and len(time) > 1:
         yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
         c, s = np.cos(yaw), np.sin(yaw)
-        ahead, left = c * v[:, 0] + s * v[:, 1], c * v[:, 1] - s * v[:, 0]
-        turn = (yaw[-1] - yaw[0]) / (time[-1] - time[0])
-        found["got"] = [float(weights @ ahead), float(weights @ left), float(turn)]
+        vx, vy = c * v[:, 0] + s * v[:, 1], c * v[:, 1] - s * v[:, 0]
+        wz = (yaw[-1] - yaw[0]) / (time[-1] - time[0])
+        found["actual"] = [float(weights @ vx), float(weights @ vy), float(wz)]
     return found
 
 
@@ -95,7 +95,10 @@ def travel(recording: Recording, source: Source) -> dict[str, Any]:
     """How far the body went, how straight and how level; what is not recorded is absent."""
     time = np.asarray(recording["time"].values)
     duration = float(time[-1] - time[0])
-    way = driven_way(recording, source) or commanded_way(source, duration)
+    # Between waypoints the velocity follows from where the robot is: it commands no path.
+    way = {}
+    if "waypoints" not in recording.attrs:
+        way = driven_way(recording, source) or commanded_way(source, duration)
     found: dict[str, Any] = {f"commanded_{name}": value for name, value in way.items()}
     position = channel(recording, "body_position")
     orientation = channel(recording, "body_orientation")
@@ -120,7 +123,7 @@ def travel(recording: Recording, source: Source) -> dict[str, Any]:
             "forward": forward,
             "sideways": sideways,
             "mean_speed": distance / duration if duration > 0 else math.nan,
-            "sideways_drift": sideways - way["sideways"],
+            "sideways_drift": sideways - way["sideways"] if way else math.nan,
             "body_height_change": float(height[-1] - height[0]),
             "body_height_range": float(height.max() - height.min()),
         }

@@ -111,7 +111,7 @@ class DrivenRun(Run):
         beside = not self.is_short or "numba" in sys.modules
         self._pushes: list[tuple[int, np.ndarray]] = []
         super().__init__(scenario, begin, interrupted=interrupted, beside=beside, endless=endless)
-        self.controller, self._commands = controller, commands
+        self.controller, self.commands = controller, commands
         self._shape, self.now = (len(self.robot.legs), 3), self.step
         self._running = np.ones(self._shape, dtype=bool)
         # Views of the engine's memory, which stays: it takes long to make a new one.
@@ -194,7 +194,7 @@ class DrivenRun(Run):
 
     def _decide(self, observation: Observation) -> Decision | None:
         """Ask for a command, and the controller for its targets; None where the run shall end."""
-        command = self._commands(observation.time, observation, self._pose())
+        command = self.commands(observation.time, observation, self._pose())
         if command is None:
             return None
         if command is not self._newest:

@@ -36,7 +36,7 @@ from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.scenario.sensors import SENSORS
 from phasmid.simulation.driven import Commands, DrivenRun, period_steps
-from phasmid.simulation.ending import Trouble
+from phasmid.simulation.ending import Ending, Trouble
 from phasmid.simulation.experiment import with_sensors
 from phasmid.simulation.fault import Fault, Faults
 from phasmid.simulation.hold import between_updates
@@ -242,6 +242,7 @@ class Driving:
             self.attributes(run),
             progress=progress,
             interrupted=None,
+            shortfall=lambda: _shortfall(run),
             later=lambda: self._later(run),
         )
         return with_sensors(self.scenario, recording)
@@ -262,6 +263,7 @@ class Driving:
             path,
             progress=progress,
             force=force,
+            shortfall=lambda: _shortfall(run),
             later=lambda: self._later(run),
         )
 
@@ -309,7 +311,9 @@ class Driving:
         events = [[float(time), str(sentence)] for time, sentence in told[:MOST_EVENTS]]
         if len(told) > MOST_EVENTS:
             events.append([events[-1][0], f"{len(told) - MOST_EVENTS} more were not kept"])
-        later = {"events": json.dumps(events, ensure_ascii=False)}
+        later: Attributes = {"events": json.dumps(events, ensure_ascii=False)}
+        if isinstance(run.commands, _Waypoints):
+            later = {**later, **run.commands.attributes()}
         if not isinstance(self.commands, CommandScript):
             end = None
             if run.ended:
@@ -317,7 +321,7 @@ class Driving:
                 end = (run.step - 0.5 * run.period_steps) * run.dt
             # A command that no script can tell is in the channel alone.
             with contextlib.suppress(InvalidInput):
-                later["commands"] = CommandScript.of(run.asked, end).to_text()
+                later = {**later, "commands": CommandScript.of(run.asked, end).to_text()}
         return later
 
 
@@ -353,6 +357,10 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
     return SafeController(sequencer, robot, safety)
 
 
+def _shortfall(run: DrivenRun) -> Trouble | None:
+    return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
+
+
 def _with_delays(scenario: Scenario) -> Scenario:
     """The scenario, with sensors whose readings arrive a time step late at the earliest."""
     table, dt = scenario.sensors, scenario.simulation.dt
@@ -370,6 +378,40 @@ def _standing_until(commands: Commanded) -> Callable[[float], float] | None:
     return None
 
 
+class _Waypoints:
+    """Commands that lead to a script's waypoints, by the true pose."""
+
+    def __init__(self, script: CommandScript) -> None:
+        self.script, self.follower = script, Follower(script)
+
+    def __call__(
+        self, time: float, observation: Observation, pose: tuple[float, float, float]
+    ) -> Command | None:
+        del observation
+        return self.follower.command(time, pose)
+
+    def shortfall(self, run: DrivenRun) -> Trouble | None:
+        """Return why a run that came to its end is incomplete; None where it is complete."""
+        count, reached = len(self.script.waypoint), len(self.follower.reached)
+        if reached == count:
+            return None
+        reason = (
+            f"by {min(run.step, run.steps) * run.dt:.4g} s: {reached} of {count} reached, waypoint "
+            f"{reached + 1} is {self.follower.remaining}. Try a longer --duration"
+        )
+        return Trouble(Ending.INCOMPLETE, run.step, reason)
+
+    def attributes(self) -> Attributes:
+        """Return the waypoints for a recording, each with the time at which it was reached."""
+        count = len(self.script.waypoint)
+        times = [*self.follower.reached, *[None] * count][:count]
+        rows = [
+            {"x": place.x, "y": place.y, "heading": place.heading, "reached": time}
+            for place, time in zip(self.script.waypoint, times, strict=True)
+        ]
+        return {"waypoints": json.dumps(rows)}
+
+
 def _asking(commands: Commanded) -> Commands:
     """What a caller commands, as a function that begins anew.
 
@@ -380,8 +422,7 @@ def _asking(commands: Commanded) -> Commands:
         return lambda *_: commands
     if isinstance(commands, CommandScript):
         if commands.waypoint:
-            follower = Follower(commands)
-            return lambda time, _, pose: follower.command(time, pose)
+            return _Waypoints(commands)
         return lambda time, *_: commands.at(time)
     if not callable(commands):
         raise InvalidInput(

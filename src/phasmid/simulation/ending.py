@@ -27,6 +27,7 @@ class Ending(Enum):
     """How a run ended; the value is the sentence for it."""
 
     COMPLETED = "The walk was completed."
+    INCOMPLETE = "The drive did not reach all waypoints."
     FELL = "The robot fell."
     DIVERGED = "The simulation diverged."
     FAILED = "The controller failed."

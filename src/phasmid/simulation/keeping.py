@@ -24,6 +24,9 @@ Told: TypeAlias = Callable[[Samples, Float[np.ndarray, " time"]], dict[str, np.n
 Later: TypeAlias = Callable[[], Attributes]
 """What a recording says of its run that is known only at its end."""
 
+Shortfall: TypeAlias = Callable[[], Trouble | None]
+"""Why a run that came to its end is incomplete; None where it is complete."""
+
 
 def kept_in_memory(
     run: Run,
@@ -33,6 +36,7 @@ def kept_in_memory(
     samples: int | None = None,
     progress: Progress | None = None,
     interrupted: Sequence[int] | None = (),
+    shortfall: Shortfall = lambda: None,
     later: Later = dict,
 ) -> Recording:
     """Make a run, and its recording.
@@ -44,6 +48,7 @@ def kept_in_memory(
         samples: How many to record at most; None: all.
         progress: Is told how far the run is.
         interrupted: The run is stopped as soon as this is not empty; None: at Ctrl-C.
+        shortfall: Returns at the end of a whole run why it is incomplete, or None.
         later: Tells at the end what else the recording says.
     """
     count = len(run.time) if samples is None else min(samples, len(run.time))
@@ -63,6 +68,8 @@ def kept_in_memory(
     with noticed as seen:
         until = run.step_of(count - 1) + 1 if samples is not None else None
         trouble = run.advance(progress, keep=keep, interrupted=seen, until=until)
+    if samples is None:
+        trouble = trouble or shortfall()
     channels = {name: values[:done] for name, values in room.items()}
     said = {**attributes, **ending_attributes(trouble), **later()}
     # What is left of arrays that are too long would keep all of them.
@@ -77,6 +84,7 @@ def kept_in_log(
     *,
     progress: Progress | None = None,
     force: bool = False,
+    shortfall: Shortfall = lambda: None,
     later: Later = dict,
 ) -> Trouble | None:
     """Make a run, recorded into a log file alone, in memory that does not grow with it.
@@ -88,6 +96,7 @@ def kept_in_log(
         path: The log file.
         progress: As in `kept_in_memory`.
         force: Whether an older file of that name is replaced.
+        shortfall: As in `kept_in_memory`.
         later: As in `kept_in_memory`; a log that is cut off lacks it.
 
     Returns:
@@ -111,6 +120,6 @@ def kept_in_log(
         noticed_interrupts() as interrupted,
         RecordingLog(path, first, {**attributes, **cut}, time=run.time, force=force) as log,
     ):
-        trouble = run.advance(progress, keep=keep, interrupted=interrupted)
+        trouble = run.advance(progress, keep=keep, interrupted=interrupted) or shortfall()
         log.finish({**ending_attributes(trouble), **later()})
     return trouble

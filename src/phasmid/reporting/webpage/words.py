@@ -17,6 +17,7 @@ ENDED = {
     "COMPLETED": "It came to its end",
     "FELL": "The robot fell",
     "DIVERGED": "The simulation diverged",
+    "INCOMPLETE": "It ended before all waypoints were reached",
     "STOPPED": "It was stopped",
     "CUT": "Its recording was cut off",
 }
@@ -61,10 +62,12 @@ def sentence(summary: Summary, source: Source) -> str:
         said += f", with {short(run['drive'])} drive"
     said += f". {ENDED.get(run.get('ending', ''), 'It ended')}"
     if run["planned_duration"] - run["duration"] > 1e-9:
-        said += f" at {run['duration']:.4g} s of {run['planned_duration']:.4g} s planned"
+        longest = f"{run['planned_duration']:.4g} s"
+        said += f" at {run['duration']:.4g} s"
+        said += f", at most {longest}" if "waypoints" in run else f" of {longest} planned"
     if "distance" in way:
         said += f", {1000 * way['distance']:.0f} mm from where it began"
-        if way["commanded_distance"] > 1e-3:
+        if way.get("commanded_distance", 0.0) > 1e-3:
             said += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
     return said + "."
 
