@@ -19,9 +19,10 @@ def intervals(mask: Bool[np.ndarray, " time"]) -> list[tuple[int, int]]:
 def away_from_switches(
     time: Float[np.ndarray, " time"], stance: Bool[np.ndarray, "time legs"]
 ) -> Bool[np.ndarray, "time legs"]:
-    """Samples of each leg at least `SETTLING` from its own lift-off and touchdown.
+    """Return the samples of each leg at least `SETTLING` from its own lift-off and touchdown.
 
-    The beginning counts as a switch, since all feet stand before it.
+    The beginning counts as a switch, since all feet stand before it. So does the end: a switch just
+    after the last sample is not recorded, but its foot may touch down before it.
 
     Args:
         time: Time of the samples [s].
@@ -30,7 +31,7 @@ def away_from_switches(
     away = np.ones(stance.shape, dtype=bool)
     for leg in range(stance.shape[1]):
         changed = np.flatnonzero(np.diff(stance[:, leg].astype(np.int8))) + 1
-        moments = np.concatenate([[-np.inf], time[:1], time[changed], [np.inf]])
+        moments = np.concatenate([[-np.inf], time[:1], time[changed], time[-1:], [np.inf]])
         following = np.searchsorted(moments, time)
         nearest = np.minimum(moments[following] - time, time - moments[following - 1])
         # Half a sample's round-off must not drop the sample that lies exactly at the limit.
