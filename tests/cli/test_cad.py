@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import struct
+import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import phasmid
 from phasmid.cli import main
 from phasmid.robot import load_robot
 from phasmid.robot.appearance import read_glb
@@ -23,6 +26,27 @@ FILES = {
     "stl/femur.stl",
     "stl/tibia.stl",
 }
+
+
+def test_a_ctrl_c_while_the_cad_library_is_imported_is_no_missing_library(tmp_path: Path) -> None:
+    # A compiled module in which Ctrl-C arrives ends its import with an ImportError.
+    for name in ("build123d", "OCP"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text(
+            "import os, signal\n"
+            "try:\n    os.kill(os.getpid(), signal.SIGINT)\n    input()\n"
+            "except KeyboardInterrupt:\n    raise ImportError('initialization failed')\n"
+        )
+    source = Path(phasmid.__file__).parents[1]
+    done = subprocess.run(
+        [sys.executable, "-m", "phasmid", "cad", "phantomx-paper", "--out", str(tmp_path / "out")],
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{source}"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (130, "phasmid: stopped.\n")
 
 
 def test_it_writes_solids_meshes_and_masses(

@@ -251,9 +251,13 @@ def test_limits_and_strengths_of_joints_are_possible() -> None:
     assert [f.what for f in faults(with_joint(TREE, name, lower=0.0, upper=0.0))] == [
         "its limits 0° to 0° leave it no way; the upper must be above the lower."
     ]
-    assert [f.what for f in faults(with_joint(TREE, name, lower=-150.0, upper=150.0))] == [
-        "its limits reach 150 rad, 23.9 turns; 150° would be 2.618 rad."
-    ]
+    (found,) = faults(with_joint(TREE, name, lower=-75.0, upper=75.0))
+    assert found.severity is Severity.IMPOSSIBLE
+    assert found.what == (
+        "its limits reach 75 rad, 11.9 turns; a leg's joint turns by one at most. "
+        "75° would be 1.309 rad."
+    )
+    assert found.hint == "1.309, in radians"
     assert [f.what for f in faults(with_joints(TREE, lambda j: replace(j, effort=0.0)))] == [
         "its effort is 0; it must be finite and greater than 0."
     ]

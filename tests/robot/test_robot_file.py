@@ -232,6 +232,13 @@ INERTIA = "inertia_g_mm2 = { xx = 31076.2, yy = 233156, zz = 210833"
             id="R9",
         ),
         pytest.param(
+            with_leg_line("joint_limits.tibia = [-75, 60]"),
+            "joint right_front.tibia: its limits reach 75 rad, 11.9 turns; "
+            "they must be within two turns.",
+            "tibia_deg = [-75, 60], if these are degrees",
+            id="I8",
+        ),
+        pytest.param(
             with_leg_line("joint_limits.tibia_deg = [60, -60]"),
             "joint right_front.tibia: lower limit 60° is above upper limit -60°.",
             "swap them",

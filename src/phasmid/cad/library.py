@@ -15,7 +15,7 @@ def build123d() -> Any:
     """The package build123d.
 
     Raises:
-        PhasmidError: It is not installed.
+        PhasmidError: It is not installed, or cannot be loaded.
     """
     return _library("build123d")
 
@@ -25,7 +25,7 @@ def occt(name: str) -> Any:
     """A module of the geometry kernel beneath build123d, such as ``XCAFDoc``.
 
     Raises:
-        PhasmidError: It is not installed.
+        PhasmidError: It is not installed, or cannot be loaded.
     """
     return _library(f"OCP.{name}")
 
@@ -37,18 +37,17 @@ def check_installed() -> None:
         PhasmidError: It is not installed.
     """
     if find_spec("OCP") is None or find_spec("build123d") is None:
-        raise _absent()
+        raise PhasmidError(
+            "solids and STEP files need build123d, which is not installed.",
+            hint='pip install "phasmid[cad]"',
+        )
 
 
 def _library(name: str) -> Any:
+    check_installed()
     try:
         return import_module(name)
-    except ImportError:
-        raise _absent() from None
-
-
-def _absent() -> PhasmidError:
-    return PhasmidError(
-        "solids and STEP files need build123d, which is not installed.",
-        hint='pip install "phasmid[cad]"',
-    )
+    except ImportError as error:
+        # The cause shows an import that Ctrl-C interrupted.
+        reason = " ".join(str(error).split())[:160]
+        raise PhasmidError(f"build123d is installed and cannot be loaded: {reason}.") from error

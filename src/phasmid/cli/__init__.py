@@ -94,6 +94,9 @@ def _answered(arguments: list[str]) -> int:
         with _noticed_interrupts(interrupted):
             return _run(arguments)
     except PhasmidError as error:
+        if interrupted and isinstance(error.__cause__, ImportError):
+            print("phasmid: stopped.", file=sys.stderr)
+            return 130
         if isinstance(error, AlreadyExists):
             error.hint = f"--force, or another {error.option}"
         print(f"phasmid: {error}", file=sys.stderr)

@@ -18,6 +18,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.found import named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.load import judge_servo
+from phasmid.formats.origins import WHOLE_TURN
 from phasmid.formats.rigid import RigidLink, merged, rigid_link
 from phasmid.formats.symmetry import judge_symmetry
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
@@ -419,13 +420,14 @@ def _joints(tree: Tree, *, placed: bool) -> list[Finding]:
             hint = "make it a fixed joint, or give it limits"
             found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, hint))
         ends = [abs(end) for end in (joint.lower, joint.upper) if math.isfinite(end)]
-        if ends and max(ends) > 2.02 * math.pi:
+        if ends and max(ends) > WHOLE_TURN:
             what = (
                 f"its limits reach {plain_number(max(ends))} rad, {max(ends) / (2 * math.pi):.1f} "
-                f"turns; {plain_number(max(ends))}° would be "
+                f"turns; a leg's joint turns by one at most. {plain_number(max(ends))}° would be "
                 f"{plain_number(math.radians(max(ends)))} rad."
             )
-            found.append(Finding(Severity.SUSPECT, subject, what, joint.where, "use radians"))
+            hint = f"{plain_number(math.radians(max(ends)), 5)}, in radians"
+            found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, hint))
         for noun, value in (("effort", joint.effort), ("speed", joint.velocity)):
             if value is not None and not (value > 0 and math.isfinite(value)):
                 what = f"its {noun} is {value:g}; it must be finite and greater than 0."

@@ -16,6 +16,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.foot import names_a_foot
 from phasmid.formats.mjcf_text import Checked, check_mjcf
 from phasmid.formats.options import ImportOptions
+from phasmid.formats.origins import ENDLESS
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import GREY
 from phasmid.formats.xml import Element, short
@@ -297,6 +298,10 @@ class _Reader:
         turn[:3, :3] = _turned(axis, -float(model.qpos0[model.jnt_qposadr[joint]]))
         limited = bool(model.jnt_limited[joint])
         lower, upper = model.jnt_range[joint] if limited else (-np.inf, np.inf)
+        lower, upper = (
+            lower if lower > -ENDLESS else -np.inf,
+            upper if upper < ENDLESS else np.inf,
+        )
         if float(np.ravel(model.jnt_stiffness)[joint]):
             self._note(f"joint {name}", f"joint {name} has a spring, which was ignored.")
         dof = int(model.jnt_dofadr[joint])

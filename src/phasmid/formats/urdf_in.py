@@ -16,7 +16,7 @@ from phasmid.formats import meshes
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.origins import WHOLE_TURN, pose_of, rotation
+from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of, rotation
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import Element, load_xml, short
 from phasmid.robot import Part
@@ -44,9 +44,6 @@ OWN_SHAPE = "phasmid_"
 
 UNLIMITED = 1e9
 """Efforts and speeds from here on say that there is no limit [N·m, rad/s]."""
-
-_LARGEST_LIMIT = 1000.0
-"""Angles that joints' limits give to say that there is no limit begin here [rad]."""
 
 
 def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
@@ -310,22 +307,22 @@ class _Reader:
 
     def _angles(self, limit: Element, name: str, lower: float, upper: float) -> tuple[float, float]:
         largest = max(-lower, upper)
-        if largest >= _LARGEST_LIMIT:
+        if largest >= ENDLESS:
             what = f"joint {name}: limits {lower:.4g} to {upper:.4g} rad were taken for none."
-            if upper < _LARGEST_LIMIT:
+            if upper < ENDLESS:
                 what = (
                     f"joint {name}: lower limit {lower:.4g} rad was taken for none; the upper one, "
                     f"{upper:.4g} rad, holds."
                 )
-            elif lower > -_LARGEST_LIMIT:
+            elif lower > -ENDLESS:
                 what = (
                     f"joint {name}: upper limit {upper:.4g} rad was taken for none; the lower one, "
                     f"{lower:.4g} rad, holds."
                 )
             self.note(Severity.NOTE, f"joint {name}", what, limit.where)
             return (
-                lower if lower > -_LARGEST_LIMIT else -math.inf,
-                upper if upper < _LARGEST_LIMIT else math.inf,
+                lower if lower > -ENDLESS else -math.inf,
+                upper if upper < ENDLESS else math.inf,
             )
         if largest > WHOLE_TURN:
             if lower == -upper:

@@ -128,11 +128,11 @@ def check_mcap() -> None:
     """
     try:
         import_module("mcap_ros2.writer")
-    except ImportError:
+    except ImportError as error:
         raise InvalidInput(
             "an MCAP file needs the packages mcap and mcap-ros2-support, which were not found.",
             hint='pip install "phasmid[ros]"',
-        ) from None
+        ) from error
 
 
 def names_of_legs(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:

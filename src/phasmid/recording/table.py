@@ -144,8 +144,8 @@ def check_parquet() -> None:
     """
     try:
         import_module("pyarrow.parquet")
-    except ImportError:
+    except ImportError as error:
         raise InvalidInput(
             "a Parquet file needs the package pyarrow, which was not found.",
             hint='pip install "phasmid[parquet]", or --format csv',
-        ) from None
+        ) from error

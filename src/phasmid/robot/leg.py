@@ -21,6 +21,10 @@ NEAREST_FOOT = 0.001
 """Least distance of a neutral foot from its coxa axis, outwards [m]."""
 
 
+WIDEST_LIMIT = 4 * math.pi
+"""Farthest limit of a joint [rad]: a turn, and as much between two ways to count its angle."""
+
+
 @dataclass(frozen=True, eq=False)
 class Leg:
     """A leg of three links: a coxa, and a femur and a tibia that move in the coxa's plane.
@@ -98,6 +102,13 @@ class Leg:
                     f"joint {self.name}.{joint}: lower limit {math.degrees(lower):.4g}° is above "
                     f"upper limit {math.degrees(upper):.4g}°.",
                     hint="swap them",
+                )
+            widest = max(-lower, upper)
+            if widest > WIDEST_LIMIT:
+                raise InvalidRobot(
+                    f"joint {self.name}.{joint}: its limits reach {widest:.4g} rad, "
+                    f"{widest / (2 * math.pi):.1f} turns; they must be within two turns.",
+                    hint=f"{joint}_deg = [{lower:.4g}, {upper:.4g}], if these are degrees",
                 )
         # Around the line behind the hip the coxa angle jumps by a turn.
         if self.neutral_foot[0] < NEAREST_FOOT:
