@@ -30,10 +30,16 @@ phasmid plot results/paper gait-diagram support-margin # into plots/paper, as SV
 phasmid plot results/paper all --format svg,png,pdf --out figs
 phasmid plot results/paper joint-torque --legs 1,2,3
 phasmid plot results/a results/b joint-torque          # two runs in one figure
+phasmid plot results/paper fig13 --width-mm 85 --dpi 300 --no-title --format pdf,png
 ```
 
+`--width-mm` sets the width of the figures, such as 85 mm or 175 mm for one or two columns of a
+paper. Labels keep at least 7 pt. `--no-title` leaves out title and subtitle, which a caption
+replaces. `--dpi` is the resolution of PNG files, and of the pictures in PDF and SVG files.
+
 From Python, `phasmid.plot(recording, "support-margin")` gives the matplotlib figure, and
-`phasmid.plot([a, b], "joint-torque", labels=["a", "b"])` compares. A recording, its file and
+`phasmid.plot([a, b], "joint-torque", labels=["a", "b"])` compares; `width=0.085` (in metres) and
+`title=False` do as the options do. A recording, its file and
 its folder are all the same to it.
 
 Of a walk of more than six cycles, figures over time show the last five. Where a recording lacks
@@ -50,7 +56,8 @@ this one:
 
 WORDS = {
     "fig12": (
-        "Simulated, and dashed as planned. Of a robot with more than six legs there are as "
+        "Simulated, and dashed as planned. The coxa, which turns by some degrees, has its own "
+        "axis. Of a robot with more than six legs there are as "
         "many figures as groups of at most three legs: `fig12b` follows. The same holds for "
         "the next four."
     ),
@@ -106,7 +113,10 @@ WORDS = {
 }
 
 COMPARED = {
-    "joint-torque": "A panel for each leg and joint, a line for each run.",
+    "joint-torque": (
+        "A panel for each leg and joint, a line for each run. The first run's lines are wider, so "
+        "that runs that are alike both show; runs of one name are numbered."
+    ),
     "support-margin": "",
 }
 
@@ -114,7 +124,7 @@ COMPARED = {
 def small(figure, path):
     """Write a figure as a picture of few colours."""
     file = io.BytesIO(encoded_figure(figure, "png", dpi=PIXELS_PER_INCH))
-    picture = Image.open(file).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    picture = Image.open(file).convert("RGB").quantize(COLOURS, Image.Quantize.MEDIANCUT)
     picture.save(path, optimize=True)
     size = path.stat().st_size
     assert size < LARGEST_PICTURE, f"{path} has {size} bytes"

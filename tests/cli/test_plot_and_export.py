@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from phasmid import export, load_recording, load_scenario, plan, save_recording, simulate
 from phasmid.cli import main
@@ -47,6 +48,24 @@ def test_plot_writes_what_is_asked_where_it_is_asked(here, capsys):
     assert (here / "figs/power.pdf").read_bytes().startswith(b"%PDF")
 
 
+@pytest.mark.parametrize("width", [85, 175])
+def test_plot_draws_figures_of_a_width_and_resolution_without_title(here, width):
+    command = ["plot", "b.nc", "fig12", "walk", "--format", "png,svg", "--out", "figs", "--quiet"]
+    assert main([*command, "--width-mm", str(width), "--dpi", "300", "--no-title"]) == 0
+    for name in ("fig12", "walk"):
+        with Image.open(here / f"figs/{name}.png") as picture:
+            # A pixel is lost where the width is no whole number of pixels.
+            assert abs(picture.width - width / 25.4 * 300) <= 1
+            assert picture.info["dpi"] == pytest.approx((300, 300), abs=0.01)
+        root = ET.parse(here / f"figs/{name}.svg").getroot()
+        assert float(root.get("width").removesuffix("pt")) == pytest.approx(72 * width / 25.4)
+    text = "".join(root.itertext())
+    assert "phantomx-paper" not in text
+    text = "".join(ET.parse(here / "figs/fig12.svg").getroot().itertext())
+    assert "Joint angles of legs" not in text
+    assert "phantomx-paper" not in text
+
+
 def test_plot_of_several_runs_names_them_and_their_folder(here):
     command = ["plot", "results/a", "b.nc", "normal-force", "--legs", "1", "--quiet"]
     assert main(command) == 0
@@ -71,7 +90,7 @@ def test_the_same_run_gives_the_same_files(here):
 def test_all_draws_what_the_recording_has_the_channels_for(here, run, monkeypatch):
     drawn = []
     monkeypatch.setattr(
-        "phasmid.cli.plot._write", lambda figure, files: drawn.append(files[0].stem)
+        "phasmid.cli.plot._write", lambda figure, files, dpi: drawn.append(files[0].stem)
     )
     monkeypatch.setattr("phasmid.reporting.drawing.DPI", 30)
     assert main(["plot", "b.nc", "all", "--quiet"]) == 0
@@ -113,6 +132,16 @@ def test_plot_lists_every_figure_with_a_sentence(capsys):
         pytest.param([], "no recording is named.", id="nothing"),
         pytest.param(
             ["b.nc", "power", "--format", "pgn"], 'no format "pgn".\n  try  png', id="format"
+        ),
+        pytest.param(
+            ["b.nc", "power", "--dpi", "nan"],
+            '--dpi is "nan"; it must be a number from 30 to 1200.\n  try  --dpi 300',
+            id="dpi",
+        ),
+        pytest.param(
+            ["b.nc", "power", "--width-mm", "8.5"],
+            '--width-mm is "8.5"; it must be a number from 60 to 500.\n  try  --width-mm 85',
+            id="width",
         ),
         pytest.param(
             ["b.nc", "power", "joint-angle", "--legs", "9"],

@@ -75,13 +75,32 @@ def test_angles_are_drawn_in_degrees(short_walk):
     recording = short_walk.assign(joint_position=(short_walk["joint_position"].dims, seen))
     figure = trajectory_figure(recording, (2, 5))
     # Each joint's plan lies dashed on what was seen.
-    for number, angles in ((4, seen), (5, planned)):
-        line = figure.axes[1].lines[number]
-        expected = np.degrees(angles[:, 4, 2])
+    _, _, coxa, others = figure.axes
+    for axis, number, joint, angles in (
+        (coxa, 0, 0, seen),
+        (others, 2, 2, seen),
+        (others, 3, 2, planned),
+    ):
+        line = axis.lines[number]
+        expected = np.degrees(angles[:, 4, joint])
         np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-14)
-        assert line.is_dashed() == (number == 5)
+        assert line.is_dashed() == (angles is planned)
     assert "planned" in words(figure)
     assert "simulated" in words(figure)
+
+
+def test_the_coxa_has_an_axis_of_its_own(short_walk):
+    figure = trajectory_figure(short_walk, (1, 2))
+    assert [axis.get_title(loc="left") for axis in figure.axes] == [
+        "Leg 1, right front: coxa",
+        "femur and tibia",
+        "Leg 2, right middle: coxa",
+        "femur and tibia",
+    ]
+    first, others, second, _ = figure.axes
+    # Panels of one column are compared by eye: they share their limits.
+    assert first.get_ylim() == second.get_ylim()
+    assert first.get_ylim() != others.get_ylim()
 
 
 def test_each_joints_model_curve_has_its_own_colour(short_walk):

@@ -65,14 +65,17 @@ def bars(axis):
 
 
 @pytest.mark.parametrize("name", DRAWN)
-@pytest.mark.parametrize("count", [1, 2])
-def test_every_axis_has_a_unit_and_no_text_leaves_its_figure(full_walk, name, count):
+@pytest.mark.parametrize(
+    ("count", "page"),
+    [(1, {}), (2, {}), (1, {"width": 0.085, "title": False}), (2, {"width": 0.085})],
+)
+def test_every_axis_has_a_unit_and_no_text_leaves_its_figure(full_walk, name, count, page):
     from matplotlib.text import Text
 
     if count > 1 and not CATALOGUE[name].several:
         pytest.skip("shows one run")
     runs = [full_walk, given(full_walk, joint_torque=0.1)][:count]
-    figure = plot(runs, name, labels=["first", "second"][:count])
+    figure = plot(runs, name, labels=["first", "second"][:count], **page)
     figure.canvas.draw()
     shown = [axis for axis in figure.axes if axis.get_visible()]
     # Panels of a row or of a column may share a label: its first, or its last, has it.
@@ -91,6 +94,8 @@ def test_every_axis_has_a_unit_and_no_text_leaves_its_figure(full_walk, name, co
             assert box.x1 <= figure.bbox.x1 + 1
             assert box.y0 >= figure.bbox.y0 - 1
             assert box.y1 <= figure.bbox.y1 + 1
+            # Print shows letters of 5 pt and more.
+            assert text.get_fontsize() >= 5.0
     # No legend lies on a panel.
     for legend in figure.legends:
         tops = [axis.get_window_extent().y1 for axis in shown]
@@ -461,3 +466,15 @@ def test_robots_with_other_numbers_of_legs_have_all_figures(walk, eight_legs):
         if CATALOGUE[name].several and not name.startswith("servo-"):
             assert "leg 8" in words(plot(recording, name, legs=[8])) or name in WHOLE
     assert len(plot(recording, "servo-envelope").axes) == 3
+
+
+def test_runs_that_are_alike_are_told_apart(short_walk):
+    figure = plot([short_walk, short_walk], "joint-torque", legs=(1,), labels=["walk", "walk"])
+    # The later line lies on the first, which is wider, and lets it show between its dashes.
+    first, later = figure.axes[0].lines
+    assert first.get_linewidth() > 1.5 * later.get_linewidth()
+    assert later.is_dashed()
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["walk, run 1", "walk, run 2"]
+    widths = [handle.get_linewidth() for handle in legend.get_lines()]
+    assert widths == [first.get_linewidth(), later.get_linewidth()]

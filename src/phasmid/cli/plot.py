@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +18,10 @@ if TYPE_CHECKING:
 KINDS = ("svg", "png", "pdf")
 
 RESOLUTION = 150.0
-"""Of pictures [pixels per inch]."""
+"""Of pictures, unless another is asked for [pixels per inch]."""
+
+COARSEST, FINEST = 30, 1200
+"""Resolutions of pictures [pixels per inch]."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -44,6 +48,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--labels", metavar="A,B,...", help="names of the runs; default: those of their folders"
     )
+    parser.add_argument(
+        "--width-mm",
+        metavar="MM",
+        help="width of the figures, such as 85 or 175 for one or two columns of a paper; type "
+        "keeps a legible size; default: 183",
+    )
+    parser.add_argument(
+        "--dpi",
+        metavar="N",
+        help=f"pixels per inch of png, and of pictures in pdf and svg; default: {RESOLUTION:g}",
+    )
+    parser.add_argument(
+        "--no-title", action="store_true", help="no title and subtitle, for use with a caption"
+    )
     parser.add_argument("--force", action="store_true", help="replace figures of these names")
     parser.add_argument("--quiet", action="store_true", help="print only errors")
 
@@ -58,6 +76,7 @@ def run(options: argparse.Namespace) -> int:
         draw_groups,
         find_figure,
     )
+    from phasmid.reporting.layout import NARROWEST, WIDEST, laid_out, page_layout
     from phasmid.reporting.runs import gather
 
     if options.list:
@@ -67,6 +86,9 @@ def run(options: argparse.Namespace) -> int:
         return 0
     paths, names = sort_out(options.things, CATALOGUE)
     kinds = _kinds(options.format)
+    dpi = _within("--dpi", options.dpi, COARSEST, FINEST) or RESOLUTION
+    wide = _within("--width-mm", options.width_mm, 1000 * NARROWEST, 1000 * WIDEST)
+    page = page_layout(None if wide is None else wide / 1000, title=not options.no_title)
     labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
     folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
     with told_damage():
@@ -92,11 +114,12 @@ def run(options: argparse.Namespace) -> int:
     for kind in chosen:
         check_figure(runs, kind)
     for kind in chosen:
-        figures = draw_groups(runs, kind, legs)
-        for figure, files in zip(figures, targets[kind.name], strict=True):
-            _write(figure, files)
-            if not options.quiet:
-                print("\n".join(plain(str(path)) for path in files))
+        with laid_out(page):
+            figures = draw_groups(runs, kind, legs)
+            for figure, files in zip(figures, targets[kind.name], strict=True):
+                _write(figure, files, dpi)
+                if not options.quiet:
+                    print("\n".join(plain(str(path)) for path in files))
     return 0
 
 
@@ -157,6 +180,22 @@ def _kinds(text: str) -> list[str]:
     return list(dict.fromkeys(kinds))
 
 
+def _within(flag: str, text: str | None, least: float, most: float) -> float | None:
+    """Return the number that an option gives, within its bounds; None without the option."""
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not least <= value <= most:
+        raise InvalidInput(
+            f'{flag} is "{plain(text)}"; it must be a number from {least:g} to {most:g}.',
+            hint=f"{flag} {85 if 'mm' in flag else 300}",
+        )
+    return value
+
+
 def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[list[Path]]:
     from phasmid.reporting.figures import suffix_of
 
@@ -175,7 +214,7 @@ def _check_files(files: Sequence[Path], force: bool) -> None:
             raise AlreadyExists(path, option="--out DIR")
 
 
-def _write(figure: Figure, files: Sequence[Path]) -> None:
+def _write(figure: Figure, files: Sequence[Path], dpi: float) -> None:
     from phasmid.recording.file import cannot_write, write_whole
     from phasmid.reporting.style import encoded_figure
 
@@ -186,4 +225,4 @@ def _write(figure: Figure, files: Sequence[Path]) -> None:
             raise OutputError(f"cannot write {path}: {path.parent} is not a folder.") from None
         except OSError as error:
             raise cannot_write(path, error) from None
-        write_whole(path, encoded_figure(figure, path.suffix[1:], dpi=RESOLUTION))
+        write_whole(path, encoded_figure(figure, path.suffix[1:], dpi=dpi))

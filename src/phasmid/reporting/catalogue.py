@@ -27,6 +27,7 @@ from phasmid.reporting.figures import (
     torque_figure,
     trajectory_figure,
 )
+from phasmid.reporting.layout import laid_out, page_layout
 from phasmid.reporting.runs import Run, gather
 from phasmid.reporting.sensors import SENSOR_CHANNELS, sensor_figure
 from phasmid.reporting.style import Figure, save_figure
@@ -283,6 +284,8 @@ def plot(
     *,
     legs: Sequence[int] | None = None,
     labels: Sequence[str] | None = None,
+    width: float | None = None,
+    title: bool = True,
 ) -> Figure:
     """Draw one figure of a recording, or of several that are compared.
 
@@ -292,14 +295,18 @@ def plot(
         legs: Numbers of the legs that are shown, from 1; by default all that the figure is of.
         labels: What each run is called; by default the scenario's name. What differs in the
             runs' scenarios is added.
+        width: Of the figure [m]; type keeps a legible size. A column of a paper has 0.085 m.
+        title: Whether the figure has a title and a subtitle.
 
     Returns:
         A matplotlib figure, which ``savefig`` writes.
 
     Raises:
-        InvalidInput: There is no such figure or leg, or a recording lacks what the figure shows.
+        InvalidInput: There is no such figure or leg, a recording lacks what the figure shows, or
+            the width is out of range.
     """
     kind = find_figure(name)
+    page = page_layout(width, title=title)
     given = list(recordings) if isinstance(recordings, list | tuple) else [recordings]
     if legs is not None:
         check_type("legs", legs, (list, tuple), "a list of legs' numbers, or None")
@@ -312,7 +319,8 @@ def plot(
     loaded = [load_recording(one) if isinstance(one, str | Path) else one for one in given]
     for recording in loaded:
         check_recording(recording)
-    return draw_groups(gather(loaded, labels), kind, legs)[0]
+    with laid_out(page):
+        return draw_groups(gather(loaded, labels), kind, legs)[0]
 
 
 def draw_groups(

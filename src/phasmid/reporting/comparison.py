@@ -8,6 +8,7 @@ import numpy as np
 
 from phasmid.recording.channels import CHANNELS, JOINTS
 from phasmid.reporting.demand import first_channel
+from phasmid.reporting.layout import layout, points
 from phasmid.reporting.panels import check_legs, leg_name, listed_legs, name_leg, time_axis
 from phasmid.reporting.runs import Run, entries, shown, who
 from phasmid.reporting.sheet import legend, sheet
@@ -47,18 +48,22 @@ def compare_joints(
         )
         for row, leg in enumerate(legs):
             for joint, axis in enumerate(drawing.axes[3 * row : 3 * row + 3]):
-                name = leg_name(parts[0].source, leg)
-                title = axis.set_title(f"{leg} {name} · {JOINTS[joint]}", fontsize=8.5)
-                shrunk(title, axis.bbox.width, least=6.5)
+                # A row is of one leg.
+                name = f"{leg} {leg_name(parts[0].source, leg)} · {JOINTS[joint]}"
+                if layout().is_narrow:
+                    name = f"leg {leg} · {JOINTS[joint]}" if joint == 0 else JOINTS[joint]
+                title = axis.set_title(name, fontsize=points(8.5))
+                shrunk(title, axis.bbox.width, least=points(6.5))
                 for run, values in zip(parts, found, strict=True):
                     line = thin(run.time, scale * values[:, leg - 1, joint])
-                    axis.plot(*line, color=run.colour, linestyle=run.dash, linewidth=1.2)
+                    axis.plot(*line, color=run.colour, linestyle=run.dash, linewidth=run.width)
             drawing.axes[3 * row].set_ylabel(unit)
         for axis in drawing.axes[-3:]:
             time_axis(axis, parts[0].recording, shaded=False)
-            axis.locator_params(axis="x", nbins=5)
+            if not layout().is_narrow:
+                axis.locator_params(axis="x", nbins=5)
         drawing.figure.align_ylabels(drawing.axes[::3])
-        legend(drawing, entries(parts), columns=1)
+        legend(drawing, entries(parts), columns=1, widths=[run.width for run in parts])
     return drawing.figure
 
 
@@ -80,9 +85,9 @@ def compare_feet(
             axis.set_ylabel(unit)
             for run, values in zip(parts, found, strict=True):
                 line = thin(run.time, values[:, leg - 1])
-                axis.plot(*line, color=run.colour, linestyle=run.dash, linewidth=1.3)
+                axis.plot(*line, color=run.colour, linestyle=run.dash, linewidth=run.width)
         time_axis(drawing.axes[-1], parts[0].recording, shaded=False)
-        legend(drawing, entries(parts), columns=1)
+        legend(drawing, entries(parts), columns=1, widths=[run.width for run in parts])
     return drawing.figure
 
 

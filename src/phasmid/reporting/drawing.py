@@ -12,6 +12,7 @@ from phasmid import kinematics
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.reporting.camera import View
+from phasmid.reporting.layout import NORMAL_WIDTH, layout, points
 from phasmid.reporting.machine import body_pose, ribbon, robot_mesh
 from phasmid.reporting.picture import picture
 from phasmid.reporting.shapes import Mesh, cylinder, joined
@@ -21,7 +22,9 @@ from phasmid.reporting.steps import intervals
 from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled
 from phasmid.robot import Appearance
 
-DPI = 120
+WIDTH, DPI = 10.0, 120
+"""Width of the picture unless another is set [inches], and its pixels per inch at that width."""
+
 AZIMUTH, ELEVATION = math.radians(-56.0), math.radians(27.0)
 UNEVEN_AZIMUTH = math.radians(-118.0)
 """From where uneven ground is seen: from behind, whence stairs show their risers."""
@@ -102,17 +105,21 @@ def draw_robot(
     now = int(np.argmin(np.abs(times - time)))
     if trail is None:
         trail = 2 * source.scenario.stride.period
-    wide, tall = 10.0, 5.4
+    page = layout()
+    wide = WIDTH if page.width == NORMAL_WIDTH else page.width
+    # However wide it is, the picture has as many pixels.
+    tall, dpi = 0.54 * wide, DPI * WIDTH / wide
     # Of whole pixels, so that those of the picture above it are those of the file.
-    strip = round((0.55 + 0.145 * len(source.robot.legs)) * DPI) / DPI if gait else 0.0
-    size = (int(wide * DPI), int(tall * DPI))
+    strip = points(0.55 + 0.145 * len(source.robot.legs))
+    strip = round(strip * dpi) / dpi if gait else 0.0
+    size = (round(wide * dpi), round(tall * dpi))
     with styled():
-        figure = NewFigure(figsize=(wide, tall + strip), dpi=DPI)
+        figure = NewFigure(figsize=(wide, tall + strip), dpi=dpi)
         FigureCanvasAgg(figure)
         axis = figure.add_axes((0, strip / (tall + strip), 1, tall / (tall + strip)))
         axis.set_axis_off()
         axis.set(xlim=(0, size[0]), ylim=(size[1], 0))
-        lowest = _words(axis, recording, source, now)
+        lowest = _words(axis, recording, source, now) if page.title else (0.0, 0.0)
         solid, view = _solid(recording, source, now, size)
         marks = _trails(recording, source, now, trail, view, lowest)
         terrain = source.scenario.load_terrain()
@@ -121,7 +128,9 @@ def draw_robot(
         _draw_forces(axis, recording, source, view, now)
         _label_legs(axis, recording, source, view, now)
         if gait:
-            place = (0.075, 0.40 / (tall + strip), 0.89, (strip - 0.52) / (tall + strip))
+            left, below = points(0.75) / wide, points(0.40) / (tall + strip)
+            height = (strip - points(0.52)) / (tall + strip)
+            place = (left, below, 0.965 - left, height)
             _gait_diagram(figure.add_axes(place), recording, source, now)
     return figure
 
@@ -130,8 +139,8 @@ def _words(axis: Axes, recording: Recording, source: Source, now: int) -> tuple[
     """Write title and caption; returns their right and lower edge, in pixels of the picture."""
     top: dict[str, Any] = {"va": "top", "ha": "left", "transform": axis.transAxes}
     words = f"{short(source.robot.name)}, {short(source.gait.name)} gait"
-    title = axis.text(0.025, 0.96, words, fontsize=14, fontweight="bold", **top)
-    shrunk(title, 0.95 * float(axis.bbox.width), least=9.0)
+    title = axis.text(0.025, 0.96, words, fontsize=points(14), fontweight="bold", **top)
+    shrunk(title, 0.95 * float(axis.bbox.width), least=points(9.0))
     stride, time = source.scenario.stride, float(recording["time"].values[now])
     lines = [drive_words(recording, source), f"t = {time:.2f} s"]
     lines[1] += f" · step {1000 * stride.step_length:.4g} mm · grid 100 mm"
@@ -145,12 +154,14 @@ def _words(axis: Axes, recording: Recording, source: Source, now: int) -> tuple[
         seen = "foot_force" in recording.data_vars
         what = "ground on foot" if seen else f"{short(attribute(recording, 'force_model'))} forces"
         lines.append(f"arrows: {what}; {_newtons(forces[2].max())} the largest normal force")
-    low = 0.905
+    # A line in heights of the picture.
+    line_height = points(12.6) / 72 * float(axis.figure.dpi) / float(axis.bbox.height)
+    low = 0.96 - 1.7 * line_height
     edges = [title.get_window_extent()]
     for line in lines:
-        text = axis.text(0.025, low, line, fontsize=8.5, color=FAINT, **top)
-        shrunk(text, 0.38 * float(axis.bbox.width), least=6.0)
-        low -= 0.0325
+        text = axis.text(0.025, low, line, fontsize=points(8.5), color=FAINT, **top)
+        shrunk(text, 0.38 * float(axis.bbox.width), least=points(6.0))
+        low -= line_height
         edges.append(text.get_window_extent())
     box = axis.bbox
     scale = axis.get_xlim()[1] / float(box.width)
@@ -303,7 +314,7 @@ def _draw_forces(axis: Axes, recording: Recording, source: Source, view: View, n
                 y + 4 * pixel,
                 _newtons(normal),
                 color=FORCE_TEXT,
-                fontsize=8.5,
+                fontsize=points(8.5),
                 va="center",
                 path_effects=[withStroke(linewidth=2.5, foreground="white")],
             )
@@ -326,7 +337,7 @@ def _label_legs(axis: Axes, recording: Recording, source: Source, view: View, no
             down,
             str(leg + 1),
             color=leg_colour(leg),
-            fontsize=13,
+            fontsize=points(13),
             fontweight="bold",
             ha="center",
             va="center",

@@ -38,6 +38,9 @@ SERVO_FIGURES = {
 }
 """Channels of the servos that are drawn: title, label of the axis, and its scale."""
 
+COXA_APART = ("coxa", "femur and tibia")
+"""Panels of each leg's angles: the coxa turns by some degrees, the others by ten times as much."""
+
 JOINT_ENTRIES: list[tuple[str, str, Any]] = [
     (joint, colour, "-") for joint, colour in zip(JOINTS, JOINT_COLOURS, strict=True)
 ]
@@ -56,7 +59,7 @@ def leg_groups(count: int) -> list[tuple[int, ...]]:
 
 
 def trajectory_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
-    """Joint angles of some legs over time, as in Fig. 12.
+    """Joint angles of some legs over time, as in Fig. 12; the coxa has its own axis.
 
     Args:
         recording: What was seen, or at least planned.
@@ -72,7 +75,7 @@ def trajectory_figure(recording: Recording, legs: tuple[int, ...]) -> Figure:
         _needed(recording, "joint_position")
     what = "Joint angles" if seen is not None else "Planned joint angles"
     with styled():
-        panel = panels(recording, legs, what, "angle [°]", [span])
+        panel = panels(recording, legs, what, "angle [°]", [span], COXA_APART)
         _draw_joints(panel, recording, legs, seen, planned, scale=np.degrees(1.0))
         legend(panel, JOINT_ENTRIES + _pair_entries(recording, seen, planned, "planned"))
     return panel.figure
@@ -159,9 +162,10 @@ def _draw_joints(
 ) -> None:
     time = np.asarray(recording["time"].values)
     seen, model = (None if values is None else scale * values for values in (seen, model))
-    for axis, leg in zip(panel.axes, legs, strict=True):
+    for row, leg in enumerate(legs):
+        axes = panel.axes[panel.columns * row : panel.columns * (row + 1)]
         for joint, colour in enumerate(JOINT_COLOURS):
-            _pair(axis, time, seen, model, (leg - 1, joint), colour)
+            _pair(axes[min(joint, len(axes) - 1)], time, seen, model, (leg - 1, joint), colour)
 
 
 def _pair(

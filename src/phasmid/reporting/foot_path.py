@@ -10,10 +10,11 @@ import numpy as np
 from phasmid import kinematics
 from phasmid.recording import Recording
 from phasmid.reporting.demand import first_channel
+from phasmid.reporting.layout import layout, points
 from phasmid.reporting.panels import check_legs, leg_name, listed_legs
 from phasmid.reporting.runs import Run, shown, who
 from phasmid.reporting.sheet import Axes, legend, name_row, sheet
-from phasmid.reporting.style import FAINT, Figure, leg_colour, styled, thin
+from phasmid.reporting.style import FAINT, Figure, leg_colour, shrunk, styled, thin
 
 NEEDS = (("foot_position",), ("body_position",), ("body_orientation",))
 BODY_DASH = (0, (4, 1.6))
@@ -41,7 +42,7 @@ def foot_path_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             share_x=False,
             share_y=False,
             legend_rows=-(-(len(legs) + 1) // 4) + (len(parts) > 1),
-            space=0.24,
+            space=0.2,
             gap=0.42,
         )
         for number, run in enumerate(parts):
@@ -87,16 +88,21 @@ def _draw(axes: Sequence[Axes], run: Run, legs: tuple[int, ...]) -> None:
     above_body.plot(0.0, 0.0, marker="+", markersize=8, color=FAINT, linestyle="")
     track: dict[str, Any] = {"color": FAINT, "linewidth": 1.1, "linestyle": BODY_DASH}
     above_world.plot(*_path(run.time, 1000 * body[:, 0], 1000 * body[:, 1]), **track)
-    for axis, title, down in (
+    for axis, name, down in (
         (above_body, "in body axes, from above", "y, left [mm]"),
         (above_world, "in the world, from above", "y, left [mm]"),
         (side_body, "in body axes, from the right", "z, up [mm]"),
         (side_world, "in the world, from the right", "z, up [mm]"),
     ):
-        axis.set_title(title)
-        axis.set(xlabel="x, forward [mm]", ylabel=down)
+        narrow = layout().is_narrow
+        words = name.replace("in ", "").replace("from ", "").replace("the ", "")
+        title = axis.set_title(words if narrow else name)
+        shrunk(title, axis.bbox.width, least=points(6.5))
+        axis.set_xlabel("x, forward [mm]")
+        if axis in (above_body, side_body):
+            axis.set_ylabel(down)
         axis.margins(x=0.05, y=0.1)
-        axis.locator_params(nbins=6)
+        axis.locator_params(nbins=3 if narrow else 6)
     for axis in (above_body, above_world):
         axis.set_aspect("equal", adjustable="datalim")
 

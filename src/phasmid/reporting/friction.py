@@ -59,7 +59,7 @@ def friction_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             for run, (demand, limit, _) in zip(parts, found, strict=True):
                 line: dict[str, Any] = {"color": leg_colour(leg - 1)}
                 if not alone:
-                    line = {"color": run.colour, "linestyle": run.dash}
+                    line = {"color": run.colour, "linestyle": run.dash, "linewidth": run.width}
                 axis.plot(*thin(run.time, demand[:, leg - 1]), **line)
                 line = {"color": LIMIT_COLOUR, "linewidth": 1.1, "linestyle": LIMIT_DASH}
                 axis.plot(*thin(run.time, limit[:, leg - 1]), **line)
@@ -72,7 +72,9 @@ def friction_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             if number % columns == 0:
                 axis.set_ylabel("demand [1]")
             if number >= len(legs) - columns:
-                shaded = "   (shaded: stance)" if alone and "stance" in parts[0].recording else ""
+                first = number % columns == 0
+                noted = first and alone and "stance" in parts[0].recording
+                shaded = "   (shaded: stance)" if noted else ""
                 axis.set_xlabel(f"time [s]{shaded}")
                 axis.xaxis.set_tick_params(labelbottom=True)
         drawing.axes[0].set_ylim(0.0, 1.12 * highest)
@@ -81,7 +83,8 @@ def friction_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
         limit_entry = ("coefficient of friction", LIMIT_COLOUR, LIMIT_DASH)
         demand_entry = (f"tangential over normal force{found[0][2]}", leg_colour(0), "-")
         told = [demand_entry] if alone else entries(parts)
-        legend(drawing, [*told, limit_entry], columns=0 if alone else 1)
+        widths = [] if alone else [*(run.width for run in parts), 1.1]
+        legend(drawing, [*told, limit_entry], columns=0 if alone else 1, widths=widths)
     return drawing.figure
 
 

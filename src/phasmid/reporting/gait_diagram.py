@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from phasmid.reporting.demand import first_channel
+from phasmid.reporting.layout import points
 from phasmid.reporting.panels import check_legs, leg_name
 from phasmid.reporting.runs import Run, shown, who
 from phasmid.reporting.sheet import Axes, legend, sheet
@@ -39,7 +40,7 @@ def gait_diagram(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             _bars(axis, run, legs)
             if len(parts) > 1:
                 words = " · ".join(word for word in (run.label, _agreement(run, legs)) if word)
-                shrunk(axis.set_title(words), 0.95 * float(axis.bbox.width), least=6.5)
+                shrunk(axis.set_title(words), 0.95 * float(axis.bbox.width), least=points(6.5))
         drawing.axes[-1].set_xlabel("time [s]")
         if len(parts[0].time) > 1:
             drawing.axes[-1].set_xlim(parts[0].time[0], parts[0].time[-1])
@@ -82,7 +83,7 @@ def _bars(axis: Axes, run: Run, legs: tuple[int, ...]) -> None:
     axis.set_yticks(np.arange(len(legs)), [f"{leg} {leg_name(run.source, leg)}" for leg in legs])
     for label, leg in zip(axis.get_yticklabels(), legs, strict=True):
         label.set_color(leg_colour(leg - 1))
-        shrunk(label, 0.17 * float(axis.figure.bbox.width), least=5.0)
+        shrunk(label, 0.9 * axis.bbox.x0, least=points(5.0))
     axis.tick_params(axis="y", length=0)
     axis.grid(visible=False, axis="y")
     axis.spines["left"].set_visible(False)

@@ -8,6 +8,7 @@ import numpy as np
 
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
+from phasmid.reporting.layout import layout, points
 from phasmid.reporting.sheet import Axes, Sheet, caption, sheet, short
 from phasmid.reporting.source import Source, attribute, channel, read_source
 from phasmid.reporting.steps import intervals
@@ -32,9 +33,14 @@ def shown_part(recording: Recording) -> tuple[Recording, str]:
 
 
 def panels(
-    recording: Recording, legs: tuple[int, ...], what: str, unit: str, notes: Sequence[str] = ()
+    recording: Recording,
+    legs: tuple[int, ...],
+    what: str,
+    unit: str,
+    notes: Sequence[str] = (),
+    parts: Sequence[str] = ("",),
 ) -> Sheet:
-    """A figure with one panel per leg, its stance shaded.
+    """A figure with one panel per leg, or one per leg and part of it, its stance shaded.
 
     Args:
         recording: Of which all is shown.
@@ -42,6 +48,7 @@ def panels(
         what: What is drawn, for the title.
         unit: Label of the panels' upright axis.
         notes: What the subtitle says besides who walked how; empty ones are left out.
+        parts: Names of the panels side by side, of which each column has its own upright axis.
 
     Raises:
         InvalidInput: There is no such leg.
@@ -52,13 +59,21 @@ def panels(
         f"{what} of {listed_legs(legs)}",
         [*caption(recording, source), *notes],
         [1.65] * len(legs),
+        columns=len(parts),
+        share_y=len(parts) == 1,
+        space=0.24,
     )
-    for axis, leg in zip(panel.axes, legs, strict=True):
-        name_leg(axis, source, leg)
+    columns = [panel.axes[k :: len(parts)] for k in range(len(parts))]
+    for part, column in zip(parts, columns, strict=True):
+        for axis, leg in zip(column, legs, strict=True):
+            name_leg(axis, source, leg, part, first=axis in columns[0])
+            if axis is not column[0] and len(parts) > 1:
+                axis.sharey(column[0])
+            shade_stance(axis, recording, leg)
+        time_axis(column[-1], recording, noted=column is columns[0])
+    for axis in columns[0]:
         axis.set_ylabel(unit)
-        shade_stance(axis, recording, leg)
-    time_axis(panel.axes[-1], recording)
-    panel.figure.align_ylabels(panel.axes)
+    panel.figure.align_ylabels(columns[0])
     return panel
 
 
@@ -85,10 +100,16 @@ def leg_name(source: Source, leg: int) -> str:
     return short(source.robot.legs[leg - 1].name).replace("_", " ")
 
 
-def name_leg(axis: Axes, source: Source, leg: int) -> None:
-    """Write a leg's number, from 1, and its name over its panel."""
-    title = axis.set_title(f"Leg {leg}, {leg_name(source, leg)}")
-    shrunk(title, axis.bbox.width, least=7.0)
+def name_leg(axis: Axes, source: Source, leg: int, part: str = "", *, first: bool = True) -> None:
+    """Write a leg's number, from 1, its name and a part of it over its panel.
+
+    Only the first panel of a row names the leg.
+    """
+    name = f"Leg {leg}"
+    if not (part and layout().is_narrow):
+        name += f", {leg_name(source, leg)}"
+    title = axis.set_title(": ".join(word for word in (name if first else "", part) if word))
+    shrunk(title, axis.bbox.width, least=points(7.0))
 
 
 def shade_stance(axis: Axes, recording: Recording, leg: int) -> None:
@@ -114,16 +135,17 @@ def shade(axis: Axes, time: np.ndarray, where: np.ndarray, colour: str) -> None:
     axis.broken_barh(bars, (0, 1), color=colour, linewidth=0, zorder=0, transform=upright)
 
 
-def time_axis(axis: Axes, recording: Recording, *, shaded: bool = True) -> None:
+def time_axis(axis: Axes, recording: Recording, *, shaded: bool = True, noted: bool = True) -> None:
     """Name the lowest panel's time, and let it be as long as the recording.
 
     Args:
         axis: The panel.
         recording: What is shown.
         shaded: Whether panels shade the planned stance where it is recorded.
+        noted: Whether this panel's label says so.
     """
     time = np.asarray(recording["time"].values)
-    note = "   (shaded: stance)" if shaded and "stance" in recording.data_vars else ""
+    note = "   (shaded: stance)" if noted and shaded and "stance" in recording.data_vars else ""
     axis.set_xlabel(f"time [s]{note}")
     if len(time) > 1:
         axis.set_xlim(time[0], time[-1])

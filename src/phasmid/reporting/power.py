@@ -83,7 +83,8 @@ def power_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             for number, kind in enumerate(kinds if alone else kinds[1:2]):
                 colour = POWER_COLOURS[number] if alone else run.colour
                 dash = DASHES[number] if alone else run.dash
-                line: dict[str, Any] = {"color": colour, "linestyle": dash, "linewidth": 1.3}
+                line: dict[str, Any] = {"color": colour, "linestyle": dash}
+                line["linewidth"] = 1.3 if alone else run.width
                 above.plot(*thin(run.time, kind.power[rows]), **line)
                 below.plot(*thin(run.time, kind.energy[rows]), **line)
                 labels.append((f"{kind.name}{KINDS[kind.name]}", colour, dash))
@@ -96,7 +97,8 @@ def power_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
         below.set_ylabel("energy [J]" if alone else "energy given [J]")
         time_axis(below, parts[0].recording, shaded=False)
         drawing.figure.align_ylabels(drawing.axes)
-        legend(drawing, labels, columns=0 if alone else 1)
+        widths = [] if alone else [run.width for run in parts]
+        legend(drawing, labels, columns=0 if alone else 1, widths=widths)
     return drawing.figure
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.demand import first_channel
+from phasmid.reporting.layout import layout, points
 from phasmid.reporting.panels import (
     check_legs,
     leg_name,
@@ -22,7 +23,7 @@ from phasmid.reporting.runs import Run, entries, shown, who
 from phasmid.reporting.sheet import Axes, legend, sheet
 from phasmid.reporting.source import channel
 from phasmid.reporting.steps import SETTLING, away_from_switches
-from phasmid.reporting.style import STANCE_COLOUR, Figure, leg_colour, paler, styled, thin
+from phasmid.reporting.style import STANCE_COLOUR, Figure, leg_colour, paler, shrunk, styled, thin
 
 NEEDS = (
     ("foot_normal_force",),
@@ -80,7 +81,7 @@ def residuals_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
             ]
             legend(drawing, told, columns=min(3, len(legs)))
         else:
-            legend(drawing, entries(parts), columns=1)
+            legend(drawing, entries(parts), columns=1, widths=[run.width for run in parts])
     return drawing.figure
 
 
@@ -123,7 +124,7 @@ def _draw(
 ) -> None:
     time = run.time
     if not alone:
-        look: dict[str, Any] = {"color": run.colour, "linestyle": run.dash, "linewidth": 1.2}
+        look: dict[str, Any] = {"color": run.colour, "linestyle": run.dash, "linewidth": run.width}
         axis.plot(*thin(time, _line(values, legs)), **look)
         return
     shade(axis, time, ~calm, STANCE_COLOUR)
@@ -152,4 +153,7 @@ def _keep_calm(
         return
     axis.set_ylim(-1.6 * quiet if alone else 0.0, 1.6 * quiet)
     unit = "N" if axis.get_ylabel().endswith("[N]") else "N·m"
-    axis.set_title(f"{axis.get_title(loc='left')}   (impacts up to {most:.2g} {unit} are cut off)")
+    name = axis.get_title(loc="left")
+    words = f"impacts up to {most:.2g} {unit}" + ("" if layout().is_narrow else " are cut off")
+    title = axis.set_title(f"{name}   ({words})")
+    shrunk(title, axis.bbox.width, least=points(6.5))

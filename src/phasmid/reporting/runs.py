@@ -14,7 +14,7 @@ from phasmid.recording import Recording
 from phasmid.reporting.panels import LAST_CYCLES, MOST_CYCLES, shown_part
 from phasmid.reporting.sheet import caption, short
 from phasmid.reporting.source import Source, finite_part, read_source
-from phasmid.reporting.style import RUN_COLOURS, RUN_DASHES
+from phasmid.reporting.style import RUN_COLOURS, RUN_DASHES, RUN_WIDTHS
 from phasmid.scenario import option_keys
 from phasmid.scenario.scenario import Scenario
 from phasmid.tables import quantity
@@ -40,6 +40,7 @@ class Run:
         label: What it is called beside others.
         colour: Of its lines beside others.
         dash: Of its lines beside others.
+        width: Of its lines beside others [pt].
     """
 
     recording: Recording
@@ -47,6 +48,7 @@ class Run:
     label: str
     colour: str
     dash: Any
+    width: float
 
     @property
     def time(self) -> np.ndarray:
@@ -71,17 +73,21 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
         raise InvalidInput(f"{len(labels)} labels were given for {count} runs; each needs one.")
     sources = [read_source(recording) for recording in recordings]
     names = labels or [source.scenario.name for source in sources]
-    told = differences(sources)
+    words = [
+        f"{short(name)}: {short(difference)}" if difference else short(name)
+        for name, difference in zip(names, differences(sources), strict=True)
+    ]
     return [
         Run(
             finite_part(recording),
             source,
-            f"{short(name)}: {short(words)}" if words else short(name),
+            f"{word}, run {number + 1}" if words.count(word) > 1 else word,
             RUN_COLOURS[number],
             RUN_DASHES[number],
+            RUN_WIDTHS[number],
         )
-        for number, (recording, source, name, words) in enumerate(
-            zip(recordings, sources, names, told, strict=True)
+        for number, (recording, source, word) in enumerate(
+            zip(recordings, sources, words, strict=True)
         )
     ]
 

@@ -10,9 +10,9 @@ import numpy as np
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording import Recording
-from phasmid.reporting.sheet import drive_words, short
+from phasmid.reporting.sheet import caption, legend, sheet
 from phasmid.reporting.source import channel, read_source
-from phasmid.reporting.style import FAINT, JOINT_COLOURS, Figure, darker, styled, thin
+from phasmid.reporting.style import JOINT_COLOURS, Figure, darker, styled, thin
 
 SENSOR_CHANNELS = (
     "joint_position_measured",
@@ -56,34 +56,28 @@ def sensor_figure(recording: Recording) -> Figure:
         )
     time = np.asarray(recording["time"].values)
     with styled():
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure as NewFigure
-
-        height = 0.95 + 1.25 * len(found)
-        figure = NewFigure(figsize=(7.2, height))
-        FigureCanvasAgg(figure)
-        grid = figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0]
-        figure.subplots_adjust(
-            left=0.13, right=0.965, top=1 - 0.72 / height, bottom=0.47 / height, hspace=0.2
+        drawing = sheet(
+            "What sensors tell, last cycle, leg 1 and body",
+            caption(recording, source),
+            [1.1] * len(found),
+            share_y=False,
+            left=0.13,
+            right=0.965,
+            gap=0.2,
         )
-        words = [short(source.robot.name), f"{short(source.gait.name)} gait"]
-        words.append(drive_words(recording, source))
-        place: dict[str, Any] = {"x": 0.13, "va": "top", "ha": "left"}
-        title = "What sensors tell, last cycle, leg 1 and body"
-        figure.text(y=1 - 0.10 / height, s=title, fontsize=11.5, fontweight="bold", **place)
-        figure.text(y=1 - 0.33 / height, s=" · ".join(words), fontsize=8.5, color=FAINT, **place)
+        grid = drawing.axes
         for axis, pair in zip(grid, found, strict=True):
             if pair.true is not None:
-                axis.plot(*thin(time, pair.true), color=TRUE_COLOUR, linewidth=2.4, label="true")
+                axis.plot(*thin(time, pair.true), color=TRUE_COLOUR, linewidth=2.4)
             # A reading stands until the next one arrives.
             colour = darker(JOINT_COLOURS[1])
-            axis.step(time, pair.told, where="post", color=colour, linewidth=1.0, label="told")
+            axis.step(time, pair.told, where="post", color=colour, linewidth=1.0)
             axis.set_ylabel(pair.label)
-        grid[0].legend(loc="upper right", ncols=2, fontsize=8)
         grid[-1].set_xlabel("time [s]")
         grid[-1].set_xlim(time[0], time[-1])
-        figure.align_ylabels(grid)
-    return figure
+        drawing.figure.align_ylabels(grid)
+        legend(drawing, [("true", TRUE_COLOUR, "-"), ("measured", darker(JOINT_COLOURS[1]), "-")])
+    return drawing.figure
 
 
 def _pairs(recording: Recording) -> list[_Pair | None]:

@@ -8,41 +8,67 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from phasmid.errors import plain
 from phasmid.recording import Recording
+from phasmid.reporting.layout import layout, points
 from phasmid.reporting.source import Source, attribute
-from phasmid.reporting.style import FAINT, Figure, shrunk, wrapped
+from phasmid.reporting.style import FAINT, Figure, shrunk, text_width, wrapped
 
 if TYPE_CHECKING:
     import matplotlib.axes
 
 Axes: TypeAlias = "matplotlib.axes.Axes"
 
-WIDTH = 7.2
-"""Of a sheet [inches]."""
-
 LINE, LEGEND_LINE = 0.154, 0.175
 """Height of a line of the subtitle, and of the legend [inches]."""
+
+TITLE_TOP, SUBTITLE_TOP, LEGEND_TOP, PANELS_TOP = 0.10, 0.33, 0.43, 0.88
+"""Upper edges below that of the sheet, with one line of subtitle and legend [inches]."""
+
+FOOT, ABOVE_PANELS = 0.47, 0.20
+"""Room for the lowest axis, and the gap above the uppermost row that its height counts [inches]."""
 
 LONGEST_NAME = 120
 """Letters of a name that a figure shows."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Sheet:
-    """A figure with panels in rows and columns.
+    """A figure with panels in rows and columns under a heading.
 
     Attributes:
         figure: All of it.
         axes: The panels, row by row from above.
         columns: Number of panels in a row.
-        legend_top: Upper edge of the place for the legend, in heights of the figure.
         left: Left edge of the panels, in widths of the figure.
+        panels: Height of all rows [inches].
+        subtitle_lines: Number of lines of the subtitle.
+        legend_rows: Number of lines of the legend.
     """
 
     figure: Figure
     axes: list[Axes]
     columns: int
-    legend_top: float
     left: float
+    panels: float
+    subtitle_lines: int
+    legend_rows: int
+
+    def place(self) -> float:
+        """Put heading and panels at their heights; returns the upper edge of the legend.
+
+        The edge is a share of the figure's height.
+        """
+        scale, titled = layout().type_scale, layout().title
+        # Without words the legend comes to the upper edge.
+        heading = scale * (LINE * (self.subtitle_lines - 1) if titled else 0.06 - LEGEND_TOP)
+        top = scale * PANELS_TOP + heading + scale * LEGEND_LINE * (self.legend_rows - 1)
+        bottom = scale * FOOT
+        height = top + bottom + self.panels - scale * ABOVE_PANELS
+        self.figure.set_figheight(height)
+        self.figure.subplots_adjust(top=1 - top / height, bottom=bottom / height)
+        edges = (TITLE_TOP, SUBTITLE_TOP) if titled else ()
+        for text, edge in zip(self.figure.texts, edges, strict=False):
+            text.set_y(1 - scale * edge / height)
+        return 1 - (scale * LEGEND_TOP + heading) / height
 
 
 def sheet(
@@ -81,29 +107,22 @@ def sheet(
 
     from phasmid.reporting.axis import Panel
 
-    figure = NewFigure(figsize=(WIDTH, 1.0))
+    page = layout()
+    figure = NewFigure(figsize=(page.width, 1.0))
     FigureCanvasAgg(figure)
-    place: dict[str, Any] = {"x": left, "va": "top", "ha": "left"}
-    subtitle = figure.text(y=0, s="", fontsize=8.5, color=FAINT, linespacing=1.3, **place)
-    parts = [note for note in notes if note]
-    width = (0.98 - left) * float(figure.bbox.width)
-    more = LINE * (wrapped(subtitle, parts, width) - 1)
-    below = more + LEGEND_LINE * (legend_rows - 1)
-    height = 1.15 + below + sum(rows)
-    figure.set_figheight(height)
-    subtitle.set_y(1 - 0.33 / height)
-    grid = figure.add_gridspec(
-        len(rows),
-        columns,
-        left=left,
-        right=right,
-        top=1 - (0.88 + below) / height,
-        bottom=0.47 / height,
-        hspace=gap,
-        wspace=space,
-        height_ratios=list(rows),
-        width_ratios=widths,
+    left, right = page.margin_scale * left, 1 - page.margin_scale * (1 - right)
+    lines = 1
+    if page.title:
+        edge: dict[str, Any] = {"x": left, "y": 0, "va": "top", "ha": "left"}
+        width = (0.98 - left) * float(figure.bbox.width)
+        heading = figure.text(s=title, fontsize=points(11.5), fontweight="bold", **edge)
+        shrunk(heading, width, least=points(8.5))
+        subtitle = figure.text(s="", fontsize=points(8.5), color=FAINT, linespacing=1.3, **edge)
+        lines = wrapped(subtitle, [note for note in notes if note], width)
+    figure.subplots_adjust(
+        left=left, right=right, hspace=gap, wspace=min(page.margin_scale * space, 1.0)
     )
+    grid = figure.add_gridspec(len(rows), columns, height_ratios=list(rows), width_ratios=widths)
     axes: list[Axes] = []
     for row in range(len(rows)):
         for column in range(columns):
@@ -114,15 +133,21 @@ def sheet(
                 axes[-1].xaxis.set_tick_params(labelbottom=False)
             if share_y and column > 0:
                 axes[-1].yaxis.set_tick_params(labelleft=False)
-    figure.text(y=1 - 0.10 / height, s=title, fontsize=11.5, fontweight="bold", **place)
-    return Sheet(figure, axes, columns, 1 - (0.43 + more) / height, left)
+    drawing = Sheet(figure, axes, columns, left, sum(rows), lines, legend_rows)
+    drawing.place()
+    if page.is_narrow:
+        # Labels of ticks are as wide as ever.
+        for axis in axes:
+            count = max(2, int(axis.get_position().width * page.width / 0.3))
+            axis.locator_params(axis="x", nbins=count, steps=[1, 2, 5, 10])
+    return drawing
 
 
 def name_row(axis: Axes, words: str) -> None:
     """Write what a row of panels is of over the title of its first one."""
     above: dict[str, Any] = {"xytext": (0, 15), "textcoords": "offset points"}
-    text = axis.annotate(words, (0, 1), xycoords="axes fraction", fontsize=8.5, **above)
-    shrunk(text, (0.98 - axis.get_position().x0) * float(axis.figure.bbox.width), least=6.0)
+    text = axis.annotate(words, (0, 1), xycoords="axes fraction", fontsize=points(8.5), **above)
+    shrunk(text, (0.98 - axis.get_position().x0) * float(axis.figure.bbox.width), least=points(6.0))
 
 
 def caption(recording: Recording, source: Source) -> list[str]:
@@ -150,6 +175,7 @@ def legend(
     *,
     columns: int = 0,
     width: float = 1.6,
+    widths: Sequence[float] = (),
 ) -> None:
     """Say under the title what each kind of line is: its label, colour and dash.
 
@@ -158,13 +184,35 @@ def legend(
         entries: From left to right, then from above.
         columns: Entries in a line; all of them by default.
         width: Of the lines [pt].
+        widths: Of each line, where they differ [pt].
     """
-    columns = columns or len(entries)
+    columns = _fitting_columns(place, entries, columns or len(entries))
+    place.legend_rows = max(place.legend_rows, -(-len(entries) // columns))
     # Matplotlib fills a legend column by column.
-    order = [entries[k] for c in range(columns) for k in range(c, len(entries), columns)]
-    lines = [(*entry, width) for entry in order]
-    x = place.left - 0.008
-    figure_legend(place.figure, lines, top=place.legend_top, columns=columns, left=x)
+    order = [k for c in range(columns) for k in range(c, len(entries), columns)]
+    lines = [(*entries[k], widths[k] if widths else width) for k in order]
+    x = place.left - 0.008 * layout().margin_scale
+    figure_legend(place.figure, lines, top=place.place(), columns=columns, left=x)
+
+
+def _fitting_columns(place: Sheet, entries: Sequence[tuple[str, str, Any]], columns: int) -> int:
+    """Return how many entries fit side by side, at most some number of columns."""
+    import matplotlib
+
+    size = float(matplotlib.rcParams["legend.fontsize"])
+    ruler = place.figure.text(0, 0, "", fontsize=size)
+    pixel = size * float(place.figure.dpi) / 72
+    # Handle, its gap and the gap between columns, in sizes of the type.
+    widths = [text_width(ruler, name) + (2.2 + 0.8 + 1.4) * pixel for name, _, _ in entries]
+    ruler.remove()
+    # No gap follows the last column.
+    room = (0.99 - place.left) * float(place.figure.bbox.width) + 1.4 * pixel
+    while columns > 1:
+        widest = [max(widths[k::columns], default=0.0) for k in range(columns)]
+        if sum(widest) <= room:
+            break
+        columns -= 1
+    return columns
 
 
 def figure_legend(

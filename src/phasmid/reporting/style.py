@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.reporting.layout import layout
+
 if TYPE_CHECKING:
     import matplotlib.figure
     import matplotlib.text
@@ -45,6 +47,9 @@ RUN_COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377")
 
 RUN_DASHES = ("-", (0, (6, 1.6)), (0, (2.2, 1.4)), (0, (6, 1.4, 1.6, 1.4)), (0, (1, 1)), "-")
 """Dashes of those runs, by which print without colour tells them apart."""
+
+RUN_WIDTHS = (2.2, 1.2, 1.1, 1.0, 0.9, 0.8)
+"""Widths of those lines [pt]: of runs that are alike the later ones lie on the first."""
 
 INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
@@ -93,7 +98,8 @@ def styled() -> Iterator[None]:
 
     found: Any = matplotlib.rcParams
     # To set one, even to what it is, takes its time.
-    other = {name: value for name, value in _settings().items() if found[name] != value}
+    settings = _settings(layout().type_scale)
+    other = {name: value for name, value in settings.items() if found[name] != value}
     with warnings.catch_warnings():
         # A name in a script that the font lacks is shown as boxes; that is no reason to complain.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
@@ -124,15 +130,26 @@ def uncollected() -> Iterator[None]:
             gc.enable()
 
 
-@cache
-def _settings() -> dict[Any, Any]:
-    """All settings of matplotlib: its own, and over them phasmid's."""
+TYPE_SIZES = (
+    "font.size",
+    "axes.labelsize",
+    "axes.titlesize",
+    "xtick.labelsize",
+    "ytick.labelsize",
+    "legend.fontsize",
+)
+"""Settings that are sizes of type [pt]."""
+
+
+@lru_cache(maxsize=8)
+def _settings(type_scale: float) -> dict[Any, Any]:
+    """All settings of matplotlib: its own, and over them phasmid's, with type of a scale."""
     import matplotlib
 
     path = Path(__file__).with_name("phasmid.mplstyle")
     settings: dict[Any, Any] = dict(matplotlib.rc_params_from_file(path))
     settings.pop("backend", None)
-    return settings
+    return settings | {name: type_scale * settings[name] for name in TYPE_SIZES}
 
 
 def wrapped(text: Text, parts: Sequence[str], width: float) -> int:

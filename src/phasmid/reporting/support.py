@@ -60,7 +60,8 @@ def support_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
                 colour = JOINT_COLOURS[2 * number] if alone else run.colour
                 dash = ("-", (0, (3.2, 1.8)))[number] if alone else run.dash
                 known = np.where(np.isfinite(margin), 1000 * margin, np.nan)
-                axis.plot(*thin(run.time, known), color=colour, linestyle=dash)
+                width = 1.4 if alone else run.width
+                axis.plot(*thin(run.time, known), color=colour, linestyle=dash, linewidth=width)
                 labels.append((WORDS[name], colour, dash))
                 if alone and number == 0:
                     shade(axis, run.time, ~np.isfinite(margin), LACKING_COLOUR)
@@ -70,7 +71,10 @@ def support_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
         if alone:
             none = not np.isfinite(own[0][0]).all()
             axis.set_xlabel("time [s]" + ("   (shaded: fewer than three feet)" if none else ""))
-        legend(drawing, labels if alone else entries(parts), columns=0 if alone else 1)
+        if alone:
+            legend(drawing, labels)
+        else:
+            legend(drawing, entries(parts), columns=1, widths=[run.width for run in parts])
     return drawing.figure
 
 
