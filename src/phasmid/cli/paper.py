@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 COLOURS = {
     "holds": "green",
-    "holds, with a limit": "yellow",
+    "holds with a limit": "yellow",
     "does not hold": "bold red",
     "misprinted": "red",
     "not tested": "dim",

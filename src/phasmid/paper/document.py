@@ -12,7 +12,8 @@ from phasmid.paper.errata import two_digits
 from phasmid.paper.evidence import SERVO_STIFFNESS, Evidence
 from phasmid.paper.misprints import MISPRINTS
 from phasmid.paper.sharing import AFTER_TOUCHDOWN, Grip, Relaxation, Share, Squeeze
-from phasmid.paper.statement import Finding, Grade, Statement
+from phasmid.paper.statement import RULES, Finding, Grade, Statement
+from phasmid.paper.trajectory import turned_in_support
 from phasmid.paper.variants import Variant
 
 
@@ -69,6 +70,10 @@ Unless a line says otherwise the robot is `phantomx-paper`, the scenario `paper`
 [conventions](conventions.md)), joints are prescribed as in the paper, model forces are of minimum
 norm, and "amid stance" is the middle half of each stance. Statements are in our words.
 
+One rule decides each grade:
+
+{rules}
+
 {parts}
 {count}
 
@@ -81,6 +86,19 @@ Joint angles, joint torques and normal forces, simulated and by the model.
 ![Fig. 14](paper/fig14.png)
 ![Fig. 15](paper/fig15.png)
 ![Fig. 16](paper/fig16.png)
+
+### Figure 12 under both stance laws
+
+The text on the paper's Fig 12 says that in support femur and tibia are fixed and the coxa alone
+moves. The left column does so (`phasmid walk --stance-law coxa-only`); the right one is the default
+walk of this project, as in the figure above.
+
+![Fig. 12 under both stance laws](paper/fig12-stance-laws.png)
+
+On the left a foot in support moves on an arc about its hip. The arcs of three feet do not fit one
+straight motion of the body, so that feet slip, by {slip:.1f} mm a step. On the right each foot
+moves on a straight line in the body's frame and stays where it stands; for that its distance from
+the hip must change, which takes {femur:.1f}° of the femur and {tibia:.1f}° of the tibia.
 
 ## Two stance laws, two layouts
 
@@ -184,7 +202,11 @@ def document(results: Results, evidence: Evidence) -> str:
     """The page, in Markdown."""
     return _PAGE.format(
         parts="".join(_part(name, lines) for name, lines in results.parts.items()),
+        rules=_table(("grade", "given where"), [(g.value, rule) for g, rule in RULES.items()]),
         count=results.tally,
+        slip=1000 * evidence.variant("coxa-only", "as-given").summary["slip"]["mean"],
+        femur=turned_in_support(evidence, "straight")[0],
+        tibia=turned_in_support(evidence, "straight")[1],
         variants=_variants(results.variants),
         misprints=_misprints(),
         model=_model_torque(results.model_torque, evidence.robot.leg_names),

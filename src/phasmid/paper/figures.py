@@ -8,12 +8,21 @@ import numpy as np
 
 from phasmid.dynamics import leg_torque
 from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_torque
+from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
 from phasmid.reporting.sheet import figure_legend
-from phasmid.reporting.style import FAINT, INK, JOINT_COLOURS, Figure, leg_colour, styled
+from phasmid.reporting.style import (
+    FAINT,
+    INK,
+    JOINT_COLOURS,
+    STANCE_COLOUR,
+    Figure,
+    leg_colour,
+    styled,
+)
 
 WIDTH = 7.2
 """Of a figure, as the paper's figures are drawn [inch]."""
@@ -74,6 +83,51 @@ def as_printed_figure(evidence: Evidence) -> Figure:
             figure,
             [("corrected", FAINT, "-", 2.2)]
             + [(name, INK, dash, 1.2) for name, dash in zip(lines, ("--", ":"), strict=True)],
+        )
+    return figure
+
+
+def stance_laws_figure(evidence: Evidence) -> Figure:
+    """Joint angles of legs 1 to 3 in the first cycle, under both stance laws side by side."""
+    columns = {
+        "coxa-only": "coxa-only, the text on Fig. 12",
+        "straight": "straight, the default",
+    }
+    with styled():
+        figure, axes = _grid(
+            3,
+            2,
+            "Figure 12 under both stance laws, legs 1, 2 and 3",
+            "phantomx-paper, planned; angles from those of the neutral stance; shaded: in support",
+            row=1.7,
+            sharey=True,
+            room=0.12,
+        )
+        for column, (law, title) in enumerate(columns.items()):
+            walk = evidence.variant(law, "as-given").walk
+            neutral = joint_angles(walk.robot.arrays, walk.robot.arrays.neutral_foot)
+            shown = walk.time <= evidence.scenario.stride.period + 1e-9
+            time, angles = walk.time[shown], np.degrees(walk.q[shown] - neutral)
+            axes[0, column].set_title(title)
+            axes[-1, column].set_xlabel("time [s]")
+            for leg, axis in enumerate(axes[:, column]):
+                axis.fill_between(
+                    time,
+                    0,
+                    1,
+                    where=walk.stance[shown, leg],
+                    color=STANCE_COLOUR,
+                    transform=axis.get_xaxis_transform(),
+                    linewidth=0,
+                )
+                for joint, colour in enumerate(JOINT_COLOURS):
+                    axis.plot(time, angles[:, leg, joint], color=colour, linewidth=1.4)
+        for leg in range(3):
+            axes[leg, 0].set_ylabel(f"leg {leg + 1}: angle [°]")
+        axes[0, 0].set_xlim(0, evidence.scenario.stride.period)
+        _legend(
+            figure,
+            [(name, colour, "-", 1.4) for name, colour in zip(JOINTS, JOINT_COLOURS, strict=True)],
         )
     return figure
 

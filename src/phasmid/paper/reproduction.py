@@ -13,7 +13,7 @@ from phasmid.forces import FORCE_MODELS
 from phasmid.paper.document import Graded, Results, document
 from phasmid.paper.equations import EQUATIONS
 from phasmid.paper.evidence import GAITS, Announce, Evidence
-from phasmid.paper.figures import as_printed_figure, sharing_figure
+from phasmid.paper.figures import as_printed_figure, sharing_figure, stance_laws_figure
 from phasmid.paper.sharing import (
     compare_creeps,
     compare_grips,
@@ -40,7 +40,16 @@ STATEMENTS: dict[str, tuple[Statement, ...]] = {
 PAGE, FOLDER = "paper.md", "paper"
 """What is written: the page, and the folder of its figures beside it."""
 
-FIGURES = ("fig12", "fig13", "fig14", "fig15", "fig16", "as-printed", "sharing")
+FIGURES = (
+    "fig12",
+    "fig13",
+    "fig14",
+    "fig15",
+    "fig16",
+    "fig12-stance-laws",
+    "as-printed",
+    "sharing",
+)
 """The figures' names, all ``.png``."""
 
 
@@ -90,6 +99,7 @@ def reproduce(
     drawn = {
         name: figure for name, figure in figures(evidence.walk.recording).items() if name in FIGURES
     }
+    drawn["fig12-stance-laws"] = stance_laws_figure(evidence)
     drawn["as-printed"] = as_printed_figure(evidence)
     drawn["sharing"] = sharing_figure(evidence, FORCE_MODELS)
     _write(folder, document(results, evidence), drawn, force=force)

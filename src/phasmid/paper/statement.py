@@ -13,11 +13,7 @@ from phasmid.paper.evidence import Evidence
 
 
 class Grade(Enum):
-    """How a statement fares; the value is what the table prints.
-
-    What was read into the robot or the scenario is so by construction, and no measurement of it
-    could come out otherwise.
-    """
+    """Grade of a statement; the value is what the table prints, `RULES` when it is given."""
 
     HOLDS = "holds"
     CORRECTED = "holds once corrected"
@@ -26,6 +22,20 @@ class Grade(Enum):
     MISPRINTED = "misprinted"
     FAILS = "does not hold"
     NOT_TESTED = "not tested"
+
+
+RULES = {
+    Grade.HOLDS: "the measurement confirms every part of the statement",
+    Grade.CORRECTED: "it does so once misprints of the paper are put right",
+    Grade.WITH_A_LIMIT: "it confirms a part of the statement, or all of it under a condition; the "
+    "line names the part or the condition",
+    Grade.BY_CONSTRUCTION: "the statement was read into the robot or the scenario, so that no "
+    "measurement could differ",
+    Grade.MISPRINTED: "the printed form gives other numbers than the right form",
+    Grade.FAILS: "the measurement confirms no part of the statement under any condition tried",
+    Grade.NOT_TESTED: "nothing was measured",
+}
+"""When each grade is given; the one rule for all statements."""
 
 
 class Finding(NamedTuple):

@@ -61,25 +61,33 @@ def first_half(evidence: Evidence) -> Finding:
         and not stance[~first][:, SECOND].any()
     )
     share = np.mean(stance[:, FIRST] == ~first[:, None])
-    return judged(bool(good), f"{100 * share:.0f} % of {len(time)} samples as it says")
+    return judged(
+        bool(good),
+        f"{100 * share:.0f} % of {len(time)} samples as it says",
+        best=Grade.BY_CONSTRUCTION,
+    )
+
+
+def turned_in_support(evidence: Evidence, stance_law: str) -> np.ndarray:
+    """Return how far femur and tibia turn in the first support [°], shape (2,)."""
+    walk = evidence.variant(stance_law, "as-given").walk
+    standing = walk.stance[:1000, 1]
+    angles = walk.q[:1000][standing][:, SECOND, 1:]
+    return np.asarray(np.degrees(np.ptp(angles, axis=0)).max(axis=0))
 
 
 def coxa_only(evidence: Evidence) -> Finding:
-    """How far femur and tibia turn in support, on a straight line and by the paper's words."""
-    sizes = []
-    for law in ("straight", "coxa-only"):
-        walk = evidence.variant(law, "as-given").walk
-        standing = walk.stance[:1000, 1]
-        angles = walk.q[:1000][standing][:, SECOND, 1:]
-        sizes.append(np.degrees(np.ptp(angles, axis=0)).max(axis=0))
-    (femur, tibia), words = sizes
+    """Measure how far femur and tibia turn in support, under both stance laws."""
+    femur, tibia = turned_in_support(evidence, "straight")
+    words = turned_in_support(evidence, "coxa-only")
     slip = evidence.variant("coxa-only", "as-given").summary["slip"]["mean"]
     return judged(
-        bool(max(femur, tibia) < NOTABLE),
-        f"on a straight line femur {femur:.1f}°, tibia {tibia:.1f}°; by the coxa alone "
-        f"{words.max():.0e}°, and feet slip {1000 * slip:.1f} mm a step",
+        bool(words.max() < NOTABLE),
+        f"by the coxa alone femur and tibia turn by {words.max():.0e}°, and feet slip "
+        f"{1000 * slip:.1f} mm a step; on a straight line femur {femur:.1f}°, tibia {tibia:.1f}°",
         "A foot that the coxa alone moves draws an arc about the hip; feet that do not slip on a "
         "straight walk need all three joints. Both laws can be walked.",
+        best=Grade.HOLDS if max(femur, tibia) < NOTABLE else Grade.WITH_A_LIMIT,
     )
 
 

@@ -209,6 +209,7 @@ def contact_points(evidence: Evidence) -> Finding:
         bool(points == 4 and normal > 0 and friction > 0),
         f"{points:g} points a foot; normal forces up to {normal:.1f} N and friction up to "
         f"{friction:.1f} N are logged",
+        best=Grade.BY_CONSTRUCTION,
     )
 
 
@@ -263,6 +264,7 @@ def terrains(evidence: Evidence) -> Finding:
         all(abs(share - 1) < 0.05 for _, share in found),
         f"way against the plan: {listed}",
         "The plan knows the ground and fits footholds to it, which the paper's does not.",
+        best=Grade.WITH_A_LIMIT,
     )
 
 
