@@ -33,6 +33,7 @@ from control_study import (  # noqa: E402, they lie in the folder named above
 
 STUDIES = ("velocity", "sequences", "terrain", "levelling", "failures", "forces", "pace")
 HEADING = "## Measured"
+PIXELS_PER_INCH = 100
 WHOLE = {"directions": 24, "sequences": 1000, "simulated": 100, "seeds": 20}
 
 
@@ -112,6 +113,7 @@ def draw_swing(path: Path) -> None:
 
     from kinematic_world import drive
     from phasmid.control import Command, LocomotionEngine
+    from phasmid.reporting.style import FAINT, JOINT_COLOURS, save_figure, styled
     from phasmid.robot import load_robot
 
     engine = LocomotionEngine(load_robot("phantomx-ax"), feeling=False, dynamics="none")
@@ -123,23 +125,26 @@ def draw_swing(path: Path) -> None:
     seen = drive(engine, commands, 4.6)
     foot, dt = seen.feet[:, 0], seen.dt
     clock = np.arange(len(foot)) * dt
-    figure = Figure(figsize=(9, 4.6), layout="constrained")
-    rows = figure.subplots(3, 1, sharex=True)
     speed = np.gradient(foot, dt, axis=0)
     kinds = (
-        (1000 * (foot - foot[0]), "place [mm]"),
+        (1000 * (foot - foot[0]), "position [mm]"),
         (speed, "speed [m/s]"),
         (np.gradient(speed, dt, axis=0), "acceleration [m/s²]"),
     )
-    for axes, (values, name) in zip(rows, kinds, strict=True):
-        for k, axis in enumerate("xyz"):
-            axes.plot(clock, values[:, k], label=axis, color=("#004488", "#bb5566", "#d9a21b")[k])
-        for when, _ in commands[1:]:
-            axes.axvline(when, color="#6b7079", ls="--", lw=0.8)
-        axes.set_ylabel(name, fontsize=9)
-    rows[0].legend(fontsize=8, ncols=3)
-    rows[-1].set_xlabel("time [s]; dashed: a new command")
-    figure.savefig(path, dpi=80, metadata={"Software": None})
+    with styled():
+        figure = Figure(figsize=(9, 4.6), layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
+        rows = figure.subplots(3, 1, sharex=True)
+        for axes, (values, name) in zip(rows, kinds, strict=True):
+            for k, axis in enumerate("xyz"):
+                axes.plot(clock, values[:, k], label=axis, color=JOINT_COLOURS[k])
+            for when, _ in commands[1:]:
+                axes.axvline(when, color=FAINT, linestyle="--", linewidth=0.9)
+            axes.set_ylabel(name)
+        figure.align_ylabels(rows)
+        figure.legend(handles=rows[0].get_lines()[:3], loc="outside upper left", ncols=3)
+        rows[-1].set_xlabel("time [s]   (dashed: a new command)")
+        save_figure(figure, path, dpi=PIXELS_PER_INCH)
 
 
 def draw_walk(path: Path) -> None:
@@ -155,7 +160,7 @@ def draw_walk(path: Path) -> None:
         scenario.load_robot(), period=ground.PERIOD, step_height=ground.STEP_HEIGHT
     )
     run = drive(scenario, engine, Command(velocity=(ground.SPEED, 0.0, 0.0)))
-    save_figure(draw_robot(run, telling_moment(run, read_source(run))), path, dpi=80)
+    save_figure(draw_robot(run, telling_moment(run, read_source(run))), path, dpi=PIXELS_PER_INCH)
 
 
 def write(told: dict[str, list[study.Case]]) -> None:

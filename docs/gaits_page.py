@@ -14,12 +14,13 @@ import numpy as np
 
 from phasmid.cli import main as phasmid
 from phasmid.gait import GAITS
+from phasmid.reporting.style import leg_colour, save_figure, styled
 
 HERE = Path(__file__).parent
 ROBOTS = ("phantomx-paper", "octopod", "quadruped")
 HEADING = "## The library"
 LEGS = ("RF", "RM", "RR", "LR", "LM", "LF")
-PIXELS_PER_INCH = 80
+PIXELS_PER_INCH = 110
 
 
 def told(*arguments):
@@ -41,16 +42,27 @@ def draw(path):
     from matplotlib.figure import Figure
 
     gaits = [gait for name, gait in GAITS[6].items() if not name.startswith("firmware")]
-    figure = Figure(figsize=(9, 4.2), layout="constrained")
-    for axes, gait in zip(figure.subplots(2, 3, sharex=True, sharey=True).flat, gaits, strict=True):
-        for leg, offset in enumerate(gait.offsets):
-            landing = (offset + gait.swing_fraction) % 1.0
-            bars = [(landing + cycle, gait.duty_factor) for cycle in np.arange(-1.0, 2.0)]
-            axes.broken_barh(bars, (leg - 0.4, 0.8), color=f"C{int(leg > 2)}")
-        axes.set(title=gait.name, xlim=(0, 2), ylim=(5.6, -0.6))
-        axes.set_yticks(range(6), [f"{leg} {name}" for leg, name in enumerate(LEGS, 1)])
-    figure.supxlabel("cycles; bars are feet on the ground", fontsize=10)
-    figure.savefig(path, dpi=PIXELS_PER_INCH, metadata={"Software": None})
+    with styled():
+        figure = Figure(figsize=(9, 4.2), layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
+        panels = figure.subplots(2, 3, sharex=True, sharey=True)
+        for axes, gait in zip(panels.flat, gaits, strict=True):
+            for leg, offset in enumerate(gait.offsets):
+                landing = (offset + gait.swing_fraction) % 1.0
+                bars = [(landing + cycle, gait.duty_factor) for cycle in np.arange(-1.0, 2.0)]
+                axes.broken_barh(bars, (leg - 0.38, 0.76), color=leg_colour(leg), linewidth=0)
+            axes.set(title=f"{gait.name}, duty factor {gait.duty_factor:.3g}")
+            axes.set(xlim=(0, 2), ylim=(5.6, -0.6))
+            axes.set_yticks(range(6), [f"{leg} {name}" for leg, name in enumerate(LEGS, 1)])
+            axes.tick_params(axis="y", length=0)
+            axes.grid(visible=False, axis="y")
+            axes.spines["left"].set_visible(False)
+        for axes in panels[:, 0]:
+            for leg, label in enumerate(axes.get_yticklabels()):
+                label.set_color(leg_colour(leg))
+        for axes in panels[-1]:
+            axes.set_xlabel("time [cycles]   (bars: stance)")
+        save_figure(figure, path, dpi=PIXELS_PER_INCH)
 
 
 def main():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from phasmid.control import Command, EngineSettings, LocomotionEngine
 from phasmid.control.feel import FeelSettings
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
+from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
@@ -230,21 +232,31 @@ def levelling(slope_deg: float = 10.0, duration: float = 5.0) -> Case:
 
 def draw(results: list[Case], path: str) -> None:
     """Successes over the size of each ground."""
+    with styled():
+        _draw(results, path)
+
+
+def _draw(results: list[Case], path: str) -> None:
     from matplotlib.figure import Figure
 
     kinds = [kind for (kind,) in grouped(results, "kind")]
+    modes = [mode for (mode,) in grouped(results, "mode")]
     figure = Figure(figsize=(11, 3.1), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
     for axes, kind in zip(figure.subplots(1, len(kinds), sharey=True), kinds, strict=True):
         runs = [run for run in results if run["kind"] == kind and "passed" in run]
         for (mode,), some in grouped(runs, "mode").items():
             sizes = grouped(some, "size")
             share = [100 * np.mean([run["passed"] for run in mine]) for mine in sizes.values()]
             style = {"without": ":s", "feeling": "--o", "dynamics": "-.v"}.get(mode, "-^")
-            axes.plot([size for (size,) in sizes], share, style, label=mode, ms=4)
+            colour = RUN_COLOURS[modes.index(mode) % len(RUN_COLOURS)]
+            at = [size for (size,) in sizes]
+            axes.plot(at, share, style, label=mode, markersize=4, color=colour)
+        axes.margins(x=0.06)
         title = kind.replace(" with ", "\nwith ")
         words = GROUNDS[kind].field.rpartition("_")[0].replace("_", " ")
         axes.set(title=title, xlabel=f"{words} [{GROUNDS[kind].unit}]", ylim=(-5, 105))
     figure.axes[0].set_ylabel("come through [%]")
     lines = figure.axes[0].get_lines()
-    figure.legend(handles=lines, loc="outside lower center", ncols=len(lines), fontsize=9)
-    figure.savefig(path, dpi=80, metadata={"Software": None})
+    figure.legend(handles=lines, loc="outside lower center", ncols=len(lines))
+    save_figure(figure, Path(path), dpi=100)

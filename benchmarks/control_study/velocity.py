@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 
 import phasmid
 from phasmid.control import Command, LocomotionEngine
 from phasmid.gait import GAITS
+from phasmid.reporting.style import JOINT_COLOURS, LIMIT_COLOUR, leg_colour, save_figure, styled
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
@@ -144,9 +146,15 @@ def verdict(results: list[Case]) -> str:
 
 def draw(results: list[Case], path: str) -> None:
     """The largest velocity in each direction, and the error in each."""
+    with styled():
+        _draw(results, path)
+
+
+def _draw(results: list[Case], path: str) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10, 4.4), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
     left = figure.add_subplot(1, 2, 1, projection="polar")
     right = figure.add_subplot(1, 2, 2)
     kinds = list(grouped(results, "joints"))
@@ -158,7 +166,7 @@ def draw(results: list[Case], path: str) -> None:
         ]
         angle = np.radians([float(run["way"][:-1]) for run in some])
         speed = [100 * math.hypot(*run["velocity"][:2]) / 0.9 for run in some]
-        left.plot([*angle, *angle[:1]], [*speed, *speed[:1]], label=gait, color=f"C{i}")
+        left.plot([*angle, *angle[:1]], [*speed, *speed[:1]], label=gait, color=leg_colour(i))
         for k, (joints,) in enumerate(kinds):
             errors = [
                 100 * run["error"] for run in runs if run["joints"] == joints if "error" in run
@@ -167,16 +175,19 @@ def draw(results: list[Case], path: str) -> None:
                 np.full(len(errors), i + 0.22 * (k - 1)),
                 errors,
                 "." if k < 2 else "_",
-                color=("#004488", "#d9a21b", "#bb5566")[k % 3],
+                color=JOINT_COLOURS[k % 3],
                 label=joints if i == 0 else None,
                 alpha=0.5,
             )
     left.set_theta_zero_location("N")
-    left.set_title("largest velocity [cm/s], ahead is up", fontsize=10)
+    left.set_title("largest velocity [cm/s], forward is up", pad=26)
     names = [gait for (gait,) in grouped(results, "gait")]
-    right.set_xticks(range(len(names)), names, rotation=35, ha="right", fontsize=8)
-    right.axhline(100 * ERROR, color="#b3261e", lw=0.8, ls="--")
+    right.set_xticks(range(len(names)), names, rotation=35, ha="right")
+    right.axhline(100 * ERROR, color=LIMIT_COLOUR, linewidth=1.0, linestyle="--")
     right.set(ylabel="error of the mean velocity [%]", yscale="log")
-    right.legend(fontsize=8)
-    left.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.1, 0.5))
-    figure.savefig(path, dpi=80, metadata={"Software": None})
+    # The style leaves powers of ten unset, as formulas.
+    right.yaxis.set_major_formatter("{x:g}")
+    right.margins(x=0.04)
+    right.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=len(kinds))
+    left.legend(loc="center left", bbox_to_anchor=(1.1, 0.5))
+    save_figure(figure, Path(path), dpi=100)
