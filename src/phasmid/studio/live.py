@@ -227,12 +227,22 @@ class LiveRobot:
         if self.recorder is not None:
             time = np.arange(first, first + len(rows.qpos)) * interval
             self.recorder(time, run.told(rows, time))
-        power = np.maximum(rows.torque * rows.qvel[:, 6:], 0.0).sum(axis=1)
+        power = self._power(rows).sum(axis=1)
         self._work += float(power.sum()) * interval
         self.peak = np.maximum(self.peak, np.abs(rows.torque).max(axis=0))
         last = rows.part(slice(len(rows.qpos) - 1, None))
         self.sample = Samples(*(np.copy(part) for part in vars(last).values()))
         self.time = (first + len(rows.qpos) - 1) * interval
+
+    def _power(self, rows: Samples) -> np.ndarray:
+        """What servos of their own law draw from their supply, or what the joints give [W]."""
+        told = self.run.drive.channels(rows.drive)
+        if "servo_duty" not in told:
+            given: np.ndarray = np.maximum(rows.torque * rows.qvel[:, 6:], 0.0)
+            return given
+        supply = self.source.scenario.servo.supply(self.source.robot.servo)
+        drawn = np.maximum(supply * told["servo_duty"] * told["servo_current"], 0.0)
+        return drawn.reshape(len(drawn), -1)
 
     def _note(self, work: float) -> None:
         x, y, _, w, i, j, k = self.sample.qpos[0, :7].tolist()

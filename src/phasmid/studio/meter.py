@@ -14,8 +14,9 @@ class Reading(NamedTuple):
 
     Attributes:
         velocity: In the body's heading: ahead, to the left [m/s], turn to the left [rad/s].
-        power: What the joints gave, nothing won back [W].
-        cost_of_transport: Their work over weight and way.
+        power: What servos of their own law drew, or else what the joints gave, nothing won back
+            [W].
+        cost_of_transport: That energy over weight and way.
     """
 
     velocity: tuple[float, float, float]
@@ -52,7 +53,7 @@ class Meter:
         Args:
             time: [s].
             place: x, y [m] and yaw [rad] in the world.
-            work: What the joints gave since the last note [J].
+            work: Energy since the last note [J].
         """
         x, y, yaw = place
         if self._marks:

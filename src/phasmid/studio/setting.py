@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any, Literal, get_args
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.forces import scenario_verdict
 from phasmid.formats import load_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import neutral_feet
@@ -109,6 +110,14 @@ class Setting:
     def robot(self) -> Robot:
         """The robot as it is simulated, with the scenario's variants of it."""
         return self.machine.load_robot()
+
+    @cached_property
+    def servo_verdict(self) -> dict[str, Any] | None:
+        """Whether the servos hold the robot, as all commands say it; None where it cannot stand."""
+        try:
+            return scenario_verdict(self.machine).as_dict()
+        except PhasmidError:
+            return None
 
     @cached_property
     def gait(self) -> Gait:

@@ -405,6 +405,7 @@ class Stage:
             "sentence": self._sentence or self._notice or (COMPILES if self._compiles else ""),
             "lost": sorted(hands.lost),
             "dead": sorted(hands.dead),
+            "servos": hands.setting.servo_verdict,
         }
         now = live.now if live else 0.0
         if state != self._state:

@@ -21,7 +21,7 @@
   const TILES = [
     ["asked", "Speed asked", "What the stick or the plan asks for, in the body's axes"],
     ["got", "Speed got", "What the body does, averaged over a cycle of the gait"],
-    ["power", "Power", "Mechanical power of all joints, averaged"],
+    ["power", "Power", "Power that the servos draw, or with other drives the mechanical power of all joints, averaged"],
     ["transport", "Cost of transport", "Energy for a metre and a newton of weight"],
     ["servo", "Worst servo", "The servo that is nearest to its greatest torque"],
     ["margin", "Support margin", "From the centre of mass to the nearest edge of the support polygon"],

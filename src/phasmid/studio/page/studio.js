@@ -104,10 +104,21 @@
     const record = byId("record");
     record.setAttribute("aria-pressed", String(Boolean(state.recording)));
     byId("record-words").textContent = state.recording ? "Stop and save run" : "Record";
+    tellVerdict(state.servos);
     const status = byId("status");
     const words = state.playing ? state.sentence || `The robot ${state.status}.` : "Paused.";
     if (status.textContent !== words) status.textContent = words;
     status.dataset.status = state.playing ? state.status || "" : "paused";
+  }
+
+  let verdictLines = "";
+  function tellVerdict(verdict) {
+    byId("verdict").hidden = !verdict;
+    const text = (verdict?.lines || []).join("\n");
+    if (text === verdictLines) return;
+    verdictLines = text;
+    byId("verdict").dataset.holding = verdict?.holding || "";
+    byId("verdict-lines").replaceChildren(...(verdict?.lines || []).map((line) => made("p", { textContent: line })));
   }
 
   // Refusals of a stick that is held are told once in a while.

@@ -1,0 +1,133 @@
+"""Ten builders ask whether their servos hold; every command and the studio answer alike."""
+
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+from phasmid.cli import main
+from phasmid.gait import gaits_of
+from phasmid.robot import Servo, load_robot, load_servo, robot_to_toml, with_payload
+from phasmid.scenario import load_scenario
+from phasmid.studio.setting import setting_of
+
+STRONG = Servo("strong", 6.0, 6.6, 30.0, 0.01, 0.012, 0.09, stall_current=4.1)
+"""Four times as strong as an AX-12A, and heavier in armature and friction."""
+
+LOAD = 5.0
+"""Payload that overloads small servos on any of the robots [kg]."""
+
+OWN = """
+name = "{name}"
+leg_count = {count}
+servo = "AX-12A"
+[body]
+size_mm = [250, 180, 50]
+mass_g = 900
+[leg]
+coxa_mm = 45
+femur_mm = 80
+tibia_mm = 110
+neutral_foot_mm = [130, 0, -80]
+links.coxa.mass_g = 70
+links.femur.mass_g = 120
+links.tibia.mass_g = 80
+"""
+
+
+def own_robot(folder, name, yaws):
+    """A robot in a file of somebody's own: legs on an ellipse, in the order of their yaws."""
+    text = OWN.format(name=name, count=len(yaws))
+    for number, (yaw, x, y) in enumerate(yaws):
+        text += f"[legs.leg{number}]\nmount_mm = [{x}, {y}, 0]\nyaw_deg = {yaw}\n"
+    path = folder / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_robot(path)
+
+
+FOUR = [(-45, 100, -60), (-135, -100, -60), (135, -100, 60), (45, 100, 60)]
+SIX = [(-45, 120, -60), (-90, 0, -90), (-135, -120, -60), (135, -120, 60), (90, 0, 90)]
+SIX += [(45, 120, 60)]
+
+ROBOTS = {
+    "phantomx-paper": load_robot,
+    "phantomx-mk4": load_robot,
+    "octopod": load_robot,
+    "own-quadruped": FOUR,
+    "own-hexapod": SIX,
+}
+
+
+def answered(capsys, *arguments):
+    capsys.readouterr()
+    status = main([*map(str, arguments)])
+    return status, capsys.readouterr().out
+
+
+def unwrapped(text):
+    return re.sub(r"\s+", " ", text.replace("servos: ", ""))
+
+
+@pytest.mark.parametrize("servo", [STRONG, load_servo("AX-12A")], ids=lambda servo: servo.name)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_command_and_the_studio_give_one_verdict(tmp_path, capsys, monkeypatch, name, servo):
+    monkeypatch.chdir(tmp_path)
+    made = ROBOTS[name]
+    robot = made(name) if callable(made) else own_robot(tmp_path, name, made)
+    overloaded = servo is not STRONG
+    robot = with_payload(replace(robot, name="mine", servo=servo), LOAD if overloaded else 0.0)
+    (tmp_path / "mine.toml").write_text(robot_to_toml(robot), encoding="utf-8")
+    gait = next(iter(gaits_of(len(robot.legs))))
+
+    status, told = answered(capsys, "check", "mine.toml", "--json")
+    verdict = json.loads(told)["servo_verdict"]
+    assert verdict["holding"] == ("DOES NOT HOLD" if overloaded else "HOLDS")
+    assert status == (2 if overloaded else 0)
+    words = " ".join(verdict["lines"])
+    assert words.startswith(verdict["holding"])
+    assert words in unwrapped(answered(capsys, "check", "mine.toml")[1])
+
+    fields = ["--robot", "mine.toml", "--gait", gait, "--drive", "servo", "--duration", "0.05"]
+    fields += ["--step-length-mm", "20", "--step-height-mm", "15", "--no-figures"]
+    for command in (["walk"], ["drive", "--velocity", "0.01,0,0"]):
+        folder = tmp_path / command[0]
+        status, printed = answered(capsys, *command, *fields, "--out", folder)
+        assert status in (0, 3)
+        assert words in unwrapped(printed)
+        # In the first lines: before anything else that is measured.
+        assert printed.index(verdict["holding"]) < printed.index("Duration")
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        # What is unknown or infinite is left out there.
+        assert summary["servo_verdict"].items() <= verdict.items()
+        assert summary["servo_verdict"]["lines"] == verdict["lines"]
+
+    scenario = load_scenario("paper").replace(robot=robot, gait=gait, drive="servo")
+    assert setting_of(scenario).servo_verdict == verdict
+
+
+def test_the_studios_verdict_follows_payload_servo_and_gait():
+    setting = setting_of(load_scenario("paper").replace(drive="servo"))
+    said = {
+        setting.servo_verdict["lines"][0],
+        replace(setting, payload=4.0).servo_verdict["lines"][0],
+        replace(setting, servo="MX-28").servo_verdict["lines"][0],
+        replace(setting, scenario=setting.scenario.replace(gait="wave")).servo_verdict["lines"][0],
+    }
+    assert len(said) == 4
+    assert replace(setting, payload=4.0).servo_verdict["holding"] == "DOES NOT HOLD"
+
+
+def test_a_scenario_whose_servos_do_not_hold_is_refused_by_check(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    heavy = with_payload(load_robot("phantomx-paper"), 2.0)
+    (tmp_path / "heavy.toml").write_text(robot_to_toml(heavy), encoding="utf-8")
+    (tmp_path / "trip.toml").write_text('robot = "heavy.toml"\n', encoding="utf-8")
+    status = main(["check", "trip.toml"])
+    told = capsys.readouterr()
+    assert status == 2
+    assert "DOES NOT HOLD: right_middle.femur needs 1.7 N·m" in told.out
+    assert "the AX-12A does not hold this robot in the tripod gait." in told.err
+    assert "try  --gait wave" in told.err
+    assert main(["check", "trip.toml", "--gait", "wave"]) == 0
+    assert "HOLDS FOR A LIMITED TIME" in capsys.readouterr().out
