@@ -496,6 +496,12 @@ def test_the_hint_on_feet_beside_their_planes_is_accepted() -> None:
     np.testing.assert_allclose(made.arrays.lengths, MK4.arrays.lengths, rtol=0, atol=1e-4)
 
 
+def test_a_foot_that_no_leg_has_is_answered_by_the_feet_of_the_file() -> None:
+    imported = robot_from_tree(TREE, ImportOptions(foot="1-6=0.1,0,0.1"))
+    assert imported.error is not None
+    assert imported.error.hint == "leave out --foot: the file has feet"
+
+
 def test_foot_options_that_fit_nothing_are_refused() -> None:
     for option, what in (
         ("1-9=_foot", 'there is no leg "1-9"; legs are 1 to 6, or right_front, '),

@@ -13,9 +13,9 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot, PhasmidError, plain
 from phasmid.formats.bodies import possible
 from phasmid.formats.chains import Chain, Skeleton, skeleton
-from phasmid.formats.extension import Extension, read_extension
+from phasmid.formats.extension import Extension, LegExtension, read_extension
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.foot import Foot, feet_hint, feet_of
+from phasmid.formats.foot import Foot, feet_hint, feet_of, foot_of
 from phasmid.formats.found import FoundLeg, found_leg, named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.imported import Imported, ImportFacts, LegFacts
@@ -214,19 +214,31 @@ def _legs(
             errors[number] = error
     if not errors:
         return legs
-    in_plane = feet_hint(
-        [
+    if options.foot and _has_feet_in_plane(named):
+        in_plane = "leave out --foot: the file has feet"
+    else:
+        points = [
             _in_plane(chain, foot, errors.get(number))
             for number, (chain, foot) in enumerate(zip(ours, feet, strict=True), 1)
         ]
-    )
+        in_plane = f"{feet_hint(points)}, the nearest points in the legs' planes"
     for number, refusal in errors.items():
         if isinstance(refusal, FootOffPlane):
-            refusal.hint = f"{in_plane}, the nearest points in the legs' planes"
+            refusal.hint = in_plane
         subject = f"leg {number}"
         what = refusal.what.removeprefix(f"{subject}: ")
         findings.append(Finding(Severity.IMPOSSIBLE, subject, what, refusal.where, refusal.hint))
     raise next(iter(errors.values()))
+
+
+def _has_feet_in_plane(named: Sequence[tuple[str, Chain, LegExtension | None]]) -> bool:
+    """Return whether the feet that the file itself gives fit the planes of all legs."""
+    try:
+        for number, (name, chain, said) in enumerate(named, 1):
+            found_leg(number, name, chain, said, foot_of(chain, "", number), [])
+    except PhasmidError:
+        return False
+    return True
 
 
 def _in_plane(
