@@ -140,11 +140,11 @@ def reply(page):
 
 
 @contextmanager
-def running(stage=None, listening=None, **options):
+def running(stage=None, listening=None, assets=None, **options):
     """A server with a pretended robot, until the block ends."""
     stage = stage or PretendedStage()
     listening = listening or listen("127.0.0.1", 0)
-    server = Server(listening, ASSETS, token=TOKEN, **options)
+    server = Server(listening, assets or ASSETS, token=TOKEN, **options)
     opened = threading.Event()
     serving = threading.Thread(target=lambda: asyncio.run(server.serve(stage, opened.set)))
     serving.start()

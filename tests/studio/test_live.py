@@ -258,7 +258,7 @@ def test_the_scene_has_the_keys_of_a_replay(standing):
     told = Scene(standing, 3).told
     keys = {"meshes", "pieces", "ground", "level", "legs", "knees", "weight", "span", "trail"}
     keys |= {"force_length", "force_colour", "names", "friction", "torque_limit", "links"}
-    assert told.keys() == keys | {"layout", "number", "gait"}
+    assert told.keys() == keys | {"layout", "number", "gait", "patches"}
     assert told["number"] == 3
     assert told["level"] == 0.0
     assert told["gait"] == {"duty": 0.5, "offsets": [0.0, 0.5, 0.0, 0.5, 0.0, 0.5]}

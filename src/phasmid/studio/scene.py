@@ -113,7 +113,8 @@ class Scene:
     def moved(self, live: LiveRobot) -> bool:
         """Whether the robot has come so far that its ground is to be told anew; it is then."""
         place = live.sample.qpos[0, :2]
-        if self._terrain.is_level or not np.isfinite(place).all():
+        is_same = self._terrain.is_level and not self._terrain.patches
+        if is_same or not np.isfinite(place).all():
             return False
         if np.abs(place - self._middle).max() < REACH / 2:
             return False

@@ -28,7 +28,15 @@ LONGEST_FILE = 200_000
 """Most letters of a robot's or scenario's file that the page shows; it may be downloaded whole."""
 
 
-DRAWING = ("algebra.js", "meshes.js", "drawing.js", "floor.js", "marks.js", "camera.js")
+DRAWING = (
+    "algebra.js",
+    "meshes.js",
+    "drawing.js",
+    "relief.js",
+    "floor.js",
+    "marks.js",
+    "camera.js",
+)
 """Scripts that draw a robot, in the order in which they are read; the live page has them too."""
 
 

@@ -2,18 +2,16 @@
 // Drawing of solids, lines and ground: plain WebGL 2 and no library, so that no page needs a network.
 
 (() => {
-  const { unit, rgb, IDENTITY } = Phasmid.algebra;
+  const { unit, dot, cross, rgb, IDENTITY } = Phasmid.algebra;
   const { SHAPES } = Phasmid.meshes;
   const POSES = 32; // of the things that are drawn at once; every WebGL 2 has room for twice as many
 
   const VERTEX = `#version 300 es
     in vec3 corner; in vec4 tint; in float part;
-    uniform mat4 models[${POSES}], camera; uniform vec3 light; uniform float squash, level;
+    uniform mat4 models[${POSES}], camera;
     out vec3 world; out vec4 own;
     void main() {
       vec4 place = models[int(part)] * vec4(corner, 1.0);
-      // A shadow is the thing itself, pressed along the light onto the ground.
-      if (squash > 0.5) place.xyz -= light * (place.z - level) / light.z;
       world = place.xyz; own = tint;
       gl_Position = camera * place;
     }`;
@@ -21,12 +19,35 @@
   const HEAD = `#version 300 es
     precision highp float;
     in vec3 world; in vec4 own; out vec4 colour;
-    uniform vec4 paint; uniform vec3 eye, light, middle, back, line; uniform float reach, uneven;`;
+    uniform vec4 paint; uniform vec3 eye, light, middle, back, line; uniform float reach;`;
+
+  // Colour of the ground: that of its friction where there are patches, dimmed where the light
+  // sees the robot first; and how much of it has vanished, far away and at the border of what is known.
+  const SURFACE = `
+    uniform mat4 sun; uniform highp sampler2DShadow shade; uniform float dim;
+    uniform sampler2D grip; uniform vec4 field, border; uniform vec2 turn; uniform vec3 slippery, gripping;
+    vec3 surface() {
+      vec3 colour = paint.rgb * own.rgb;
+      vec2 at = (vec2(turn.x * world.x + turn.y * world.y, turn.x * world.y - turn.y * world.x) - field.xy) * field.zw;
+      if (at.x > 0.0 && at.y > 0.0 && at.x < 1.0 && at.y < 1.0) {
+        vec2 share = textureLod(grip, at, 0.0).rg;
+        colour = mix(mix(colour, slippery, 0.85 * share.r), gripping, 0.85 * share.g);
+      }
+      vec3 lit = 0.5 + 0.5 * (sun * vec4(world, 1.0)).xyz;
+      if (lit.x > 0.0 && lit.y > 0.0 && lit.x < 1.0 && lit.y < 1.0) colour *= 1.0 - dim * (1.0 - textureLod(shade, lit, 0.0));
+      return colour;
+    }
+    float vanished(float far) {
+      vec2 inside = min(world.xy - border.xy, border.zw - world.xy);
+      return max(far, 1.0 - clamp(5.0 * min(inside.x, inside.y), 0.0, 1.0));
+    }`;
 
   // What a piece of paint is for: as it is, lit, or ground with its grid; simpler ones of the last
   // two are for where the processor draws. Each has a program of its own, as a processor would follow
   // all branches of one.
   const FRAGMENTS = {
+    depth: `${HEAD}
+      void main() { colour = vec4(1.0); }`,
     plain: `${HEAD}
       void main() { colour = paint * own; }`,
     lit: `${HEAD}
@@ -45,7 +66,7 @@
         vec3 normal = normalize(cross(dFdx(world), dFdy(world)));
         colour = vec4(paint.rgb * own.rgb * (0.5 + 0.15 * normal.z + 0.5 * max(dot(normal, light), 0.0)), 1.0);
       }`,
-    ground: `${HEAD}
+    ground: `${HEAD}${SURFACE}
       void main() {
         // Lines 100 mm apart; every fifth is stronger and is seen from farther away.
         vec2 wide = max(fwidth(world.xy), vec2(1e-5));
@@ -55,26 +76,28 @@
         float far = max(wide.x, wide.y);
         float lines = 0.65 * max(near.x, near.y) * min(0.025 / far, 1.0)
           + 0.35 * max(near.x * fifth.x, near.y * fifth.y) * min(0.125 / far, 1.0);
-        float shade = 1.0; float fade = 0.0;
-        if (uneven > 0.5) shade = 0.72 + 0.34 * max(dot(normalize(cross(dFdx(world), dFdy(world))), light), 0.0);
-        else fade = smoothstep(0.35, 1.0, length(world.xy - middle.xy) / reach);
-        colour = vec4(mix(mix(paint.rgb * shade, line, lines * paint.a), back, fade), 1.0);
+        float away = smoothstep(0.35, 1.0, length(world.xy - middle.xy) / reach);
+        colour = vec4(mix(mix(surface(), line, lines * paint.a), back, vanished(away)), 1.0);
       }`,
-    grid: `${HEAD}
+    grid: `${HEAD}${SURFACE}
       void main() {
         vec2 tenths = world.xy * 10.0;
         vec2 wide = fwidth(tenths);
         vec2 near = clamp(1.1 - abs(fract(tenths - 0.5) - 0.5) / wide, 0.0, 1.0);
         float lines = max(near.x, near.y) * min(0.2 / max(wide.x, wide.y), 0.65);
         vec2 off = (world.xy - middle.xy) / reach;
-        float fade = clamp(1.15 * dot(off, off) - 0.15, 0.0, 1.0);
-        colour = vec4(mix(mix(paint.rgb, line, lines * paint.a), back, fade), 1.0);
+        float away = clamp(1.15 * dot(off, off) - 0.15, 0.0, 1.0);
+        colour = vec4(mix(mix(surface(), line, lines * paint.a), back, vanished(away)), 1.0);
       }`,
   };
 
   const LIGHT = unit([-0.42, -0.38, 0.82]);
+  const TO_SIDE = unit(cross([0, 0, 1], LIGHT));
+  const TO_TOP = cross(LIGHT, TO_SIDE);
+  const SHADE = 1024; // texels along a side of what the light sees
   const UNIFORMS = [
-    "models", "camera", "squash", "level", "paint", "eye", "light", "middle", "back", "line", "reach", "uneven",
+    "models", "camera", "paint", "eye", "light", "middle", "back", "line", "reach",
+    "sun", "shade", "dim", "grip", "field", "border", "turn", "slippery", "gripping",
   ];
 
   function program(gl, fragment) {
@@ -101,6 +124,8 @@
     const read = (name) => rgb(style.getPropertyValue(name));
     return {
       back: read("--stage"), floor: read("--stage-floor"), line: read("--stage-line"),
+      low: read("--stage-low"), high: read("--stage-high"), edge: read("--stage-edge"),
+      slippery: read("--stage-ice"), gripping: read("--stage-grip"),
       good: read("--good"), bad: read("--bad"), mark: read("--stage-mark"),
       dark: style.getPropertyValue("--scheme").trim() === "dark",
     };
@@ -108,7 +133,7 @@
 
   // A canvas to draw on, or null where the browser has no WebGL 2.
   Phasmid.drawing = (canvas, { antialias = true } = {}) => {
-    const gl = canvas.getContext("webgl2", { antialias, stencil: true, alpha: false });
+    const gl = canvas.getContext("webgl2", { antialias, alpha: false });
     if (!gl) return null;
     const programs = {};
     for (const [name, fragment] of Object.entries(FRAGMENTS)) programs[name] = program(gl, fragment);
@@ -259,37 +284,92 @@
         gl.uniformMatrix4fv(at.camera, false, seen.matrix);
         gl.uniform3fv(at.eye, seen.eye);
         gl.uniform3fv(at.light, LIGHT);
-        gl.uniform1f(at.squash, 0);
         gl.uniform3fv(at.middle, seen.target);
         gl.uniform3fv(at.back, colours.back);
         gl.uniform3fv(at.line, colours.line);
         gl.uniform1f(at.reach, 2.4 * seen.distance);
+        gl.uniform1i(at.shade, 0);
+        gl.uniform1i(at.grip, 1);
+        gl.uniform1f(at.dim, 0);
+        gl.uniform3fv(at.slippery, colours.slippery);
+        gl.uniform3fv(at.gripping, colours.gripping);
       }
     }
 
-    // How the ground is drawn from now on.
-    function lay(uneven) {
-      gl.uniform1f(use("ground").uneven, uneven ? 1 : 0);
-    }
+    // What the light sees: a picture of depths about the robot.
+    const shade = gl.createTexture();
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, shade);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, SHADE, SHADE);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
+    for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
+    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
+    const seenByLight = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, seenByLight);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, shade, 0);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 
-    // What is drawn meanwhile is pressed onto a level, each dot of it once.
-    function shadows(level, act) {
-      gl.enable(gl.BLEND);
-      gl.enable(gl.STENCIL_TEST);
-      gl.stencilFunc(gl.EQUAL, 0, 255);
-      gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
-      gl.disable(gl.DEPTH_TEST);
-      const at = use("plain");
-      gl.uniform1f(at.squash, 1);
-      gl.uniform1f(at.level, level);
+    // What is drawn meanwhile, as depth, within a radius about a place dims the ground behind it.
+    function shadows(place, radius, dim, act) {
+      const sun = new Float32Array(16);
+      [TO_SIDE, TO_TOP, LIGHT].forEach((axis, row) => {
+        const scale = row < 2 ? 1 / radius : -0.25 / radius;
+        for (let k = 0; k < 3; k++) sun[4 * k + row] = scale * axis[k];
+        sun[12 + row] = -scale * dot(axis, place);
+      });
+      sun[15] = 1;
+      gl.bindFramebuffer(gl.FRAMEBUFFER, seenByLight);
+      gl.viewport(0, 0, SHADE, SHADE);
+      gl.clear(gl.DEPTH_BUFFER_BIT);
+      gl.uniformMatrix4fv(use("depth").camera, false, sun);
       act();
-      gl.uniform1f(use("plain").squash, 0);
-      gl.disable(gl.STENCIL_TEST);
-      gl.enable(gl.DEPTH_TEST);
+      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+      gl.viewport(0, 0, canvas.width, canvas.height);
+      for (const name of ["ground", "grid"]) {
+        gl.uniformMatrix4fv(use(name).sun, false, sun);
+        gl.uniform1f(used.at.dim, dim);
+      }
     }
 
-    return { gl, POSES, shapes, solid, forget, draw, fan, ribbons, fit, begin, lay, shadows };
+    // Where the ground is known, and patches of other friction on it: rectangles in axes of their
+    // own, painted onto a texture.
+    const grip = gl.createTexture();
+    function lay(patches) {
+      gl.activeTexture(gl.TEXTURE1);
+      gl.bindTexture(gl.TEXTURE_2D, grip);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR);
+      for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
+      const sheet = document.createElement("canvas");
+      sheet.width = sheet.height = patches ? 1024 : 1;
+      if (patches) {
+        const [[u0, u1, v0, v1], pen] = [patches.box, sheet.getContext("2d")];
+        pen.fillRect(0, 0, 1024, 1024);
+        pen.scale(1024 / (u1 - u0), 1024 / (v1 - v0));
+        for (const [a, b, c, d, ratio] of patches.each) {
+          const share = (part) => Math.round(255 * Math.min(Math.max(part, 0), 1));
+          pen.fillStyle = `rgb(${share(1 - ratio)}, ${share(ratio - 1)}, 0)`;
+          pen.fillRect(a - u0, c - v0, b - a, d - c);
+        }
+      }
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, sheet);
+      gl.activeTexture(gl.TEXTURE0);
+    }
+
+    // The same for the programs, before the ground is drawn; `border` is x and y, from and to.
+    function ground(patches, border, line) {
+      const [u0, u1, v0, v1] = patches ? patches.box : [0, 1, 0, 1];
+      const yaw = patches ? patches.yaw : 0;
+      for (const name of ["ground", "grid"]) {
+        const at = use(name);
+        gl.uniform4f(at.field, u0, v0, patches ? 1 / (u1 - u0) : 0, patches ? 1 / (v1 - v0) : 0);
+        gl.uniform2f(at.turn, Math.cos(yaw), Math.sin(yaw));
+        gl.uniform4f(at.border, border[0], border[2], border[1], border[3]);
+        gl.uniform3fv(at.line, line);
+      }
+    }
+
+    return { gl, POSES, shapes, solid, forget, draw, fan, ribbons, fit, begin, lay, ground, shadows };
   };
 
-  Phasmid.drawing.look = look;
+  Object.assign(Phasmid.drawing, { look, LIGHT });
 })();

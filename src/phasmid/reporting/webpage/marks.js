@@ -2,7 +2,7 @@
 // A robot on its ground, and what is shown of its forces, feet and balance.
 
 (() => {
-  const { unpacked, add, less, times, size, unit, along, hull, rgb, IDENTITY } = Phasmid.algebra;
+  const { unpacked, vector, add, less, times, size, unit, along, hull, rgb, IDENTITY } = Phasmid.algebra;
   const { coarse, merged, SHAPES } = Phasmid.meshes;
   const WHITE = [1, 1, 1, 1];
   // Detail, in shares of the robot's span: of shadows, and of both where the processor draws, whose
@@ -81,10 +81,13 @@
     // The poses of the trunk and of all links, in the world.
     const poseOf = (X_body, X_links) => (k) => (links[k] < 0 ? X_body : X_links[links[k]]);
 
-    function shadow(X_body, X_links, colours, fine = false) {
-      if (floor.uneven) return;
-      const black = [0, 0, 0, colours.dark ? 0.42 : 0.2]; // whatever the piece's own colour is
-      drawing.shadows(scene.level, () => paint(own(fine).shadows, poseOf(X_body, X_links), black, "plain"));
+    // The ground in the robot's shadow.
+    function ground(X_body, X_links, seen, colours, grid, fine = false) {
+      const place = vector(X_body, 4);
+      const far = X_links.reduce((most, X) => Math.max(most, size(less(vector(X, 4), place))), span);
+      drawing.shadows(place, 2 * far, colours.dark ? 0.5 : 0.32,
+        () => paint(own(fine).shadows, poseOf(X_body, X_links), WHITE, "depth"));
+      floor.paint(seen, colours, grid, fine);
     }
 
     function machine(X_body, X_links, fine = false) {
@@ -174,7 +177,7 @@
       });
     }
 
-    return { span, legColours, forget, ground: floor.paint, shadow, machine, support, trails, arrows, frictionCones, centre };
+    return { span, legColours, forget, ground, machine, support, trails, arrows, frictionCones, centre };
   };
 
   // Numbers of the legs over a canvas, above their knees.

@@ -102,8 +102,7 @@
     const safe = !margin || margin[here.near] >= 0;
 
     drawing.begin(seen, colours);
-    marks.ground(seen, colours);
-    marks.shadow(X_body, X_links, colours);
+    marks.ground(X_body, X_links, seen, colours, true);
     if (shown("support") && down)
       marks.support(places.filter((_, leg) => down[here.near * legs + leg]), safe, seen, colours);
     marks.machine(X_body, X_links);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from typing import Any
 
 import numpy as np
@@ -92,16 +93,42 @@ def looks(
 
 
 def surroundings(terrain: Ground, middle: Float[np.ndarray, "2"], reach: float) -> dict[str, Any]:
-    """The ground of a scene: its height where it is level, and else its surface.
+    """The ground of a scene: its height where it is level, or else its surface; and its patches.
 
     Args:
         terrain: The ground.
         middle: Where it is shown [m], shape (2,).
         reach: How far from there, along both axes [m].
     """
+    told: dict[str, Any] = {"patches": _patches(terrain, middle, reach)}
     if terrain.is_level:
-        return {"level": float(terrain.height(*middle[:, None])[0]), "ground": None}
-    return {"level": None, "ground": _indexed(_ground(terrain, middle, reach))}
+        return told | {"level": float(terrain.height(*middle[:, None])[0]), "ground": None}
+    return told | {"level": None, "ground": _indexed(_ground(terrain, middle, reach))}
+
+
+def _patches(
+    terrain: Ground, middle: Float[np.ndarray, "2"], reach: float
+) -> dict[str, Any] | None:
+    """Rectangles of other friction, in the terrain's own axes; None where there is none near.
+
+    ``box`` holds those that are shown: from x, to x, from y, to y [m]. ``each`` holds the same of
+    each and its friction over that of the ground; the last one counts. ``yaw`` turns them [rad].
+    """
+    if not terrain.patches or terrain.coefficient == 0:
+        return None
+    c, s = math.cos(terrain.yaw), math.sin(terrain.yaw)
+    own = np.array([c * middle[0] + s * middle[1], c * middle[1] - s * middle[0]])
+    each = np.array([(*patch.x, *patch.y, patch.coefficient) for patch in terrain.patches])
+    each[:, 4] /= terrain.coefficient
+    low = np.maximum(each[:, [0, 2]].min(axis=0), own - reach)
+    high = np.minimum(each[:, [1, 3]].max(axis=0), own + reach)
+    if (low >= high).any():
+        return None
+    return {
+        "box": np.round([low[0], high[0], low[1], high[1]], 4).tolist(),
+        "each": np.round(each, 4).tolist(),
+        "yaw": terrain.yaw,
+    }
 
 
 def frames(recording: Recording, legs: int) -> Integer[np.ndarray, " frames"]:

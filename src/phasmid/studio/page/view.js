@@ -185,8 +185,7 @@
       const safe = row[frames.at.margin] >= 0;
 
       drawing.begin(seen, colours);
-      marks.ground(seen, colours, shown("grid"), fine);
-      marks.shadow(X_body, X_links, colours, fine);
+      marks.ground(X_body, X_links, seen, colours, shown("grid"), fine);
       if (shown("support")) marks.support(feet.filter((_, leg) => down(leg)), safe, seen, colours);
       marks.machine(X_body, X_links, fine);
       if (shown("trails")) marks.trails(feet.map((foot, leg) => way(foot, leg, fine)), seen);
