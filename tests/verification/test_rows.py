@@ -60,6 +60,7 @@ CHARTER = [
     (21, "torque, torque", 1e-9),
     (21, "torque at speed, torque", 1e-9),
     (21, "speed, torque", 1e-9),
+    (21, "torque, servo", 1e-9),
     (21, "supply, servo", 1e-9),
     (21, "current, off the motor's law, servo", 1e-9),
     (21, "friction explains, servo", 1e-9),
