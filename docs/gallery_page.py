@@ -79,8 +79,8 @@ WORDS = {
         "The red line is what the servo can give at a steady speed under its full voltage in "
         "either direction, in all four quadrants: τ = k(±V − kω)/R less the friction of motor"
         " and gears, c₁|τₘ| + c₀ + b|ω|, which is lost where the servo drives its load and "
-        "helps it where the load drives the servo; hence the jump at standstill, from what it"
-        ' lifts to what it holds. V is the scenario\'s `voltage` with `drive = "servo"`, and '
+        "helps it where the load drives the servo. Helped by friction it holds no more than the "
+        'stall torque. V is the scenario\'s `voltage` with `drive = "servo"`, and '
         "that of the data sheet else. An ideal servo, or one whose stall current is not "
         "known, has the straight line from stall torque to no-load speed. The dashes are a "
         "fifth of the stall torque, which makers advise not to exceed for long. While a rotor"
