@@ -5,7 +5,9 @@ PYTHON ?=
 ARGS ?=
 
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+# READY stamps an environment in which phasmid runs, DEVELOP one that has the developer's packages, too.
 READY := $(VENV)/.ready
+DEVELOP := $(VENV)/.develop
 
 # The stamp names the folder it was made for: a copied or moved folder, or a Python that has gone,
 # asks for a new set-up.
@@ -16,13 +18,13 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper physics terrain gaits control gallery film portrait verify meshes cad test lint bench fuzz stress lock clean
+.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test lint bench fuzz stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-8s %s\n", $$1, $$2 }' Makefile
 
-setup: $(READY) ## make the virtual environment, from the locked versions
+setup: $(READY) ## make the virtual environment that phasmid runs in, from the locked versions
 	@echo "$(VENV) is ready"
 
 walk: $(READY) ## run the paper's walk into results/paper
@@ -31,8 +33,10 @@ walk: $(READY) ## run the paper's walk into results/paper
 studio: $(READY) ## open the live page: the robot walking, to be driven in the browser
 	@"$(BIN)/phasmid" studio $(ARGS)
 
-paper: $(READY) ## grade the paper anew: docs/paper.md, docs/errata.md and their figures
+paper: $(READY) ## grade the paper anew: docs/paper.md and its figures
 	@"$(BIN)/phasmid" paper --out docs --force $(ARGS)
+
+errata: $(DEVELOP) ## derive Equation 10 and write docs/errata.md and its figures anew
 	@"$(BIN)/python" -m phasmid.paper.errata
 
 physics: $(READY) ## compare the laws of contact anew: docs/physics.md and its figure
@@ -50,19 +54,19 @@ gaits: $(READY) ## tell and draw the gaits anew: docs/gaits.md and its picture
 control: $(READY) ## measure the locomotion engine anew: docs/control.md (ARGS such as --seeds 5)
 	@"$(BIN)/python" docs/control_page.py $(ARGS)
 
-cad: $(READY) ## draw the paper's robot as solids anew: docs/cad.md and its picture
+cad: $(DEVELOP) ## draw the paper's robot as solids anew: docs/cad.md and its picture
 	@"$(BIN)/python" docs/cad_page.py
 
-meshes: $(READY) ## draw the presets' meshes anew (needs the extra cad)
+meshes: $(DEVELOP) ## draw the presets' meshes anew (needs the extra cad)
 	@"$(BIN)/python" -m phasmid.cad.presets
 
 gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 	@"$(BIN)/python" docs/gallery_page.py
 
-portrait: $(READY) ## take the pictures of the live page anew (needs Chromium)
+portrait: $(DEVELOP) ## take the pictures of the live page anew (needs Chromium)
 	@"$(BIN)/python" docs/studio_page.py
 
-film: $(READY) ## film two cycles of the paper's walk anew: docs/images/walk.gif
+film: $(DEVELOP) ## film two cycles of the paper's walk anew: docs/images/walk.gif
 	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \
 		--video docs/images/walk.gif
 
@@ -70,7 +74,7 @@ test: lint ## run every check, the tests last
 	@echo "== tests"
 	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal $(ARGS)
 
-lint: $(READY) ## check style, types and layers
+lint: $(DEVELOP) ## check style, types and layers
 	@echo "== lint"
 	@"$(BIN)/ruff" check .
 	@"$(BIN)/ruff" format --check .
@@ -79,7 +83,7 @@ lint: $(READY) ## check style, types and layers
 	@echo "== layers"
 	@"$(BIN)/lint-imports" --no-logo
 
-bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --memory 0)
+bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --memory 0)
 	@"$(BIN)/python" benchmarks/run.py
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
 	@"$(BIN)/python" benchmarks/forces.py
@@ -88,30 +92,65 @@ bench: $(READY) ## measure how fast it is (ARGS go to benchmarks/kernels.py, suc
 	@"$(BIN)/python" benchmarks/page.py
 	@"$(BIN)/python" benchmarks/video.py
 
-stress: $(READY) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
+stress: $(DEVELOP) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
 	@"$(BIN)/python" benchmarks/stress.py $(ARGS)
 
-fuzz: $(READY) ## read 2000 damaged files per format (ARGS such as "urdf --files 100 --seed 7")
+fuzz: $(DEVELOP) ## read 2000 damaged files per format (ARGS such as "urdf --files 100 --seed 7")
 	@cd tests && OPENBLAS_NUM_THREADS=1 "$(abspath $(BIN))/python" -m formats.fuzz.run --keep ../results/fuzz $(ARGS)
 
-UV_LOCK = uv pip compile pyproject.toml --quiet --universal --python-version 3.11 --only-binary :all: \
+UV_LOCK = uv pip compile --quiet --universal --python-version 3.11 --only-binary :all: \
 	--generate-hashes --no-header --no-annotate --no-emit-index-url --no-emit-find-links
 
 lock: ## lock the dependencies anew (needs uv; ARGS=--upgrade for newer versions)
 	@command -v uv >/dev/null || { echo "make lock needs uv."; exit 1; }
-	$(UV_LOCK) $(ARGS) --output-file requirements/run.txt >/dev/null
-	$(UV_LOCK) $(ARGS) --extra dev --constraint requirements/run.txt \
+	$(UV_LOCK) $(ARGS) pyproject.toml --output-file requirements/run.txt >/dev/null
+	$(UV_LOCK) $(ARGS) pyproject.toml --extra dev --constraint requirements/run.txt \
 		--output-file requirements/dev.txt >/dev/null
+	$(UV_LOCK) $(ARGS) --group build --constraint requirements/dev.txt \
+		--output-file requirements/build.txt >/dev/null
 
 clean: ## remove the virtual environment, caches and builds; results stay
 	@if [ -f "$(VENV)/pyvenv.cfg" ]; then rm -rf "$(VENV)"; fi
 	@rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist
 	@find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
+# Installs files of locked packages, and phasmid from here. pip's files are not compiled here: what is used is, when it is
+# first imported. In a terminal one line says what pip does.
+INSTALL = set -e; \
+	install() { \
+		if command -v uv >/dev/null 2>&1; then \
+			quiet=--quiet; if [ -t 1 ]; then quiet=; fi; \
+			uv pip sync $$quiet --python "$(BIN)/python" --require-hashes --only-binary :all: "$$@"; \
+			uv pip install --quiet --python "$(BIN)/python" --no-deps --no-build-isolation --editable .; \
+			return; \
+		fi; \
+		for file in "$$@"; do set -- "$$@" --requirement "$$file"; shift; done; \
+		{ \
+			PYTHONUNBUFFERED=1 $(PIP) --progress-bar off --no-compile --require-hashes \
+				--only-binary :all: "$$@" 2>"$(VENV)/pip.log" && echo "done."; \
+		} | { \
+			count=0; ended=1; \
+			while IFS= read -r line; do \
+				case $$line in \
+					"Collecting "*) count=$$((count + 1)); line="$$count $${line\#Collecting }";; \
+					"Installing "*) line=installing;; \
+					done.) ended=0; line=;; \
+					*) continue;; \
+				esac; \
+				if [ -t 1 ]; then printf '\r\033[K%.70s' "$${line:+   }$${line%% (*}"; fi; \
+			done; \
+			if [ $$ended = 1 ]; then cat "$(VENV)/pip.log" >&2; fi; \
+			return $$ended; \
+		}; \
+		$(PIP) --quiet --quiet --no-deps --no-build-isolation --editable .; \
+	}
+
+PIP = "$(BIN)/python" -m pip --disable-pip-version-check --no-input install
+
 # Without a valid stamp the environment is made from nothing; with one it is brought up to date.
-# The stamp goes first and comes last, so that a set-up that was cut short is done again.
-$(READY): pyproject.toml requirements/dev.txt
-	@set -e; \
+# A stamp goes first and comes last, so that a set-up that was cut short is done again.
+$(READY): pyproject.toml requirements/run.txt requirements/build.txt
+	@$(INSTALL); \
 	rm -f "$(READY)"; \
 	if command -v uv >/dev/null 2>&1; then with=uv; else with=pip; fi; \
 	if [ -z "$(STANDS)" ]; then \
@@ -130,11 +169,10 @@ $(READY): pyproject.toml requirements/dev.txt
 			exit 1; \
 		fi; \
 		rm -rf "$(VENV)"; \
+		echo "== setting up $(VENV) with $$with: some 40 packages, 0.6 GB"; \
 		if [ $$with = uv ]; then \
-			echo "== setting up $(VENV) with uv"; \
 			uv venv --quiet --python "$$("$$python" -c "import sys; print(sys.executable)")" "$(VENV)"; \
 		else \
-			echo "== setting up $(VENV) with pip (some minutes the first time)"; \
 			"$$python" -m venv "$(VENV)" || { \
 				echo "$$python cannot make a virtual environment; on Debian and Ubuntu, install python3-venv." >&2; \
 				rm -rf "$(VENV)"; exit 1; \
@@ -143,12 +181,13 @@ $(READY): pyproject.toml requirements/dev.txt
 	else \
 		echo "== bringing $(VENV) up to date with $$with"; \
 	fi; \
-	if [ $$with = uv ]; then \
-		uv pip sync --quiet --python "$(BIN)/python" --require-hashes --only-binary :all: requirements/dev.txt; \
-		uv pip install --quiet --python "$(BIN)/python" --no-deps --no-build-isolation --editable .; \
-	else \
-		pip="$(BIN)/python -m pip --quiet --quiet --disable-pip-version-check --no-input install"; \
-		$$pip --require-hashes --only-binary :all: --requirement requirements/dev.txt; \
-		$$pip --no-deps --no-build-isolation --editable .; \
-	fi; \
+	if [ -e "$(DEVELOP)" ]; then packages=dev; else packages=run; fi; \
+	install requirements/$$packages.txt requirements/build.txt; \
 	echo "$(CURDIR)" > "$(READY)"
+
+$(DEVELOP): $(READY) requirements/dev.txt
+	@$(INSTALL); \
+	rm -f "$(DEVELOP)"; \
+	echo "== adding the developer's packages to $(VENV): some 120, 1.6 GB"; \
+	install requirements/dev.txt requirements/build.txt; \
+	touch "$(DEVELOP)"

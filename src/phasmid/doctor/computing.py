@@ -91,7 +91,7 @@ def _loop() -> str:
 
 def fast() -> Finding:
     """Whether many samples are computed as machine code, and whether that is kept."""
-    topic, remedy = "fast", 'pip install "phasmid[fast]"'
+    topic, remedy = "fast", "pip install numba"
     purpose = "equations and loops as machine code"
     if find_spec("numba") is None:
         return Finding(topic, State.ABSENT, f"{purpose}: numba is not installed", remedy)

@@ -58,7 +58,7 @@ step of {dt:g} ms is made in {substeps} substeps, so many that each is at most a
 longest step that resolves the contact. Joint torques follow by inverse dynamics of the whole robot,
 with the force at each point. In flight momentum is kept to round-off; tests hold the simulator
 against closed forms, and its forces and torques against the law and the equation of motion written
-anew. Without numba (`pip install "phasmid[fast]"`) the same loop is plain Python, some hundred
+anew. Without numba, which phasmid installs, the same loop is plain Python, some hundred
 times slower.
 
 ## The same walk
