@@ -2,12 +2,14 @@
 
 import json
 import sys
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
-from phasmid.cli import drive, main
+from phasmid.cli import compiling, main
 from phasmid.control import Command, Observation
+from phasmid.scenario import load_scenario
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")
 
@@ -123,9 +125,31 @@ def test_keys_change_the_command_and_end_the_drive(monkeypatch):
 
 
 @pytest.mark.parametrize("is_cold", [True, False])
-def test_who_would_wait_for_the_compiler_is_told_so(is_cold, monkeypatch, capsys):
+def test_the_studio_announces_the_compiler_where_it_takes_time(is_cold, monkeypatch, capsys):
     monkeypatch.setattr("phasmid.control.loops.are_compiled", lambda: not is_cold)
-    drive.tell_of_compiling()
+    compiling.announce_compilation()
     told = capsys.readouterr().err
     assert told.startswith("phasmid: compiling the controller") == is_cold
     assert bool(told) == is_cold
+
+
+def test_a_drive_shows_how_far_the_compiler_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("phasmid.control.loops.are_compiled", lambda: False)
+    monkeypatch.setattr(compiling, "POLL", 0.001)
+    drive = ["drive", "--velocity", "0,0,0", "--duration", "0.1", "--no-figures"]
+    assert main([*drive, "--out", str(tmp_path / "run")]) == 0
+    # A line where nothing is a terminal, once for the drive.
+    assert capsys.readouterr().err == f"phasmid: {compiling.NOTICE}\n"
+    seen = []
+
+    @contextmanager
+    def bar(what, total, **options):
+        yield lambda done: seen.append((what, done, total))
+
+    monkeypatch.setattr(compiling, "progress_bar", bar)
+    scenario = load_scenario("paper")
+    compiling.compile_controller(scenario, rate=200, quiet=False)
+    assert set(seen) == {("compiling", 3, 3)}
+    seen.clear()
+    compiling.compile_controller(scenario, rate=200, quiet=True)
+    assert seen == []

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from phasmid.cli import scenario_options, walk
+from phasmid.cli.compiling import compile_controller
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.errors import InvalidInput
@@ -57,8 +58,7 @@ def run(options: argparse.Namespace) -> int:
     if options.mcap:
         check_mcap()
     walk.check_film(options)
-    if not options.quiet:
-        tell_of_compiling()
+    compile_controller(scenario, rate=options.rate, quiet=options.quiet)
     commands: Any = script
     keyboard: Any = nullcontext()
     if options.keys:
@@ -94,15 +94,6 @@ def run(options: argparse.Namespace) -> int:
         print(f"phasmid: {trouble.sentence}", file=sys.stderr)
     walk.write_film(recording, options, walk.own_appearance(robot))
     return 3 if trouble else 0
-
-
-def tell_of_compiling() -> None:
-    """Say why nothing is seen to happen for a while, where the controller is to be compiled."""
-    from phasmid.control.loops import are_compiled
-
-    if not are_compiled():
-        told = "compiling the controller, once for this machine: a minute or two"
-        print(f"phasmid: {told}", file=sys.stderr, flush=True)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""Progress of what takes long: a bar on a terminal, nothing where the output is piped."""
+"""Progress of what takes long: a bar on a terminal, a line at most where it is piped."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress_bar(
-    what: str, total: float | None = None, *, quiet: bool
+    what: str, total: float | None = None, *, quiet: bool, notice: str = ""
 ) -> Iterator[Callable[..., None] | None]:
     """Show a bar on the standard error while the body runs.
 
@@ -17,24 +17,34 @@ def progress_bar(
         what: Name of the work.
         total: Amount of work, in any unit; None where the work itself gives it.
         quiet: Show nothing.
+        notice: Line for a standard error that is no terminal.
 
     Yields:
         A function of the amount done, and of the total where that was not given; None without a
         terminal.
     """
     if quiet or not sys.stderr.isatty():
+        if notice and not quiet:
+            print(f"phasmid: {notice}", file=sys.stderr, flush=True)
         yield None
         return
     from rich.console import Console
     from rich.progress import (
         BarColumn,
         Progress,
+        SpinnerColumn,
         TaskProgressColumn,
         TextColumn,
         TimeRemainingColumn,
     )
 
-    columns = (TextColumn(what), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    columns = (
+        SpinnerColumn("line"),
+        TextColumn(what),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=total)
         yield lambda done, total=total: bar.update(task, completed=done, total=total)

@@ -15,7 +15,7 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from phasmid.cli import drive
+from phasmid.cli.compiling import announce_compilation
 from phasmid.cli.scenario_options import (
     add_field_options,
     add_scenario_option,
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"phasmid: note: {plain(told)}.", file=sys.stderr)
         server = Server(listening, assets(), host=options.host)
         stage = Stage(scenario, out=Path(options.out), publish=server.publish)
-        drive.tell_of_compiling()
+        announce_compilation()
         with _ended_by_signals(server):
             stage.start()
             try:

@@ -184,7 +184,8 @@ def write_film(
             file=sys.stderr,
         )
         return
-    with progress_bar("filming", quiet=options.quiet) as progress:
+    notice = f"filming into {plain(str(options.video))}"
+    with progress_bar("filming", quiet=options.quiet, notice=notice) as progress:
         path = save_video(
             recording,
             options.video,

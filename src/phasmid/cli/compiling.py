@@ -1,0 +1,75 @@
+"""Compile the controller before the first drive on a machine, and show how far that is."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from phasmid.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from phasmid.scenario import Scenario
+
+NOTICE = "compiling the controller, once for this machine: a minute or two"
+
+TRIAL = 0.05
+"""Duration of the drive that compiles all that a drive needs [s]."""
+
+POLL = 0.5
+"""Time between two looks at which loops are compiled [s]."""
+
+
+def announce_compilation() -> None:
+    """Print a line where the controller is still to be compiled."""
+    from phasmid.control.loops import are_compiled
+
+    if not are_compiled():
+        print(f"phasmid: {NOTICE}", file=sys.stderr, flush=True)
+
+
+def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
+    """Compile what a drive of a scenario needs, with its progress; nothing where that is done.
+
+    Args:
+        scenario: A short drive of it runs.
+        rate: Updates a second [1/s].
+        quiet: Leave it to the drive itself.
+    """
+    from phasmid.control.loops import LOOPS, are_compiled
+
+    if quiet or are_compiled():
+        return
+    from phasmid.control import Command
+    from phasmid.simulation import Driving
+
+    trial = scenario.replace(duration=TRIAL)
+    with (
+        progress_bar("compiling", len(LOOPS), quiet=quiet, notice=NOTICE) as progress,
+        _polled(progress),
+    ):
+        driving = Driving.of(trial, None, Command(), rate=rate, between=None)
+        driving.begin_run().advance()
+
+
+@contextmanager
+def _polled(progress: Callable[..., None] | None) -> Iterator[None]:
+    """Report the number of compiled loops while the body runs."""
+    from phasmid.compiled import is_compiled
+    from phasmid.control.loops import LOOPS
+
+    done = threading.Event()
+
+    def poll() -> None:
+        while progress is not None and not done.wait(POLL):
+            progress(sum(map(is_compiled, LOOPS)))
+
+    thread = threading.Thread(target=poll, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
