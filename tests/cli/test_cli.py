@@ -21,6 +21,7 @@ from hostile import UNSEEN, hostile_files
 from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
+from phasmid.recording.table import save_csv
 from phasmid.robot import load_robot, load_servo, preset_names, robot_to_toml
 from phasmid.scenario import load_scenario, option_keys
 from phasmid.simulation import Run, record
@@ -314,6 +315,27 @@ def test_a_full_disk_is_status_1_and_says_what_was_saved(here, capsys, monkeypat
     )
     with pytest.warns(DamagedRecording, match="has no end: 2 of about 8 frames"):
         assert load_recording(here / "a.rec").sizes["time"] == 1024
+
+
+def test_legs_are_chosen_by_name_in_every_file_of_a_run(here):
+    scenario = load_scenario("paper").replace(duration=0.1)
+    record(scenario, plan(scenario), here / "a.rec")
+    assert main(["report", "a.rec", "--no-figures", "--quiet"]) == 0
+    assert main(["export", "a", "--format", "netcdf", "--out", "b.nc", "--quiet"]) == 0
+    names = load_robot("phantomx-paper").leg_names
+    for name in ("a.rec", "a", "b.nc"):
+        found = load_recording(here / name)
+        assert found.leg_name.dims == ("leg",)
+        assert tuple(found.leg_name.values) == names
+        # Both coordinates choose the same legs.
+        left = found.joint_torque[:, found.leg_name == "left_rear"]
+        assert left.equals(found.joint_torque.sel(leg=[4]))
+    save_csv(found, here / "b.csv")
+    assert '"joint_torque.left_rear.coxa [N m]"' in (here / "b.csv").read_text("utf-8")
+    some = found.isel(leg=[0, 3])
+    save_recording(some, here / "c.nc")
+    # Six names of two legs name none.
+    assert "leg_name" not in load_recording(here / "c.nc").coords
 
 
 def test_a_replay_says_whether_the_bits_are_the_same(here, capsys):

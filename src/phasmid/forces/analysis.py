@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from importlib.metadata import version
 
 import numpy as np
@@ -188,6 +189,7 @@ def recording_attributes(scenario: Scenario, walk: Motion) -> dict[str, str | in
         "scenario": scenario_to_toml(scenario, "robot.toml"),
         "robot": robot_to_toml(scenario.base_robot()),
         "force_model": force_model_words(scenario),
+        "leg_names": json.dumps(walk.robot.leg_names),
         "servo": walk.robot.servo.name,
         "phasmid_version": version("phasmid"),
     }

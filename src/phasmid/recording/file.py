@@ -213,7 +213,7 @@ def _read_netcdf(
     return time, channels, attributes
 
 
-_COORDINATES = {"time", "leg", *COORDINATES}
+_COORDINATES = {"time", "leg", "leg_name", *COORDINATES}
 
 
 def _own(value: Any) -> str | int | float:
@@ -276,7 +276,7 @@ def _check_shapes(arrays: Mapping[str, Any], path: Path) -> None:
         )
     legs = None
     for name, array in arrays.items():
-        if array.dtype.kind not in "biuf" and name not in COORDINATES:
+        if array.dtype.kind not in "biuf" and name not in _COORDINATES:
             raise InvalidInput(f"{path}: {name} does not hold plain numbers.")
         if name not in CHANNELS:
             continue

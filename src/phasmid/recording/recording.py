@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -9,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_type
-from phasmid.errors import InvalidInput, nearest
+from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.recording.channels import CHANNELS, COORDINATES
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def new_recording(
         channels: Arrays by channel name, in the channels' units and shapes; see `CHANNELS`.
             What was not seen is left out.
         attributes: Where it comes from: the scenario and robot as text, versions, how it ended.
+            A JSON list of text in ``leg_names`` becomes the coordinate ``leg_name`` along ``leg``.
         own: Whether the recording may keep these arrays; else it has copies.
 
     Returns:
@@ -67,6 +69,9 @@ def new_recording(
     coordinates: dict[str, Any] = {"time": ("time", time, {"units": "s", "long_name": "time"})}
     if legs is not None:
         coordinates["leg"] = ("leg", np.arange(1, legs + 1), {"long_name": "leg, from 1"})
+        names = _leg_names(attributes, legs)
+        if names:
+            coordinates["leg_name"] = ("leg", names, {"long_name": "name of the leg"})
     for dim, labels in COORDINATES.items():
         if dim in used:
             coordinates[dim] = (dim, list(labels))
@@ -132,6 +137,16 @@ def _leg_count(arrays: Mapping[str, np.ndarray]) -> int | None:
         if "leg" in CHANNELS[name].dims and array.ndim >= 2:
             return int(array.shape[1])
     return None
+
+
+def _leg_names(attributes: Attributes, legs: int) -> list[str]:
+    """Return the names in the attribute ``leg_names``; none where it does not name each leg."""
+    try:
+        names = json.loads(str(attributes.get("leg_names", "[]")))
+    except (ValueError, RecursionError):
+        return []
+    each = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    return [plain(name) for name in names] if each and len(names) == legs else []
 
 
 def _check_shape(name: str, array: np.ndarray, sizes: Mapping[str, int]) -> None:

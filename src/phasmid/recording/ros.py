@@ -136,12 +136,14 @@ def check_mcap() -> None:
 
 
 def names_of_legs(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:
-    """A name for each leg of a recording; ``leg1``, ``leg2`` and so on by default.
+    """Return a name for each leg: those given, the recording's own, or ``leg1`` and so on.
 
     Raises:
         InvalidInput: The names are not one text for each leg.
     """
     count = recording.sizes.get("leg", 0)
+    if names is None and "leg_name" in recording.coords:
+        return [str(name) for name in recording["leg_name"].values]
     if names is None:
         return [f"leg{number}" for number in range(1, count + 1)]
     check_type("leg_names", names, (tuple, list), "a list of texts")
