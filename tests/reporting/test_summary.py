@@ -272,6 +272,43 @@ def test_a_printed_summary_fits_a_screen(paper_walk):
         assert piece in " ".join(text.split())
 
 
+def test_the_first_lines_answer_what_a_person_asks(paper_walk, walk):
+    summary = summarise(paper_walk)
+    # 0.03 N·m of 0.3 and 0.04 N·m of 0.4 are a tenth each, and so is the root of their squares.
+    summary["torque"]["simulation"]["rms"] = [[0.3, 0.4, 0.0]] * 6
+    summary["model_against_simulation"]["torque"]["rms"] = [[0.03, 0.04, 0.0]] * 6
+    summary["model_against_simulation"]["normal_force"]["rms"] = None
+    summary["servo_verdict"] = {"lines": ["HOLDS: a joint needs 0.2 N·m.", "More of it."]}
+    summary["warnings"] = ["Feet slip.", "It tips."]
+    lines = printed(summary).splitlines()
+    assert lines[:7] == [
+        "phantomx-paper · tripod gait · simulation",
+        "Walked?          COMPLETED: the walk of 10 s was completed.",
+        "How far?         400.00 mm, commanded 400.00 mm (100.0 %); 40.0 mm/s",
+        "Servos hold?     HOLDS: a joint needs 0.2 N·m.",
+        "Model agrees?    rms difference of torques 10 %",
+        "Warnings         Feet slip. And 1 more, at the end.",
+        "",
+    ]
+    assert "Servos           More of it." in lines
+    assert lines[-2:] == ["! Feet slip.", "! It tips."]
+    alone = walk(duration=1.0)
+    alone = alone.drop_vars([name for name in alone.data_vars if str(name).endswith("_model")])
+    quiet = printed(summarise(alone)).splitlines()
+    assert quiet[4:6] == [
+        "Model agrees?    not compared: this run has no model",
+        "Warnings         none",
+    ]
+
+
+def test_a_run_is_titled_by_robot_and_gait_and_by_a_name_of_its_own(walk):
+    titles = []
+    for changes in ({"gait": "wave"}, {"name": "my-walk"}):
+        scenario = load_scenario("paper").replace(**changes)
+        titles.append(summarise(walk(duration=1.0, scenario=scenario))["run"]["title"])
+    assert titles == ["phantomx-paper · wave gait", "my-walk · phantomx-paper · tripod gait"]
+
+
 def test_a_narrow_terminal_cuts_off_no_number(short_walk, monkeypatch):
     rows = []
     for columns in ("40", "80"):

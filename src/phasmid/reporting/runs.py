@@ -13,7 +13,7 @@ from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.reporting.panels import LAST_CYCLES, MOST_CYCLES, shown_part
 from phasmid.reporting.sheet import caption, short
-from phasmid.reporting.source import Source, finite_part, read_source
+from phasmid.reporting.source import Source, finite_part, read_source, run_title
 from phasmid.reporting.style import RUN_COLOURS, RUN_DASHES, RUN_WIDTHS
 from phasmid.scenario import option_keys
 from phasmid.scenario.scenario import Scenario
@@ -61,7 +61,7 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
 
     Args:
         recordings: One, or several that are compared.
-        labels: What each is called; by default its scenario's name.
+        labels: What each is called; by default what it differs in, or its robot and gait.
 
     Raises:
         InvalidInput: There are none or too many, or one does not carry its robot and scenario.
@@ -72,11 +72,14 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
     if labels is not None and len(labels) != count:
         raise InvalidInput(f"{len(labels)} labels were given for {count} runs; each needs one.")
     sources = [read_source(recording) for recording in recordings]
-    names = labels or [source.scenario.name for source in sources]
-    words = [
-        f"{short(name)}: {short(difference)}" if difference else short(name)
-        for name, difference in zip(names, differences(sources), strict=True)
-    ]
+    unlike = differences(sources)
+    # A run without a label is called by what it differs in.
+    words = [short(name or run_title(source)) for name, source in zip(unlike, sources, strict=True)]
+    if labels:
+        words = [
+            f"{short(label)}: {short(difference)}" if difference else short(label)
+            for label, difference in zip(labels, unlike, strict=True)
+        ]
     return [
         Run(
             finite_part(recording),

@@ -12,7 +12,7 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording, check_recording
 from phasmid.robot import Appearance, Robot
-from phasmid.scenario import Scenario, recorded_scenario
+from phasmid.scenario import Scenario, recorded_scenario, scenario_names
 
 LEAST = 1e-6
 """What is taken as stall torque [N·m] and no-load speed [rad/s] of a servo whose supply does not
@@ -93,6 +93,13 @@ def read_source(recording: Recording, appearance: Appearance | None = None) -> S
         )
     gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
     return Source(robot, scenario, gait, robot.mass * scenario.model.gravity)
+
+
+def run_title(source: Source) -> str:
+    """Return the title of a run: robot and gait, and a scenario's name that is no preset's."""
+    own = source.scenario.name not in scenario_names()
+    parts = (source.scenario.name if own else "", source.robot.name, f"{source.gait.name} gait")
+    return " · ".join(plain(part) for part in parts if part)
 
 
 @lru_cache(maxsize=4)

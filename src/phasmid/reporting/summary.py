@@ -12,7 +12,7 @@ from phasmid.recording import Recording
 from phasmid.reporting.feet import least_support, load, load_difference, slip
 from phasmid.reporting.joints import energy, speed, torque, torque_difference
 from phasmid.reporting.servos import servo_verdict, servos
-from phasmid.reporting.source import attribute, events, finite_part, read_source
+from phasmid.reporting.source import attribute, events, finite_part, read_source, run_title
 from phasmid.reporting.steps import SETTLING
 from phasmid.reporting.travel import travel, velocity
 from phasmid.reporting.warnings import warnings
@@ -56,6 +56,7 @@ def summarise(recording: Recording) -> Summary:
     run |= {name: recording.attrs.get(name) for name in ("time_step",)}
     run |= {name: attribute(recording, name) for name in ("phasmid_version", "mujoco_version")}
     run |= {
+        "title": run_title(source),
         "scenario": scenario.name,
         "gait": source.gait.name,
         "duration": float(time[-1] - time[0]),

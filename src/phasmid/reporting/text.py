@@ -7,6 +7,8 @@ import textwrap
 from collections.abc import Iterator
 from typing import IO, Any, Protocol, cast, runtime_checkable
 
+import numpy as np
+
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import shortfall
 from phasmid.reporting.summary import REFINEMENT, Summary
@@ -57,22 +59,19 @@ def print_summary(
             raise InvalidInput(f"there is no leg {number}; legs are 1 to {len(names)}.")
     console = Console(file=cast("IO[str] | None", file), highlight=False, markup=False)
     width = min(console.width, WIDTH)
-    run = summary["run"]
-    ended = str(run.get("ending", "")) or "no end recorded"
-    style = "bold green" if ended == "COMPLETED" else "bold yellow"
     for line in textwrap.wrap(headline(summary), width):
         console.print(Text(line, style="bold"))
-    reason = plain(run.get("ending_reason", ""))
-    for number, line in enumerate(textwrap.wrap(f"{ended}: {reason}" if reason else ended, width)):
-        mark = len(ended) if number == 0 else 0
-        console.print(Text(line[:mark], style=style).append(line[mark:], style="default"))
-    for label, fact in (*verdict_facts(summary), *facts(summary)):
-        lines = textwrap.wrap(fact, max(width - LABEL_WIDTH, 20))
-        for first, line in zip([label, *[""] * len(lines)], lines, strict=False):
-            console.print(
-                Text(first.ljust(LABEL_WIDTH), style="cyan").append(line, style="default")
-            )
-    console.print()
+    ended = str(summary["run"].get("ending", ABSENT))
+    style = "bold green" if ended == "COMPLETED" else "bold yellow"
+    for part in (head(summary), facts(summary)):
+        for label, fact in part:
+            lines = textwrap.wrap(fact, max(width - LABEL_WIDTH, 20))
+            for first, line in zip([label, *[""] * len(lines)], lines, strict=False):
+                text = Text(first.ljust(LABEL_WIDTH), style="cyan").append(line, style="default")
+                if first == "Walked?":
+                    text.highlight_words([ended], style)
+                console.print(text)
+        console.print()
 
     table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="cyan")
     both = len(summary.get("normal_force", {})) == 2
@@ -107,17 +106,69 @@ def print_summary(
 
 def headline(summary: Summary) -> str:
     """Who walked how, on one line."""
-    run, robot = summary["run"], summary["robot"]
-    what = "analysis" if run.get("kind") == "model" else plain(run.get("kind", "recording"))
-    parts = (run.get("scenario", ""), robot["name"], f"{run['gait']} gait", what)
-    return " · ".join(plain(str(part)) for part in parts if part)
+    kind = summary["run"].get("kind", "recording")
+    return plain(f"{summary['run']['title']} · {'analysis' if kind == 'model' else kind}")
 
 
-def verdict_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    """Label and text of each line of the verdict on the servos."""
-    lines = summary.get("servo_verdict", {}).get("lines") or ()
-    for label, line in zip(["Servos hold?", *[""] * len(lines)], lines, strict=False):
-        yield label, plain(str(line))
+def head(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Label and text of the five answers that come first."""
+    run, warnings = summary["run"], summary.get("warnings", ())
+    ended, reason = run.get("ending", "no end recorded"), run.get("ending_reason", "")
+    yield "Walked?", plain(f"{ended}: {reason}" if reason else ended)
+    yield "How far?", _distance(summary)
+    verdict = summary.get("servo_verdict", {}).get("lines") or ("not judged",)
+    yield "Servos hold?", plain(str(verdict[0]))
+    yield "Model agrees?", _agreement(summary)
+    more = f" And {len(warnings) - 1} more, at the end." if len(warnings) > 1 else ""
+    yield "Warnings", plain(f"{warnings[0]}{more}") if warnings else "none"
+
+
+def _distance(summary: Summary) -> str:
+    """Return how far the body went, beside the command where there is one."""
+    way = summary.get("travel", {})
+    commanded = way.get("commanded_distance")
+    if "distance" not in way:
+        if commanded is None:
+            return "not recorded"
+        return f"{_mm(commanded)} commanded, in {way['commanded_steps']:.3g} steps"
+    line = _mm(way["distance"])
+    if commanded is not None:
+        line += f", commanded {_mm(commanded)}"
+        line += f" ({100 * way['distance'] / commanded:.1f} %)" if commanded > 1e-3 else ""
+    return f"{line}; {1000 * way['mean_speed']:.1f} mm/s" if "mean_speed" in way else line
+
+
+def _agreement(summary: Summary) -> str:
+    """Return the model's rms differences from the simulation as shares of the simulated values."""
+    compared = summary.get("model_against_simulation", {})
+    parts = []
+    for what, name, reference in (
+        ("torques", "torque", summary.get("torque", {}).get("simulation", {}).get("rms")),
+        (
+            "normal forces",
+            "normal_force",
+            summary.get("normal_force", {}).get("simulation", {}).get("mean_in_stance"),
+        ),
+    ):
+        difference = compared.get(name, {}).get("rms")
+        share = _share(difference, reference)
+        if share is not None:
+            parts.append(f"{what} {100 * share:.2g} %")
+    return (
+        f"rms difference of {', of '.join(parts)}"
+        if parts
+        else "not compared: this run has no model"
+    )
+
+
+def _share(difference: Any, reference: Any) -> float | None:
+    """Return the root of the summed squares of one over that of the other; None if unknown."""
+    if difference is None or reference is None:
+        return None
+    pairs = np.array([np.array(difference, float).ravel(), np.array(reference, float).ravel()])
+    pairs = pairs[:, np.isfinite(pairs).all(axis=0)]
+    squares = (pairs**2).sum(axis=1)
+    return float(np.sqrt(squares[0] / squares[1])) if squares[1] > 0 else None
 
 
 def facts(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -132,18 +183,6 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     broken = run.get("samples_not_finite", 0)
     broken_text = f", the last {broken} not finite" if broken else ""
     yield "Duration", f"{run['duration']:g} s{of_plan}, {run['samples']} samples{broken_text}"
-    if "distance" in way:
-        line = _mm(way["distance"])
-        commanded = way.get("commanded_distance")
-        if commanded is not None:
-            line += f", commanded {_mm(commanded)}"
-        if commanded is not None and commanded > 1e-3:
-            line += f" ({100 * way['distance'] / commanded:.1f} %)"
-        if "mean_speed" in way:
-            line += f"; {1000 * way['mean_speed']:.1f} mm/s"
-        yield "Distance", line
-    elif "commanded_distance" in way:
-        yield "Commanded", f"{_mm(way['commanded_distance'])} in {way['commanded_steps']:.3g} steps"
     if "sideways_drift" in way:
         yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
     yield from _waypoint_facts(summary)
@@ -167,6 +206,8 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
         slip = summary["slip"]
         yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"
     yield from _force_facts(summary)
+    for line in (summary.get("servo_verdict", {}).get("lines") or ())[1:]:
+        yield "Servos", plain(str(line))
     yield from _joint_facts(summary)
     yield from _difference_facts(summary)
     yield from _refinement_facts(summary)

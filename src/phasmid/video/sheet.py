@@ -7,7 +7,7 @@ from PIL import Image, ImageDraw
 
 from phasmid.recording import Recording
 from phasmid.reporting.sheet import drive_words, short
-from phasmid.reporting.source import attribute
+from phasmid.reporting.source import attribute, run_title
 from phasmid.reporting.style import FAINT, INK
 from phasmid.video.arrows import draw_arrows
 from phasmid.video.camera import Camera
@@ -94,8 +94,7 @@ def words(recording: Recording, film: Film) -> list[str]:
     """The run's name and machine; what moves it; what is shown."""
     source = film.source
     scenario = source.scenario
-    run = short(scenario.name)
-    lines = [f"{run}: {short(source.robot.name)}, {short(source.gait.name)} gait"]
+    lines = [short(run_title(source))]
     lines.append(drive_words(recording, source))
     ending = attribute(recording, "ending")
     if ending in ("FELL", "DIVERGED"):
