@@ -117,7 +117,8 @@ def head(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "Walked?", plain(f"{ended}: {reason}" if reason else ended)
     yield "How far?", _distance(summary)
     verdict = summary.get("servo_verdict", {}).get("lines") or ("not judged",)
-    yield "Servos hold?", plain(str(verdict[0]))
+    for label, line in zip(["Servos hold?", *[""] * len(verdict)], verdict, strict=False):
+        yield label, plain(str(line))
     yield "Model agrees?", _agreement(summary)
     more = f" And {len(warnings) - 1} more, at the end." if len(warnings) > 1 else ""
     yield "Warnings", plain(f"{warnings[0]}{more}") if warnings else "none"
@@ -206,8 +207,6 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
         slip = summary["slip"]
         yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"
     yield from _force_facts(summary)
-    for line in (summary.get("servo_verdict", {}).get("lines") or ())[1:]:
-        yield "Servos", plain(str(line))
     yield from _joint_facts(summary)
     yield from _difference_facts(summary)
     yield from _refinement_facts(summary)
