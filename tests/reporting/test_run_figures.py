@@ -18,7 +18,7 @@ from phasmid.reporting.power import power_of
 from phasmid.reporting.support import margin_over_time
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step
+from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step, state_rows
 
 NAMES = ("right front", "right middle", "right rear", "left rear", "left middle", "left front")
 DRAWN = [name for name in CATALOGUE if name not in ("walk", "fig13", "fig14", "fig15", "fig16")]
@@ -177,7 +177,7 @@ def test_the_envelope_is_what_the_servos_simulation_gives_at_steady_speed(speed,
     and not from the figure."""
     servo, dt, voltage = load_robot("phantomx-paper").servo, 1e-4, 9.0
     numbers = servo_numbers(servo, dt, voltage, 25.0)
-    state, applied = np.zeros((len(FIELDS), 1)), np.zeros(1)
+    state, applied = np.zeros((state_rows(numbers), 1)), np.zeros(1)
     state[FIELDS.index("speed")] = speed
     limits, angle = np.array([[-1e3], [1e3]]), np.zeros(1)
     for _ in range(10_000):

@@ -1,19 +1,24 @@
 """A servo on a test bench: one joint with an inertia, a load, and nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from phasmid.compiled import compiled
-from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step
+from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step, state_rows
 
 
 class Bench:
     """One servo whose output carries an inertia [kg m^2] and lifts a load [N m]."""
 
-    def __init__(self, servo, dt=1e-3, voltage=12.0, inertia=3e-3, load=0.0, ambient=25.0):
+    def __init__(
+        self, servo, dt=1e-3, voltage=12.0, inertia=3e-3, load=0.0, ambient=25.0, delayed=False
+    ):
+        servo = servo if delayed else replace(servo, delay=0.0)
         self.servo, self.dt, self.inertia, self.load = servo, dt, inertia, load
         self.numbers = servo_numbers(servo, dt, voltage, ambient)
         self.limits = np.array([[-1e3], [1e3]])
-        self.state = np.zeros((len(FIELDS), 1))
+        self.state = np.zeros((state_rows(self.numbers), 1))
         self["temperature"] = ambient
         self.angle, self.speed, self.torque = np.zeros(1), np.zeros(1), np.zeros(1)
 

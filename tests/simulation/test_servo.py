@@ -9,7 +9,12 @@ from scipy.integrate import solve_ivp
 
 from phasmid.compiled import compiled
 from phasmid.robot import load_servo, servo_names
-from phasmid.simulation.servo import FIELDS, longest_servo_step, servo_numbers, servo_step
+from phasmid.simulation.servo import (
+    longest_servo_step,
+    servo_numbers,
+    servo_step,
+    state_rows,
+)
 from simulation.servo_bench import Bench
 
 AX = load_servo("AX-12A")
@@ -158,6 +163,25 @@ def test_no_load_from_either_side_gets_more_than_the_stall_torque_of_a_joint(dir
     bench.run(0.1, 0.0)
     fallen = -direction * 0.1 * 2 * stall / bench.inertia
     assert bench.speed[0] - before == pytest.approx(fallen, rel=1e-9)
+
+
+def test_a_command_is_answered_after_the_servos_delay_and_then_as_if_there_were_none():
+    # 11 ms at 1 ms a step: the same motion to the last bit, 11 steps later. Published measurements
+    # of the AX-12+ put 17 to 50 ms between a command and the first motion.
+    late, prompt = Bench(AX, delayed=True), Bench(AX)
+    steps = round(AX.delay / 1e-3)
+    assert steps == 11
+    moves = []
+    for bench in (late, prompt):
+        angles = []
+        for _ in range(200):
+            bench.step(5 * TICK * 3)
+            angles.append(bench.angle[0])
+        moves.append(np.array(angles))
+    assert (moves[0][:steps] == 0.0).all()
+    np.testing.assert_array_equal(moves[0][steps:], moves[1][:-steps])
+    first = int(np.argmax(moves[0] > math.radians(0.05)))
+    assert 15 <= first <= 50
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6])
@@ -360,7 +384,7 @@ def test_the_compiled_step_is_the_plain_one(name):
     rng = np.random.default_rng(0)
     numbers = servo_numbers(load_servo(name), 1e-3, 11.1, 25.0)
     limits = np.array([[-2.0] * 18, [2.0] * 18])
-    states = [np.zeros((len(FIELDS), 18)) for _ in range(2)]
+    states = [np.zeros((state_rows(numbers), 18)) for _ in range(2)]
     torques = [np.zeros(18) for _ in range(2)]
     for _ in range(50):
         target, angle, speed = rng.normal(size=(3, 18)) * [[0.3], [0.05], [2.0]]

@@ -151,7 +151,6 @@ def test_the_way_does_not_hang_on_the_time_step():
         # Too long for the contact too: the bound that is told is the one that counts for both.
         (PAPER.replace(dt=5e-3), "--dt 0.005 s cannot resolve the gears of the servo AX-12A"),
         (with_servo(stall_current=None), "servo AX-12A has no stall_current"),
-        (with_servo(armature=0.0), "servo AX-12A has an armature of 0"),
     ],
 )
 def test_a_servo_that_cannot_be_run_is_refused(scenario, said):

@@ -50,6 +50,7 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
         *_way(summary),
         _stall(summary),
         "" if limited else _speed(summary),
+        _armature(source),
         _shutdown(summary),
         _saturation(summary),
         _heat(summary),
@@ -133,6 +134,16 @@ def _known_joints(summary: dict[str, Any], name: str) -> list[tuple[float, str]]
         for value, joint in zip(row or [None] * 3, JOINTS, strict=True)
         if value is not None and not math.isnan(value)
     ]
+
+
+def _armature(source: Source) -> str:
+    servo = source.robot.servo
+    if source.scenario.simulation.drive != "servo" or servo.armature:
+        return ""
+    return (
+        f"The armature of the {plain(servo.name)} is not given; {servo.rotor_inertia:.2g} kg m² is "
+        "assumed, from its stall torque and no-load speed."
+    )
 
 
 def _shutdown(summary: dict[str, Any]) -> str:

@@ -21,6 +21,11 @@ STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
 CONTINUOUS_SHARE = 1 / 5
 """Part of the stall torque within which the maker's AX series holds steadily (e-manual)."""
 
+ROTOR_TIME = 0.02
+"""Armature times no-load speed over stall torque [s], assumed where no armature is known. Four
+identified servos have 13 ms (MX-64), 15 (MX-106), 34 (XL-320) and 38 (XL-330): Rhoban BAM, m1,
+with the stall torques and no-load speeds of their data sheets."""
+
 HEAT_RANGE = 0.5, 2.0
 """Factors on a computed warming between which the real one is expected. Free air takes 5 to
 20 W/(m² K) from a case, with radiation and a light draught; 10 is assumed. The specific heat lies
@@ -41,7 +46,7 @@ class Servo:
         no_load_speed: Largest speed, without load [rad/s].
         stiffness: Of the ideal servo: torque per position error, below the limit [N·m/rad].
         damping: Of the ideal servo: torque per speed error [N·m·s/rad].
-        armature: Rotor inertia seen at the output [kg·m²].
+        armature: Rotor inertia seen at the output [kg·m²]; 0: not known, see `rotor_inertia`.
         friction: Coulomb friction of motor and gears, at the output [N·m].
         stall_current: Current at standstill under `rated_voltage` [A].
         rated_voltage: Supply at which torque, speed and current are given [V].
@@ -52,6 +57,7 @@ class Servo:
         backlash: Angle by which the output is free of the gears [rad].
         gear_stiffness: Torque per twist of the gears, seen at the output [N·m/rad].
         gear_damping_time: Damping of that twist over its stiffness [s].
+        delay: Time from a command on the bus to the servo's answer to it [s].
         resolution: Step of the position sensor, which sits at the output, and of the goal [rad].
         control_period: Time from one look at the position to the next [s].
         law: How the position error becomes an output, a share of the supply voltage:
@@ -90,6 +96,7 @@ class Servo:
     backlash: float = math.radians(0.5)
     gear_stiffness: float = 60.0
     gear_damping_time: float = 1e-3
+    delay: float = 0.0
     resolution: float = math.radians(300 / 1024)
     control_period: float = 1e-3
     law: str = "compliance"
@@ -166,6 +173,13 @@ class Servo:
             coulomb=self.friction,
             viscous=self.viscous_friction,
         )
+
+    @property
+    def rotor_inertia(self) -> float:
+        """The armature [kg·m²]; where it is 0, the stall torque over the no-load speed times
+        `ROTOR_TIME`.
+        """
+        return self.armature or ROTOR_TIME * self.stall_torque / self.no_load_speed
 
     @property
     def highest_voltage(self) -> float:

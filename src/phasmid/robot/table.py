@@ -172,6 +172,7 @@ class ServoTable(RobotPart):
     backlash: Angle = Servo.backlash
     gear_stiffness: Number = Servo.gear_stiffness
     gear_damping_time: Time = Servo.gear_damping_time
+    delay: Time = Servo.delay
     resolution: Angle = Servo.resolution
     control_period: Time = Servo.control_period
     law: Law = "compliance"

@@ -49,7 +49,7 @@ class TrueSenses:
         self._upright = run.ground.faces_up
         self._duty: np.ndarray | None = None
         if run.scenario.simulation.drive == "servo":
-            rows = run.drive.state.reshape(len(FIELDS), legs, 3)
+            rows = run.drive.state.reshape(-1, legs, 3)
             self._duty, self._shutdown = (rows[FIELDS.index(k)] for k in ("duty", "shutdown"))
 
     def observe(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,6 @@ from phasmid.control.dynamics.servo_goal import (
     goal_numbers,
     goals_for_torque,
 )
-from phasmid.errors import InvalidInput
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
@@ -41,9 +41,10 @@ FIELDS = (
 """What a servo remembers, a row of numbers for each, all joints side by side: the rotor's angle
 [rad] and speed [rad/s] at the output; output (share of the supply), current [A] and torque on the
 joint [N·m] of this step; temperature [°C]; time at the largest output [s]; why it shut down; steps
-until it next looks at the position; position error [ticks] and its smoothed change [ticks/s]."""
+until it next looks at the position; position error [ticks] and its smoothed change [ticks/s].
+Servos with a delay have further rows: which goal is due, and the goals on their way [rad]."""
 
-NUMBERS = 29
+NUMBERS = 30
 """How many numbers `servo_numbers` gives."""
 
 RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
@@ -78,7 +79,8 @@ def servo_step(
         joint_speed: Their speeds [rad/s], shape (J,).
         limits: Lowest and highest goal [rad], shape (2, J).
         numbers: As `servo_numbers` gives them.
-        state: Rows of `FIELDS`, changed in place, shape (11, J).
+        state: Rows of `FIELDS` and of goals on their way, changed in place; as many as `state_rows`
+            tells, by J.
         applied: Is given the torques on the joints [N·m], shape (J,).
     """
     dt, tick, steps, pid = numbers[0], numbers[1], numbers[2], numbers[3]
@@ -88,10 +90,16 @@ def servo_step(
     play, stiffness, damping = numbers[20], numbers[21], numbers[22]
     ambient, warming, fading = numbers[23], numbers[24], numbers[25]
     hottest, patience, limit = numbers[26], numbers[27], numbers[28]
+    delay = int(numbers[29])
     for j in range(target.shape[0]):
+        aim = target[j]
+        if delay > 0:
+            due = int(state[11, j])
+            aim, state[12 + due, j] = state[12 + due, j], aim
+            state[11, j] = (due + 1) % delay
         if state[8, j] <= 0.0:
             state[8, j] = steps
-            goal = min(max(target[j], limits[0, j]), limits[1, j])
+            goal = min(max(aim, limits[0, j]), limits[1, j])
             error = math.floor(goal / tick + 0.5) - math.floor(joint_angle[j] / tick + 0.5)
             if pid > 0.0:
                 slope = (error - state[9, j]) / (steps * dt)
@@ -207,8 +215,19 @@ def servo_numbers(
             servo.temperature_limit,
             servo.overload_time,
             servo.stall_at(voltage),
+            round(servo.delay / dt),
         ]
     )
+
+
+def state_rows(numbers: Float[np.ndarray, " numbers"]) -> int:
+    """Rows that a servo's state takes: those of `FIELDS`, and of goals on their way.
+
+    Args:
+        numbers: As `servo_numbers` gives them.
+    """
+    delay = int(numbers[29])
+    return len(FIELDS) + (delay + 1 if delay > 0 else 0)
 
 
 def longest_servo_step(servo: Servo, mobility: float) -> float:
@@ -234,18 +253,9 @@ def longest_servo_step(servo: Servo, mobility: float) -> float:
 
 
 def own_servo(scenario: Scenario, robot: Robot) -> Servo:
-    """A robot's servo with a scenario's settings.
-
-    Raises:
-        InvalidInput: It has no rotor that its own law could turn.
-    """
+    """A robot's servo with a scenario's settings, and with a rotor: see `Servo.rotor_inertia`."""
     servo = scenario.servo.set_up(robot.servo)
-    if servo.armature == 0:
-        raise InvalidInput(
-            f"servo {servo.name} has an armature of 0; its own law needs the inertia of a rotor.",
-            hint='armature = 1.1e-3, or drive = "ideal-servo"',
-        )
-    return servo
+    return replace(servo, armature=servo.rotor_inertia)
 
 
 class ServoDrive:
@@ -277,7 +287,7 @@ class ServoDrive:
         self._angle, self._speed = data.qpos[7:], data.qvel[6:]
         self._applied = data.qfrc_applied[6:]
         self._ambient = table.ambient_temperature
-        self._rows = np.zeros((len(FIELDS), len(start)))
+        self._rows = np.zeros((state_rows(self._numbers), len(start)))
         self.state = self._rows.ravel()
         self._torque = self._rows[FIELDS.index("torque")]
         self._step = compiled(servo_step)
@@ -285,6 +295,7 @@ class ServoDrive:
         self.command(start)
         self._rows[:] = 0.0
         self._rows[FIELDS.index("angle")] = start
+        self._rows[len(FIELDS) + 1 :] = start
         self.begin(np.zeros(len(start)))
 
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
@@ -340,7 +351,7 @@ class ServoDrive:
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Output, current, rotor's speed, temperature and shutdown of every servo."""
-        rows = states.reshape(len(states), len(FIELDS), -1, 3)
+        rows = states.reshape(len(states), len(self._rows), -1, 3)
         read = {
             f"servo_{name}": rows[:, FIELDS.index(name)]
             for name in ("duty", "current", "speed", "temperature")
@@ -349,7 +360,7 @@ class ServoDrive:
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
         """Which servos had shut down in a state, and why; empty where none had."""
-        codes = state.reshape(len(FIELDS), -1)[FIELDS.index("shutdown")]
+        codes = state.reshape(self._rows.shape)[FIELDS.index("shutdown")]
         down = [
             f"{name} ({REASONS[float(code)]})"
             for name, code in zip(self._names, codes, strict=True)

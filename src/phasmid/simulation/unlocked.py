@@ -27,7 +27,7 @@ from phasmid.simulation.calling import address, call, library, pointer
 from phasmid.simulation.joint_drive import Drive
 from phasmid.simulation.plain import Made
 from phasmid.simulation.samples import Samples
-from phasmid.simulation.servo import FIELDS, NUMBERS, servo_step
+from phasmid.simulation.servo import NUMBERS, servo_step, state_rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -206,7 +206,7 @@ def _machine_code(*kinds: Any) -> Callable[[Callable[..., Any]], Any]:
 
 ANY = numba.types.voidptr
 _servo_step = compiled(servo_step)
-SERVO_ROWS = len(FIELDS)
+_state_rows = numba.njit(unwrap(state_rows))
 
 
 def inner(function: Callable[..., Any]) -> Any:
@@ -286,13 +286,14 @@ def command_servo(target: Any, memory: Any) -> None:
     """`ServoDrive.command`."""
     places = numba.carray(memory, (7,), np.int64)
     joints = places[6]
+    numbers = numba.carray(pointer(places[3]), (NUMBERS,), np.float64)
     _servo_step(
         numba.carray(target, (joints,), np.float64),
         numba.carray(pointer(places[0]), (joints,), np.float64),
         numba.carray(pointer(places[1]), (joints,), np.float64),
         numba.carray(pointer(places[2]), (2, joints), np.float64),
-        numba.carray(pointer(places[3]), (NUMBERS,), np.float64),
-        numba.carray(pointer(places[4]), (SERVO_ROWS, joints), np.float64),
+        numbers,
+        numba.carray(pointer(places[4]), (_state_rows(numbers), joints), np.float64),
         numba.carray(pointer(places[5]), (joints,), np.float64),
     )
 

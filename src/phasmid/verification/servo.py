@@ -107,7 +107,7 @@ def _motor(scenario: Scenario, recording: Recording) -> Limits:
     before, change = speed[:-1], np.diff(speed, axis=0) / scenario.simulation.dt
     law = running * (duty * table.supply(servo) - motor.constant * before) / motor.resistance
     push = motor.constant * current
-    friction = push - motor.viscous * before - servo.armature * change - torque
+    friction = push - motor.viscous * before - servo.rotor_inertia * change - torque
     most = motor.coulomb + motor.load_loss * np.abs(push)
     stall = servo.stall_at(table.supply(servo))
     beyond = np.abs(torque) - stall

@@ -1,0 +1,36 @@
+"""The tables and commands of docs/your-robot.md, as a builder copies them."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from phasmid.cli import main
+
+PAGE = (Path(__file__).parents[2] / "docs/your-robot.md").read_text("utf-8")
+ROBOT, SERVO = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[:2]
+
+
+@pytest.mark.parametrize("servo", ["by name", "by its own table"])
+def test_the_robot_of_the_page_walks_on_either_servo(tmp_path, monkeypatch, capsys, servo):
+    monkeypatch.chdir(tmp_path)
+    text = ROBOT
+    if servo == "by its own table":
+        # Tables of TOML come after the keys that stand alone.
+        text = re.sub(r'^servo = "AX-12A".*$', "", ROBOT, flags=re.MULTILINE) + SERVO
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    commands = re.search(r"Then\n\n```\n(.*?)```", PAGE, re.DOTALL)[1].splitlines()
+    assert [command.split()[:2] for command in commands] == [
+        ["phasmid", "check"],
+        ["phasmid", "walk"],
+    ]
+    for command in commands:
+        short = ["--duration", "0.5", "--no-figures"] if " walk " in command else []
+        assert main([*command.split()[1:], *short]) == 0, capsys.readouterr().err
+        told = " ".join(capsys.readouterr().out.split())
+        assert "HOLDS FOR A LIMITED TIME: " in told
+    if servo == "by its own table":
+        assert "MG996R at 6 V: stall 1.1 N·m" in told
+        assert "The armature of the MG996R is not given; 0.0035 kg m² is assumed" in told
+    else:
+        assert "assumed, from its stall torque" not in told
