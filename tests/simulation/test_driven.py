@@ -7,7 +7,7 @@ from phasmid import JointTrajectory, drive, load_recording, load_scenario, plan,
 from phasmid.control import Command, JointTargets, Player
 from phasmid.errors import InvalidInput
 
-PAPER = load_scenario("paper").replace(duration=1.2)
+PAPER = load_scenario("paper").replace(duration=1.2, drive="prescribed")
 WALK = plan(PAPER)
 
 

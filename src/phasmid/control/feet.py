@@ -21,7 +21,7 @@ from phasmid.control.elsewhere import (
 )
 from phasmid.control.governor import is_landing
 from phasmid.control.reach import is_reached, within
-from phasmid.control.state import HELD, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
+from phasmid.control.state import HELD, LOWERED, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
 from phasmid.control.swing import plant, raise_foot, steer
 from phasmid.control.trunk import approach, ride
 
@@ -53,8 +53,9 @@ FOLD = 0.8
 BACK, BACK_RISE, BACK_TIME = 0.01, 0.01, 0.16
 """How far a foot draws back from an obstacle, how far up [m], and in what time [s]."""
 
-SEARCH, SEARCH_AFTER = 0.005, 0.08
-"""How far a standing foot goes down at a time [m] that has felt the air for a while [s]."""
+LOST_AFTER, LEAST_DEPTH = 0.08, 0.01
+"""Time without contact after which a stance foot is lowered to the ground [s], if it reaches at
+least so far down [m]."""
 
 
 @internal
@@ -194,19 +195,31 @@ def draw_back(state: Any, leg: int) -> None:
 
 
 @internal
-def searches(state: Any, model: Any, order: Any, tuning: Any, leg: int, h: float) -> bool:
-    """Whether a foot that stands by the plan feels the air, and may go on down for the ground."""
+def stop_at_contact(state: Any, leg: int) -> None:
+    """Bring a foot to rest a little beyond its contact, without a jump of its velocity."""
+    for i in range(3):
+        state.line[0, leg, i] = state.foot[leg, i]
+        state.line[1, leg, i] = state.motion[0, leg, i]
+        state.line[2, leg, i] = state.motion[1, leg, i]
+        state.landing[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.motion[0, leg, i]
+    state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = 0.0, SETTLE, 0.0
+    state.retreat[leg] = 0.0
+
+
+@internal
+def has_lost_ground(state: Any, model: Any, order: Any, tuning: Any, leg: int, h: float) -> bool:
+    """Return whether a stance foot has had no contact for `LOST_AFTER` and can be lowered."""
     if order.touch[leg] != 0 or state.mode[0] == STILL:
         state.swing[leg, 2] = 0.0
         return False
-    # Of a foot that stands this counts how long it has felt the air.
+    # In stance this element counts the time without contact.
     state.swing[leg, 2] += h
-    if state.swing[leg, 2] < SEARCH_AFTER:
+    if state.swing[leg, 2] < LOST_AFTER:
         return False
-    g, foot = state.ground[3], state.foot[leg]
-    if foot[2] < g[0] + g[1] * foot[0] + g[2] * foot[1] - tuning.landing_depth:
+    foot = state.foot[leg]
+    if above(state, leg) < -tuning.landing_depth:
         return False
-    return bool(is_reached(state, model, leg, foot[0], foot[1], foot[2] - 2 * SEARCH))
+    return bool(is_reached(state, model, leg, foot[0], foot[1], foot[2] - LEAST_DEPTH))
 
 
 @internal
@@ -219,9 +232,11 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         if doing == HELD or stands:
             set_search(state, leg, 0.0)
         if doing == STANCE and swing[0] >= swing[1]:
-            if not searches(state, model, order, tuning, leg, h):
+            if not has_lost_ground(state, model, order, tuning, leg, h):
                 continue
-            press(state, leg, SEARCH)
+            plant(state, leg)
+            look_down(state, model, tuning, leg, above(state, leg) + tuning.landing_depth)
+            state.retreat[leg] = LOWERED
         if doing == HELD:
             continue
         before = swing[0]
@@ -242,16 +257,13 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             lift_off(state, model, order, leg, ago, time)
             before, retreats = ago - h, False
             part = ago / time
-        met = order.touch[leg] == 1 and doing in (SWING, PROBING) and not retreats
-        if met and (doing == PROBING or part > tuning.lowest_lift):
-            # The foot comes to rest a little beyond, so that its speed does not jump.
-            state.leg[leg] = SETTLING
-            for i in range(3):
-                state.line[0, leg, i] = state.foot[leg, i]
-                state.line[1, leg, i] = state.motion[0, leg, i]
-                state.line[2, leg, i] = state.motion[1, leg, i]
-                state.landing[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.motion[0, leg, i]
-            swing[0], swing[1], swing[2], before = h, SETTLE, 0.0, 0.0
+        lowered = doing == STANCE and state.retreat[leg] == LOWERED
+        met = order.touch[leg] == 1 and (lowered or doing in (SWING, PROBING)) and not retreats
+        if met and (doing != SWING or part > tuning.lowest_lift):
+            stop_at_contact(state, leg)
+            if not lowered:
+                state.leg[leg] = SETTLING
+            before, swing[0] = 0.0, h
         elif doing == SWING and part < FROZEN and not retreats:
             choose_landing(state, model, order, tuning, leg, swing[1] - swing[0])
         if swing[0] > swing[1] - 1e-9:

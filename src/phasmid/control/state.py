@@ -21,6 +21,9 @@ OBSTACLE = 2
 RISES = 0.5
 """`State.retreat` of a foot that comes up from where it has found no ground."""
 
+LOWERED = -1.0
+"""`State.retreat` of a stance foot that goes down to the ground, with which it has lost contact."""
+
 STILL, WALKING = 0, 1
 """What the clock does: it rests, or it runs."""
 
@@ -119,7 +122,8 @@ class State(NamedTuple):
         motion: Velocity and acceleration of the feet in odom, shape (2, L, 3).
         q: Joint angles, speeds and accelerations [rad, s], shape (3, L, 3).
         retreat: 1 while a swinging foot draws back from an obstacle, 2 or more where it was stopped
-            on that way, `RISES` while it comes up from a hole, 0 else, shape (L,).
+            on that way, `RISES` while it comes up from a hole, `LOWERED` while a stance foot is
+            lowered to the ground, 0 else, shape (L,).
         search: 0; while a foot looks elsewhere for the ground that it has not found, for how many
             times it does; else what `phasmid.control.elsewhere` says, shape (L,).
         sought: Where it looks, where it found none first, and where it last stood and felt the

@@ -86,7 +86,7 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
         InvalidInput: The robot file is absent or not well formed.
         InvalidRobot: No machine could have these numbers.
     """
-    drive = scenario.simulation.drive
+    drive = scenario.simulation.planned_drive
     kind = scenario.terrain.kind
     contact, model = scenario.contact, scenario.model
     found = [

@@ -206,6 +206,21 @@ class Scenario(Table):
         """
         return self.vary(self.base_robot())
 
+    def driven(self) -> Scenario:
+        """Return this scenario with the drive of a driven robot.
+
+        Where no drive is named, the robot's own servos move the joints: ``servo``, or
+        ``ideal-servo`` where the servo's stall current is unknown.
+
+        Raises:
+            InvalidInput: The robot file is absent or not well formed.
+            InvalidRobot: No machine could have these numbers.
+        """
+        if self.simulation.drive is not None:
+            return self
+        known = self.base_robot().servo.stall_current is not None
+        return self.replace(drive="servo" if known else "ideal-servo")
+
     def base_robot(self) -> Robot:
         """The robot as its file gives it, without this scenario's variants.
 

@@ -17,7 +17,8 @@ class SimulationTable(Table):
             ``ideal-servo``: position servos with the torque and speed limits of the robot's servo;
             ``servo``: the robot's servo with its own law, motor, gears and heat; ``torque``: what
             the planned motion takes by inverse dynamics, and more against errors, within the
-            torque and speed limits of the robot's servo.
+            torque and speed limits of the robot's servo. Absent: ``prescribed`` for a planned walk;
+            for a driven robot ``servo``, or ``ideal-servo`` where no stall current is known.
         position_gain: Of ``torque``: angular acceleration against an error of a joint's angle
             [1/s²]; the joint's inertia is that of the robot standing on half of its legs.
         speed_gain: Of ``torque``: the same against an error of its speed [1/s]; absent: what damps
@@ -34,7 +35,7 @@ class SimulationTable(Table):
             touches the ground ends the run. A robot that starts packed always can.
     """
 
-    drive: Literal["prescribed", "ideal-servo", "servo", "torque"] = "prescribed"
+    drive: Literal["prescribed", "ideal-servo", "servo", "torque"] | None = None
     position_gain: Annotated[Number, Gt(0), Le(1e5)] = 900.0
     speed_gain: Annotated[Number, Ge(0), Le(1e3)] | None = None
     dt: Annotated[Time, Gt(0)] = 0.001
@@ -43,6 +44,11 @@ class SimulationTable(Table):
     start_height: Annotated[Length, Gt(0), Le(10)] | None = None
     start_posture: Literal["standing", "packed"] = "standing"
     belly_contact: bool = False
+
+    @property
+    def planned_drive(self) -> str:
+        """The drive of a planned walk: ``prescribed`` where none is named."""
+        return self.drive or "prescribed"
 
     @property
     def can_lie(self) -> bool:

@@ -120,7 +120,7 @@ def drive(
     check_callable("progress", progress)
     if log is not None:
         driving.record(log, progress=progress, force=force)
-        return with_sensors(scenario, load_recording(log))
+        return with_sensors(driving.scenario, load_recording(log))
     return driving.simulate(progress=progress)
 
 
@@ -156,12 +156,14 @@ class Driving:
             InvalidInput: As in `drive`.
         """
         check_scenario(scenario)
+        scenario = scenario.driven()
         is_own = controller is None
         if controller is None:
             controller = scenario_controller(scenario, rate)
         hint = "a class with the methods reset and update"
         check_type("controller", controller, (Controller,), "a Controller", hint)
-        between_updates(scenario.simulation.drive, between)
+        between_updates(scenario.simulation.planned_drive, between)
+        _check_prescribed(scenario, controller)
         if scenario.contact.contact_law == "simscape":
             raise InvalidInput(
                 'contact_law is "simscape"; its simulator follows plans and knows no controller.',
@@ -279,7 +281,7 @@ class Driving:
             self.controller,
             _asking(self.commands),
             rate=self.rate,
-            between=between_updates(self.scenario.simulation.drive, self.between),
+            between=between_updates(self.scenario.simulation.planned_drive, self.between),
             faults=self.faults,
             endless=endless,
             stands_until=_standing_until(self.commands),
@@ -302,7 +304,7 @@ class Driving:
             **told,
             "control_rate": float(self.rate),
             "faults": json.dumps([str(fault) for fault in self.faults.faults]),
-            "between_updates": between_updates(self.scenario.simulation.drive, self.between),
+            "between_updates": between_updates(self.scenario.simulation.planned_drive, self.between),
         }
 
     def _later(self, run: DrivenRun) -> Attributes:
@@ -359,6 +361,22 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
 
 def _shortfall(run: DrivenRun) -> Trouble | None:
     return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
+
+
+def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
+    """Refuse prescribed joints on ground that the controller does not know.
+
+    They do not yield, so that feet which meet the ground early strike it with any force.
+    """
+    if scenario.simulation.drive != "prescribed" or scenario.load_terrain().is_level:
+        return
+    if isinstance(controller, Player) and scenario.terrain.planned_on == "terrain":
+        return
+    raise InvalidInput(
+        f'drive is "prescribed" on terrain "{scenario.terrain.kind}"; joints that do not yield '
+        "need a plan that knows the ground.",
+        hint='drive = "servo" or "ideal-servo"',
+    )
 
 
 def _with_delays(scenario: Scenario) -> Scenario:

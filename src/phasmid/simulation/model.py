@@ -160,7 +160,7 @@ def _add_leg(
         ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
         ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
     )
-    servo, drive = robot.servo, scenario.simulation.drive
+    servo, drive = robot.servo, scenario.simulation.planned_drive
     driven = drive in {"ideal-servo", "torque"}
     gains = iter(joint_gains(robot, scenario).T[3 * robot.legs.index(leg) :])
     for joint, link, (position, quaternion) in zip(JOINTS, leg.links, poses, strict=True):

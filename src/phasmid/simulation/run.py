@@ -436,7 +436,7 @@ def _readied_loop() -> type[UnlockedLoop] | None:
 
 def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> Drive:
     """What moves the joints in this scenario."""
-    kind = scenario.simulation.drive
+    kind = scenario.simulation.planned_drive
     if kind == "servo":
         return ServoDrive(model, data, walk, scenario)
     if kind == "torque":

@@ -66,10 +66,10 @@ class TrueSenses:
             velocity_before: Of the body a step earlier, world axes [m/s], shape (3,).
         """
         if self._upright:
-            normal_force = self._force[:, 2].copy()
+            normal_force = np.maximum(self._force[:, 2], 0.0)
         else:
             normal = self._run.ground.normal(self._foot[:, 0], self._foot[:, 1])
-            normal_force = np.sum(self._force * normal, axis=1)
+            normal_force = np.maximum(np.sum(self._force * normal, axis=1), 0.0)
         if self._duty is not None:
             running = running & (self._shutdown == RUNNING)
             load = self._duty.copy()

@@ -74,7 +74,7 @@ def run_attributes(scenario: Scenario, walk: Motion, run: Run) -> dict[str, str 
         recording_attributes(scenario, walk)
         | {
             "kind": "simulation",
-            "drive": scenario.simulation.drive,
+            "drive": scenario.simulation.planned_drive,
             "contact_law": scenario.contact.contact_law,
             "simulator": run.simulator,
             "time_step": scenario.simulation.dt,
@@ -97,8 +97,11 @@ def _normal_part(
     position: Float[np.ndarray, "time legs 3"],
     ground: Ground,
 ) -> Float[np.ndarray, "time legs"]:
-    """Part of the forces along the ground's normal at the feet [N]."""
+    """Return the part of the forces along the ground's normal at the feet, not below zero [N].
+
+    The side of a step can push a foot away from the ground beneath it; that is no normal force.
+    """
     if ground.is_level:
-        return force[..., 2]
+        return np.maximum(force[..., 2], 0.0)
     normal = ground.normal(position[..., 0], position[..., 1])
-    return np.einsum("tlk,tlk->tl", force, normal)
+    return np.maximum(np.einsum("tlk,tlk->tl", force, normal), 0.0)

@@ -206,4 +206,4 @@ def setting_of(scenario: Scenario) -> Setting:
         scenario = scenario.model_copy(update=changes)
     elif isinstance(scenario.robot, Robot):
         robots[scenario.robot.name] = scenario.robot
-    return Setting(scenario.replace(measured="nothing"), robots=robots)
+    return Setting(scenario.driven().replace(measured="nothing"), robots=robots)

@@ -274,7 +274,7 @@ def test_a_dead_inertial_sensor_lets_levelling_ease_out():
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"force_on": 0.5}, "force_off is 0.7; it must be at most force_on, 0.5."),
+        ({"force_on": 0.1}, "force_off is 0.16; it must be at most force_on, 0.1."),
         ({"level": 1.5}, "level is 1.5; it must be 1 or less."),
         ({"level_time": 0.0}, "level_time is 0; it must be a finite number, greater than 0."),
         ({"shift": float("nan")}, "shift is nan; it must be a finite number, 0 or more."),

@@ -311,12 +311,12 @@ def feel_tuning_row(robot: Robot, s: FeelSettings, dt: float) -> Float[np.ndarra
         np.column_stack(transition(s.admittance_mass, k, s.damping_ratio, dt))
         for k in (s.swing_stiffness, s.stance_stiffness)
     ]
-    load = [s.load_on * own, s.load_off * own]
+    force, load = [s.force_on * own, s.force_off * own], [s.load_on * own, s.load_off * own]
     tuning = FeelTuning(
         arrays.lengths,
         arrays.mass,
         arrays.com,
-        np.array([[0.5, 0.5], [s.force_on, s.force_off], load, load]),
+        np.array([[0.5, 0.5], force, load, load]),
         np.array([s.touch_time, s.release_time, s.release_by, s.hit_by, s.dead_time]),
         np.array(
             [

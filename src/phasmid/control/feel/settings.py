@@ -33,10 +33,10 @@ class FeelSettings:
     """Thresholds, time constants and limits of what is felt of the ground.
 
     Attributes:
-        force_on: Normal force from which a foot is on the ground [N].
-        force_off: Normal force below which it has left [N].
-        load_on: The same of forces that are computed from joint loads or position errors, as a
-            share of the weight that each foot bears when all stand.
+        force_on: Normal force from which a foot is on the ground, as a share of the weight that
+            each foot bears when all stand.
+        force_off: The same of the force below which it has left.
+        load_on: The same of forces that are computed from joint loads or position errors.
         load_off: The same for leaving.
         touch_time: For so long a foot must feel the ground to be on it [s].
         release_time: For so long it must feel none to be in the air [s].
@@ -89,8 +89,8 @@ class FeelSettings:
         InvalidInput: A number is out of range.
     """
 
-    force_on: float = 1.5
-    force_off: float = 0.7
+    force_on: float = 0.35
+    force_off: float = 0.16
     load_on: float = 0.4
     load_off: float = 0.2
     touch_time: float = 0.0

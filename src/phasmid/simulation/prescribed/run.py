@@ -269,7 +269,7 @@ def check_prescribed(scenario: Scenario) -> None:
             "upright faces.",
             hint='planned_on = "terrain", or contact_law = "spring-damper"',
         )
-    drive = scenario.simulation.drive
+    drive = scenario.simulation.planned_drive
     if drive != "prescribed":
         raise InvalidInput(
             f'drive is "{drive}"; under contact_law = "simscape" it must be "prescribed", since '

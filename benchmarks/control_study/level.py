@@ -1,0 +1,179 @@
+"""Does the trunk stay level and at its height? Random driven walks on level ground."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+import phasmid
+from phasmid.control import Command
+from phasmid.forces import holding_forces
+from phasmid.gait import gaits_of, support_margin
+from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet, quaternion_rotation
+from phasmid.robot import Robot, load_robot, preset_names
+from phasmid.scenario import Scenario
+from phasmid.simulation import drive
+from phasmid.terrain import Flat, Ground
+
+from .study import Case, grouped, markdown
+
+DRIVES = ("prescribed", "ideal-servo", "servo")
+
+FASTEST = (0.06, 0.04, 0.15)
+"""Largest commanded velocity: forward, lateral [m/s] and yaw [rad/s]."""
+
+LIGHT = (0.6, 1.6)
+"""Masses of every fourth robot, scaled in all its links [kg]."""
+
+SETTLED = 1.0
+"""Time after which the trunk's height counts: the servos of the standing robot start without
+torque [s]."""
+
+HOP = 1e-3
+"""Largest distance of the trunk from its mean height [m]."""
+
+
+def cases(count: int = 500, seed: int = 0, robots: tuple[str, ...] = ()) -> list[Case]:
+    """Return random velocities for all presets, gaits and drives in turn."""
+    generator = np.random.default_rng(seed)
+    kinds = [
+        (robot, gait, joints)
+        for robot in robots or preset_names()
+        for gait in gaits_of(len(load_robot(robot).legs))
+        for joints in DRIVES
+    ]
+    order = generator.permutation(len(kinds))
+    return [
+        {
+            "robot": kinds[order[i % len(kinds)]][0],
+            "gait": kinds[order[i % len(kinds)]][1],
+            "joints": kinds[order[i % len(kinds)]][2],
+            "velocity": [float(v * generator.uniform(-1, 1)) for v in FASTEST],
+            "mass": float(generator.uniform(*LIGHT)) if i % 4 == 3 else None,
+        }
+        for i in range(count)
+    ]
+
+
+def scaled(robot: Robot, mass: float) -> Robot:
+    """Return the robot with all masses and inertias scaled to a total mass [kg]."""
+    share = mass / robot.mass
+
+    def light(part: Any) -> Any:
+        return replace(part, mass=share * part.mass, inertia=share * part.inertia)
+
+    legs = tuple(
+        replace(leg, coxa=light(leg.coxa), femur=light(leg.femur), tibia=light(leg.tibia))
+        for leg in robot.legs
+    )
+    return replace(robot, body=light(robot.body), legs=legs)
+
+
+def measure(
+    robot: str,
+    gait: str,
+    joints: str,
+    velocity: list[float],
+    mass: float | None = None,
+    duration: float = 6.0,
+) -> Case:
+    """Walk once with the default controller."""
+    machine = load_robot(robot)
+    scenario = Scenario().replace(
+        robot=machine if mass is None else scaled(machine, mass),
+        gait=gait,
+        drive=joints,
+        duration=duration,
+        record_interval_ms=2,
+        terrain="flat",
+        # The gears of a servo are stiffer than 1 ms resolves on a light leg.
+        dt=0.001 if mass is None else 0.00025,
+    )
+    run = drive(scenario, None, Command(velocity=tuple(velocity)))
+    time, z = run["time"].values, run["body_position"].values[:, 2]
+    since = int(np.searchsorted(time, SETTLED))
+    if run.attrs["ending"] != "COMPLETED":
+        return {"ending": run.attrs["ending"]}
+    R = quaternion_rotation(run["body_orientation"].values)
+    tilt = np.degrees(np.arccos(np.clip(R[:, 2, 2], -1, 1)))
+    reference = np.mean(run["velocity_reference"].values[since:], axis=0)
+    height = z[since:] - z[since:].mean()
+    return {
+        "ending": run.attrs["ending"],
+        "hop": float(np.abs(height).max()),
+        "range": float(np.ptp(height)),
+        "tilt": float(tilt.max()),
+        "torque": float(np.abs(run["joint_torque"].values[since:]).max()),
+        "planned_torque": planned_torque(scenario, reference),
+        "events": [sentence for _, sentence in json.loads(str(run.attrs["events"]))],
+    }
+
+
+def planned_torque(scenario: Scenario, velocity: Float[np.ndarray, "3"]) -> float:
+    """Return the largest torque that the walk at a velocity can need [N·m].
+
+    The larger one of the planned walk's inverse dynamics and of statics: where more than three feet
+    stand, stiff legs leave the load to any three of them that hold the robot.
+
+    Args:
+        scenario: Robot, gait and period.
+        velocity: Of the body: forward, lateral [m/s], yaw [rad/s], shape (3,).
+    """
+    robot = scenario.load_robot()
+    gait = scenario.load_gait(len(robot.legs))
+    step = velocity * gait.duty_factor * scenario.stride.period
+    planned = scenario.replace(
+        step_length=float(step[0]),
+        step_sideways=float(step[1]),
+        step_turn=float(step[2]),
+        stance_timing="constant-speed",
+        drive="prescribed",
+        duration=scenario.stride.period,
+    )
+    model = phasmid.analyse(planned, phasmid.plan(planned))
+    largest = [float(np.abs(model["joint_torque_model"].values).max())]
+    feet = neutral_feet(robot)
+    q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
+    com = centre_of_mass(robot, q)[:2]
+    stances = {tuple(map(int, np.flatnonzero(row))) for row in gait.stance(gait.events + 1e-6)}
+    for three in {three for stance in stances for three in combinations(stance, 3)}:
+        stance = np.isin(np.arange(len(feet)), three)
+        if support_margin(feet[:, :2], stance, com) > 0:
+            held = holding_forces(
+                planned, robot, np.zeros(3), np.eye(3), q, feet, stance, Ground(Flat(), 1.0)
+            )
+            largest.append(float(np.abs(held.torque).max()))
+    return max(largest)
+
+
+def table(results: list[Case]) -> str:
+    """A row for each robot and drive."""
+    rows = []
+    for (robot, joints), runs in sorted(grouped(results, "robot", "joints").items()):
+        whole = [run for run in runs if run["ending"] == "COMPLETED"]
+        rows.append(
+            [
+                f"{robot}, {joints}",
+                str(len(runs)),
+                str(len(runs) - len(whole)),
+                f"{1000 * max(run['hop'] for run in whole):.2f} mm",
+                f"{1000 * max(run['range'] for run in whole):.2f} mm",
+                f"{max(run['tilt'] for run in whole):.2f}°",
+                f"{max(run['torque'] / run['planned_torque'] for run in whole):.2f}",
+            ]
+        )
+    head = [
+        "robot, joints",
+        "walks",
+        "fell",
+        "largest hop",
+        "largest range",
+        "largest tilt",
+        "torque, of the plan's",
+    ]
+    return markdown(head, rows)

@@ -1,0 +1,77 @@
+"""A driven robot keeps its trunk level and at its height on level ground."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phasmid import drive, load_robot, load_scenario, plan
+from phasmid.control import Command, Player
+from phasmid.errors import InvalidInput
+
+BENCHMARKS = str(Path(__file__).parents[2] / "benchmarks")
+sys.path.append(BENCHMARKS)
+
+from control_study import level  # noqa: E402, it lies there
+
+sys.path.remove(BENCHMARKS)
+
+PAPER = load_scenario("paper")
+
+TORQUE = 1.5
+"""Largest torque over that of the planned walk: feet that touch down a contact's depth of 0.3 mm
+early or late shift load between legs; a foot that dives shifts all of it."""
+
+
+@pytest.mark.parametrize("case", level.cases(15, seed=1024), ids=str)
+def test_the_trunk_of_a_driven_robot_does_not_hop_on_level_ground(case):
+    """Random velocities, gaits, robots and drives; every fourth robot weighs 0.6 to 1.6 kg.
+
+    Contact gives way by mg / 4k = 0.2 mm a foot, an AX-12A's dead band of one tick in 0.1 m of
+    lever is 0.5 mm; both together stay below 1 mm. A foot that dives 5 mm lifts the trunk by 2.9.
+    """
+    found = level.measure(**case)
+    assert found["ending"] == "COMPLETED"
+    assert found["hop"] < level.HOP
+    assert found["torque"] < TORQUE * found["planned_torque"]
+
+
+@pytest.mark.parametrize("joints", level.DRIVES)
+def test_the_velocity_at_which_a_foot_dived_walks_level(joints):
+    """The first velocity that was found to make a middle foot dive by 5 mm after its touchdown."""
+    found = level.measure("phantomx-paper", "tripod", joints, [-0.06, 0.038, -0.08])
+    assert found["hop"] < level.HOP
+    assert found["torque"] < TORQUE * found["planned_torque"]
+
+
+def test_a_driven_robot_moves_its_joints_by_its_own_servos_unless_told_otherwise():
+    """The recording names the drive: that of the scenario, else the servo or its ideal form."""
+    short = PAPER.replace(duration=0.02)
+    assert drive(short).attrs["drive"] == "servo"
+    assert drive(short.replace(drive="prescribed")).attrs["drive"] == "prescribed"
+    unknown = load_robot("phantomx-paper")
+    servo = unknown.servo.__class__(**{**vars(unknown.servo), "stall_current": None})
+    unknown = unknown.__class__(**{**vars(unknown), "servo": servo})
+    assert drive(short.replace(robot=unknown)).attrs["drive"] == "ideal-servo"
+
+
+def test_prescribed_joints_are_refused_on_ground_that_the_controller_does_not_know():
+    """Only a plan that knows the ground may prescribe joints on it."""
+    stairs = PAPER.replace(duration=0.02, drive="prescribed", terrain="stairs")
+    with pytest.raises(InvalidInput, match='drive is "prescribed" on terrain "stairs"'):
+        drive(stairs, None, Command(velocity=(0.05, 0.0, 0.0)))
+    with pytest.raises(InvalidInput, match="a plan that knows the ground"):
+        unaware = stairs.replace(planned_on="level")
+        drive(unaware, Player(plan(unaware)))
+    known = drive(stairs, Player(plan(stairs)))
+    assert known.attrs["ending"] == "COMPLETED"
+
+
+def test_recorded_normal_forces_are_never_negative():
+    """A foot that strikes the far wall of a gap is pushed back, not pulled at."""
+    gap = {"kind": "gap", "gap_width_mm": 60, "gap_depth_mm": 100, "terrain_start_mm": 230}
+    scenario = PAPER.replace(duration=8, terrain=gap, drive="ideal-servo", record_interval_ms=2)
+    run = drive(scenario, None, Command(velocity=(0.06, 0.0, 0.0)))
+    assert float(run["foot_normal_force"].min()) >= 0.0
+    assert float(np.abs(run["foot_force"]).max()) > 0.0
