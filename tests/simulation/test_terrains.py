@@ -138,3 +138,17 @@ def test_a_slope_steeper_than_friction_holds_is_refused():
     # tan 15 degrees = 0.27: with a friction of 0.2 all feet would slide.
     with pytest.raises(InfeasibleWalk, match=r"every foot would slide: .* the slope takes 0\.27"):
         walked(**TERRAINS["slope-up"], friction=0.2, duration=2.0)
+
+
+def test_recorded_normal_forces_are_never_negative():
+    """A foot that strikes the face of a stair is pushed away from it, also downwards.
+
+    That part of the force has no place in the normal force of the tread below; it is -53 N here.
+    """
+    changes = {"duration": 3.0, "period": 1.0, "step_length_mm": 80, "terrain": "stairs"}
+    scenario = load_scenario("paper").replace(planned_on="level", **changes)
+    run = simulate(scenario, plan(scenario))
+    feet, force = run["foot_position"].values, run["foot_force"].values
+    normal = scenario.load_terrain().normal(feet[..., 0], feet[..., 1])
+    assert np.einsum("tlk,tlk->tl", force, normal).min() < -1.0
+    assert float(run["foot_normal_force"].min()) >= 0.0

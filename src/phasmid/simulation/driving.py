@@ -304,7 +304,9 @@ class Driving:
             **told,
             "control_rate": float(self.rate),
             "faults": json.dumps([str(fault) for fault in self.faults.faults]),
-            "between_updates": between_updates(self.scenario.simulation.planned_drive, self.between),
+            "between_updates": between_updates(
+                self.scenario.simulation.planned_drive, self.between
+            ),
         }
 
     def _later(self, run: DrivenRun) -> Attributes:
