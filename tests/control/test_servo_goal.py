@@ -60,7 +60,10 @@ def sag(load: float, *, fed: bool) -> float:
     bench, target = Bench(AX), 100 * AX.resolution
     bench.put(target)
     bench.run(0.1, target)
-    bench.load = load
+    # Put on within a second: all at once it falls before it is held, by no more than stall torque.
+    for k in range(1000):
+        bench.load = load * k / 1000
+        bench.step(goal(AX, target, 0.0, bench.load) if fed else target)
     bench.run(3.0, goal(AX, target, 0.0, load) if fed else target)
     return (target - float(bench.angle[0])) / AX.resolution
 

@@ -1,6 +1,7 @@
 """The robot in physics without an end, driven by a setting."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -294,3 +295,18 @@ def test_what_it_is_about_is_told_in_words_that_follow_its_name():
     live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
     live.advance(100)
     assert live.status == "walks"
+
+
+def test_a_payload_costs_a_robot_on_its_servos_more_power_and_more_per_weight_and_way():
+    # Servos that hold a load draw current without any mechanical work. Three cycles of 2 s.
+    costs = []
+    for payload in (0.0, 4.0):
+        setting = replace(field_of("drive").changed(PAPER, "servo"), payload=payload)
+        live = LiveRobot(setting)
+        live.follow(setting, (0.5, 0.0, 0.0), frozenset())
+        live.advance(round(6.0 / live.period))
+        assert live.trouble is None
+        costs.append(live.reading)
+    assert costs[1].power > 2 * costs[0].power
+    # Mechanical work per weight and way stays within some per cent.
+    assert costs[1].cost_of_transport > 1.3 * costs[0].cost_of_transport

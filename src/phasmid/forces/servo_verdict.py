@@ -136,6 +136,7 @@ class ServoVerdict:
             f"{self.continuous_torque:.3g} N·m{assumed}; rms over a cycle {self.rms_torque:.3g} "
             "N·m. All static, without help from friction; motion adds to it.",
             *self._about_heat(),
+            *self._about_simulations(),
             *self._about_supply(),
         )
 
@@ -155,6 +156,14 @@ class ServoVerdict:
         return (
             f"Estimate: the warmest servo {words}, in air of {self.ambient_temperature:g} °C. "
             "Its heat figures are assumed.",
+        )
+
+    def _about_simulations(self) -> tuple[str, ...]:
+        if self.holding is not Holding.DOES_NOT_HOLD:
+            return ()
+        return (
+            "A simulation may complete all the same: feet that grip the ground and friction in the "
+            "gears help it.",
         )
 
     def _about_supply(self) -> tuple[str, ...]:
