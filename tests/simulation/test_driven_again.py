@@ -75,7 +75,8 @@ def test_a_controller_of_ones_own_cannot_be_run_again_from_a_recording():
 
 
 def test_a_driven_run_is_reported_with_what_was_asked_and_got(tmp_path):
-    run = drive(PAPER.replace(duration=3.0), commands=Command(velocity=(0.05, 0.0, 0.1)))
+    scenario = PAPER.replace(duration=3.0, drive="prescribed")
+    run = drive(scenario, commands=Command(velocity=(0.05, 0.0, 0.1)))
     told = summarise(run)["velocity"]
     assert told["commanded"] == pytest.approx([0.05, 0.0, 0.1])
     # It starts from rest at 0.6 m/s²: within 0.1 s of 3 s it is as fast as it was asked to be.
