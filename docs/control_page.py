@@ -4,13 +4,14 @@
 
 All studies take an hour or more on two cores, most of it `terrain`; what is compiled first takes
 two minutes more. What was measured is kept as JSON; with --only the other studies' is read from
-there.
+there, and sections whose studies are not there stay as they are on the page.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import platform
 import sys
@@ -25,16 +26,17 @@ from control_study import (  # noqa: E402, they lie in the folder named above
     failures,
     forces,
     ground,
+    level,
     pace,
     sequences,
     study,
     velocity,
 )
 
-STUDIES = ("velocity", "sequences", "terrain", "levelling", "failures", "forces", "pace")
+STUDIES = ("level", "velocity", "sequences", "terrain", "levelling", "failures", "forces", "pace")
 HEADING = "## Measured"
 PIXELS_PER_INCH = 100
-WHOLE = {"directions": 24, "sequences": 1000, "simulated": 100, "seeds": 20}
+WHOLE = {"walks": 500, "directions": 24, "sequences": 1000, "simulated": 100, "seeds": 20}
 
 
 def main() -> None:
@@ -52,13 +54,9 @@ def main() -> None:
     for name in STUDIES:
         if name in wanted:
             study.save(files[name], measured(name, options))
-    if missing := [name for name, path in files.items() if not path.exists()]:
-        sys.exit(
-            f"{', '.join(missing)} {'is' if len(missing) == 1 else 'are'} not in "
-            f"{options.results}, so that no page is written; try --only {','.join(missing)}"
-        )
     # Always by way of the files, so that a page is the same whether measured now or read.
-    write({name: json.loads(path.read_text("utf-8")) for name, path in files.items()})
+    found = {name: path for name, path in files.items() if path.exists()}
+    write({name: json.loads(path.read_text("utf-8")) for name, path in found.items()})
 
 
 def arguments() -> argparse.Namespace:
@@ -67,6 +65,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", help=f"studies with commas between: {', '.join(STUDIES)}; page")
     parser.add_argument("--results", type=Path, default=Path("results/control"))
+    parser.add_argument("--walks", type=int, default=WHOLE["walks"], help="random walks of `level`")
+    parser.add_argument("--seed", type=int, default=0, help="of their velocities")
     parser.add_argument(
         "--directions", type=int, default=WHOLE["directions"], help="straight ways of `velocity`"
     )
@@ -86,6 +86,8 @@ def arguments() -> argparse.Namespace:
 def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
     """Run one study."""
     many, one = options.processes, 1
+    if name == "level":
+        return study.run(level.measure, level.cases(options.walks, options.seed), many, name)
     if name == "velocity":
         gaits = tuple(filter(None, options.gaits.split(",")))
         cases = velocity.cases(options.directions, gaits)
@@ -164,43 +166,66 @@ def draw_walk(path: Path) -> None:
 
 
 def write(told: dict[str, list[study.Case]]) -> None:
-    """Put tables and pictures below what stands on the page before them."""
+    """Write the sections of the studies that were measured, and keep the others of the page."""
     images = HERE / "images"
-    velocity.draw(told["velocity"], str(images / "control-velocity.png"))
-    ground.draw(told["terrain"], str(images / "control-terrain.png"))
+    if "velocity" in told:
+        velocity.draw(told["velocity"], str(images / "control-velocity.png"))
+    if "terrain" in told:
+        ground.draw(told["terrain"], str(images / "control-terrain.png"))
     draw_swing(images / "control-swing.png")
     draw_walk(images / "control-walk.png")
     page = HERE / "control.md"
-    top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
-    page.write_text(f"{top}\n\n{HEADING}\n\n{measurements(told)}", "utf-8", newline="\n")
+    top, _, below = page.read_text("utf-8").partition(f"\n{HEADING}")
+    # What was not measured now stays as it is on the page.
+    old = dict(part.split("\n", 1) for part in below.rstrip("\n").split("\n### ")[1:])
+    sections = {name: text.strip("\n") for name, text in old.items()} | measurements(told)
+    written = [f"### {name}\n\n{sections[name]}" for name in SECTIONS if name in sections]
+    intro = f"{HEADING}\n\nWritten by `make control`. {machine()}{size(told)}"
+    text = "\n\n".join([top.rstrip("\n"), intro, *written])
+    page.write_text(f"{text}\n", "utf-8", newline="\n")
 
 
-def measurements(told: dict[str, list[study.Case]]) -> str:
-    """All sections with numbers."""
-    sections = (
-        f"Written by `make control`. {machine()}{size(told)}",
-        "### Velocity\n\n" + of_velocity(told["velocity"]),
-        "### Random commands\n\n" + of_sequences(told["sequences"]),
-        "### Unknown ground\n\n" + of_terrain(told["terrain"], told["levelling"][0]),
-        "### A dead servo\n\n" + of_failures(told["failures"]),
-        "### With and without dynamics\n\n" + of_forces(told["forces"]),
-        "### Cost\n\n"
-        + "A `phantomx-ax` at 200 Hz, physics at 1 ms with all channels recorded. These are the "
-        + "only numbers of this page that depend on the machine; `make bench` takes them, too.\n\n"
-        + pace.table(told["pace"]),
-    )
-    return "\n\n".join(sections) + "\n"
+SECTIONS = {
+    "Level ground": ("level",),
+    "Velocity": ("velocity",),
+    "Random commands": ("sequences",),
+    "Unknown ground": ("terrain", "levelling"),
+    "A dead servo": ("failures",),
+    "With and without dynamics": ("forces",),
+    "Cost": ("pace",),
+}
+"""The page's sections with numbers, and the studies that each needs."""
+
+
+def measurements(told: dict[str, list[study.Case]]) -> dict[str, str]:
+    """Return the text of each section whose studies were measured."""
+    texts = (of_level, of_velocity, of_sequences, of_terrain, of_failures, of_forces, of_pace)
+    return {
+        name: text(*(told[study] for study in needed))
+        for (name, needed), text in zip(SECTIONS.items(), texts, strict=True)
+        if all(study in told for study in needed)
+    }
 
 
 def size(told: dict[str, list[study.Case]]) -> str:
     """Whether less was run than `make control` runs by itself; nothing where all of it was."""
-    straight = {run["way"] for run in told["velocity"] if run["way"].endswith("°")}
-    run = {
-        "directions": (len(straight), WHOLE["directions"]),
-        "sequences": (len(told["sequences"]), WHOLE["sequences"] + WHOLE["simulated"]),
-        "seeds of some ground": (min(seeds_of(told["terrain"])), WHOLE["seeds"]),
-        "cases of dead servos": (len(told["failures"]), 36),
+    straight = {run["way"] for run in told.get("velocity", ()) if run["way"].endswith("°")}
+    counts = {
+        "level": ("walks", len(told.get("level", ())), WHOLE["walks"]),
+        "velocity": ("directions", len(straight), WHOLE["directions"]),
+        "sequences": (
+            "sequences",
+            len(told.get("sequences", ())),
+            WHOLE["sequences"] + WHOLE["simulated"],
+        ),
+        "terrain": (
+            "seeds of some ground",
+            min(seeds_of(told.get("terrain", [])), default=0),
+            WHOLE["seeds"],
+        ),
+        "failures": ("cases of dead servos", len(told.get("failures", ())), 36),
     }
+    run = {what: (n, whole) for name, (what, n, whole) in counts.items() if name in told}
     small = [f"{n} of {whole} {what}" for what, (n, whole) in run.items() if n < whole]
     if not small:
         return ""
@@ -222,6 +247,31 @@ def machine() -> str:
     return (
         f"Physics by MuJoCo {mujoco.__version__}, Python {platform.python_version()}; runs of the "
         "same seed are the same."
+    )
+
+
+def of_level(results: list[study.Case]) -> str:
+    """Return text and table of random walks on level ground."""
+    high = sum(run.get("hop", math.inf) > level.HOP for run in results)
+    return (
+        f"The default controller walks {len(results)} times for 6 s at a constant random velocity, "
+        f"up to ±{1000 * level.FASTEST[0]:.0f} mm/s forward, "
+        f"±{1000 * level.FASTEST[1]:.0f} mm/s lateral and ±{level.FASTEST[2]:g} rad/s yaw. Presets, "
+        "gaits and three drives take turns. Every fourth robot is scaled to a mass of "
+        f"{level.LIGHT[0]:g} to {level.LIGHT[1]:g} kg. A hop is the largest distance of the trunk "
+        f"from its mean height after the first {level.SETTLED:g} s; {high} walks exceed "
+        f"{1000 * level.HOP:g} mm. Torque is the largest simulated joint torque over the largest "
+        "that the walk can need: by inverse dynamics of the planned walk, or by statics on any "
+        f"three of the stance feet.\n\n{level.table(results)}"
+    )
+
+
+def of_pace(results: list[study.Case]) -> str:
+    """Return text and table of the costs in time."""
+    return (
+        "A `phantomx-ax` at 200 Hz, physics at 1 ms with all channels recorded. These are the "
+        "only numbers of this page that depend on the machine; `make bench` takes them, too.\n\n"
+        f"{pace.table(results)}"
     )
 
 
@@ -261,8 +311,9 @@ def of_sequences(results: list[study.Case]) -> str:
     )
 
 
-def of_terrain(results: list[study.Case], levelled: study.Case) -> str:
+def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
     """Text, table and pictures of unknown ground."""
+    levelled = levelling[0]
     counts = seeds_of(results)
     least, most = min(counts), max(counts)
     seeds = f"{most} seeds each" if least == most else f"{least} to {most} seeds each"

@@ -156,6 +156,9 @@ def table(results: list[Case]) -> str:
     rows = []
     for (robot, joints), runs in sorted(grouped(results, "robot", "joints").items()):
         whole = [run for run in runs if run["ending"] == "COMPLETED"]
+        if not whole:
+            rows.append([f"{robot}, {joints}", str(len(runs)), str(len(runs)), *["–"] * 4])
+            continue
         rows.append(
             [
                 f"{robot}, {joints}",
