@@ -345,4 +345,6 @@ def leaves(table: type[Table]) -> Iterator[tuple[tuple[str, ...], FieldInfo]]:
 
 def choices(field: FieldInfo) -> tuple[str, ...]:
     """The words that a field accepts; empty where it is not a choice."""
-    return get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
+    # A choice that may be absent is one of a union.
+    kinds = (field.annotation, *get_args(field.annotation))
+    return next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())
