@@ -1,19 +1,12 @@
 """The ground in the page's picture: its height, its friction, and the robot's shadow on it."""
 
-import json
-
 import numpy as np
 import pytest
 
-from browsers import NEEDED, pixels, started, until
+from browsers import NEEDED, pixels, started
 from phasmid import load_scenario
 from phasmid.reporting.webpage.replay import surroundings
-from phasmid.studio.assets import assets
-from phasmid.studio.fields import catalogue, values
-from phasmid.studio.live import LiveRobot
-from phasmid.studio.scene import Scene
-from phasmid.studio.setting import setting_of
-from studio.pretended import TOKEN, PretendedStage, running
+from studio.shown import shown
 
 TERRAINS = ("flat", "stairs", "ice")
 
@@ -22,6 +15,9 @@ BELOW = -0.85
 
 AHEAD = 0.6
 """Where the robot is, so that all of the ground's heights are in the picture [m]."""
+
+HEIGHT = 0.12
+"""Of the trunk over level ground, about [m]."""
 
 DIM = 0.68
 """Of ground in shadow, over that in the light: 1 - 0.32 in the light scheme."""
@@ -42,30 +38,15 @@ def browser():
 
 def pictures(browser, terrain, *lifts):
     """The page's picture of a standing robot, lifted by some metres; nothing but it is drawn."""
-    setting = setting_of(load_scenario("paper").replace(terrain=terrain))
-    live = LiveRobot(setting)
-    scene = Scene(live, 1)
-    scene._surround(np.array([AHEAD, 0.0]))
-    told = [("catalogue", catalogue(setting)), ("scene", scene.told), ("setting", values(setting))]
-    stage = PretendedStage()
-    stage.hello = lambda: [json.dumps({kind: value}) for kind, value in told]
     found = []
-    with running(stage, assets=assets()) as studio:
-        window = browser.new_page(viewport={"width": 1200, "height": 900}, color_scheme="light")
-        window.goto(f"{studio.origin}/?token={TOKEN}")
+    with shown(browser, terrain=terrain, middle=(AHEAD, 0.0)) as page:
         boxes = "document.querySelectorAll('#eyes input').forEach((box) => (box.checked = false))"
-        window.evaluate(boxes)
-        row = np.frombuffer(scene.row(live, 1.0), "<f4")
+        page.window.evaluate(boxes)
         for k, lift in enumerate(lifts):
-            frame = row.copy()
-            frame[1], frame[3], frame[5] = 0.01 * k, AHEAD, frame[5] + lift
-            count = window.evaluate("Phasmid.studio.view.count")
-            studio.server.publish(frame.tobytes())
-            until(window, f"Phasmid.studio.view.count > {count}")
+            page.show(time=0.01 * (k + 1), body_position=(AHEAD, 0.0, HEIGHT + lift))
             # The picture that stands still is drawn once more, with all its detail.
-            window.wait_for_timeout(1500)
-            found.append(pixels(window))
-        window.close()
+            page.window.wait_for_timeout(1500)
+            found.append(pixels(page.window))
     return found
 
 

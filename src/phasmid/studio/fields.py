@@ -287,7 +287,11 @@ FIELDS = (
         group="machine",
         help="A load in the middle of the trunk's upper side, counted by the robot too.",
         unit="kg",
-        span=lambda setting: (0.0, MOST_PAYLOAD * setting.base.mass, 0.05),
+        span=lambda setting: (
+            0.0,
+            math.floor(MOST_PAYLOAD * setting.base.mass / 0.05) * 0.05,
+            0.05,
+        ),
     ),
     Field(
         name="terrain",

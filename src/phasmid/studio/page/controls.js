@@ -51,14 +51,24 @@
       const number = made("input", { id: `${id}-number`, type: "number", step: "any" });
       const unit = made("span", { className: "unit" });
       let places = 0;
+      let grid = 0; // between values that the slider gives
       let down = false;
+      const onGrid = (value) => grid > 0 && Math.abs(value / grid - Math.round(value / grid)) < 1e-6;
+      // All digits of a value that was typed.
+      const text = (value) => (onGrid(value) ? value.toFixed(places) : String(Number(value.toPrecision(6))));
+      function chosen() {
+        const value = Number(slider.value);
+        if (!(grid > 0)) return value;
+        const near = Number((Math.round(value / grid) * grid).toFixed(9));
+        return Math.min(Math.max(near, Number(slider.min)), Number(slider.max));
+      }
       slider.addEventListener("pointerdown", () => (down = true));
       for (const name of ["pointerup", "pointercancel"]) slider.addEventListener(name, () => (down = false));
       slider.addEventListener("input", () => {
-        number.value = Number(slider.value).toFixed(places);
-        changed(Number(slider.value));
+        number.value = text(chosen());
+        changed(chosen());
       });
-      slider.addEventListener("change", () => changed(Number(slider.value)));
+      slider.addEventListener("change", () => changed(chosen()));
       number.addEventListener("change", () => {
         if (number.value !== "") changed(Number(number.value));
       });
@@ -67,18 +77,20 @@
         held: () => down || document.activeElement === number,
         shape(field) {
           places = digits(field.step);
+          grid = field.step;
           slider.min = String(field.least);
           slider.max = String(field.most);
-          slider.step = String(field.step || "any");
           unit.textContent = field.unit || "";
           number.setAttribute("aria-label", `${field.label} in ${field.unit || "numbers"}`);
         },
         show(value) {
           const none = typeof value !== "number";
           slider.disabled = number.disabled = none;
+          // Between two values of the grid the slider stands where the number says.
+          slider.step = none || onGrid(value) ? String(grid || "any") : "any";
           slider.value = none ? slider.min : String(value);
-          number.value = none ? "" : value.toFixed(places);
-          slider.setAttribute("aria-valuetext", none ? "none" : `${value.toFixed(places)} ${unit.textContent}`);
+          number.value = none ? "" : text(value);
+          slider.setAttribute("aria-valuetext", none ? "none" : `${text(value)} ${unit.textContent}`);
         },
       };
     },

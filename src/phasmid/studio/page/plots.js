@@ -1,12 +1,16 @@
 "use strict";
-// Curves of the last ten seconds, and which feet stood.
+// Curves of ten seconds, and which feet stood: the newest, or of the last two minutes those that
+// are chosen.
 
 (() => {
-  const SPAN = 10; // seconds
-  const ROWS = 1024;
+  const SPAN = 10; // seconds that are shown
+  const KEPT = 120; // seconds that can be scrolled back to
+  const ROWS = 12288;
   const JOINTS = ["coxa", "femur", "tibia"];
   const LEFT = 44; // pixels for the numbers beside a plot
+  const RIGHT = 4;
   const BOTTOM = 16;
+  const { made } = Phasmid;
 
   // A number of steps that people count in, not below a value.
   function round(value) {
@@ -15,19 +19,22 @@
   }
 
   function text(value) {
-    return String(Number(value.toPrecision(3))).replace("-", "−");
+    return Number.isFinite(value) ? String(Number(value.toPrecision(3))).replace("-", "−") : "–";
   }
 
   Phasmid.plots = (host, frames) => {
+    const byId = (id) => document.getElementById(id);
+    const reading = made("div", { className: "reading", hidden: true });
     let scene = null;
     let legs = 0;
-    let names = [];
     let columns = {};
     let width = 0;
     let ring = new Float32Array(0);
     let head = 0; // rows ever written
     let colours = {};
     let joint = "worst";
+    let end = null; // time at the right edge; null: the newest
+    let pointed = null; // the plot under the pointer, and where the pointer is in it
     const plots = [];
 
     // ---------------------------------------------------------------- what is kept
@@ -37,11 +44,11 @@
       scene = told;
       if (same) return;
       legs = scene.legs.length;
-      names = scene.names;
       columns = { time: 0, normal: 1, torque: 1 + legs, tilt: 1 + 4 * legs, margin: 2 + 4 * legs, asked: 3 + 4 * legs, got: 4 + 4 * legs, planned: 5 + 4 * legs, seen: 5 + 5 * legs };
       width = 5 + 6 * legs;
       ring = new Float32Array(ROWS * width);
       head = 0;
+      end = null;
     }
 
     function forget() {
@@ -54,9 +61,9 @@
       if (!scene || !row) return;
       const time = row[at.time];
       if (head > 0) {
-        const last = ring[((head - 1) % ROWS) * width];
-        if (time < last) head = 0;
-        else if (time - last < (1.05 * SPAN) / ROWS) return;
+        const last = timeOf(head - 1);
+        if (time < last) [head, end] = [0, null];
+        else if (time - last < (1.05 * KEPT) / ROWS) return;
       }
       const k = (head % ROWS) * width;
       ring[k] = time;
@@ -71,6 +78,21 @@
       ring[k + columns.asked] = 1000 * Math.hypot(row[at.velocity_asked], row[at.velocity_asked + 1]);
       ring[k + columns.got] = 1000 * Math.hypot(row[at.velocity], row[at.velocity + 1]);
       head += 1;
+    }
+
+    const row = (index) => (index % ROWS) * width;
+    const timeOf = (index) => ring[row(index)];
+    const oldest = () => Math.max(head - ROWS, 0);
+
+    // The first row that is not before a time.
+    function indexOf(time) {
+      let [low, high] = [oldest(), head];
+      while (low < high) {
+        const middle = (low + high) >> 1;
+        if (timeOf(middle) < time) low = middle + 1;
+        else high = middle;
+      }
+      return low;
     }
 
     // ---------------------------------------------------------------- what is seen of it
@@ -90,14 +112,15 @@
     }
 
     const limited = () => Number.isFinite(limit(0, 0));
-    const eachLeg = (read) => () => scene.legs.map((colour, leg) => ({ colour, read: (k) => read(k, leg) }));
+    const eachLeg = (read) => () => scene.legs.map((colour, leg) => ({ colour, label: String(leg + 1), read: (k) => read(k, leg) }));
     const column = (name) => (k) => ring[k + columns[name]];
 
+    // A legend names what the colours of the legs do not tell: kinds of lines, by the style sheet.
     const PLOTS = [
       { id: "normal", title: "Normal forces", unit: () => "N", curves: eachLeg((k, leg) => ring[k + columns.normal + leg]) },
       {
-        id: "torque", title: "Torques",
-        unit: () => (joint === "worst" && limited() ? "% of limit" : "N·m"),
+        id: "torque", title: "Torques", legend: { limit: "servo limit" },
+        unit: () => (joint === "worst" && limited() ? "%" : "N·m"),
         curves: eachLeg(torque),
         limits: () => {
           if (!limited()) return [];
@@ -106,48 +129,64 @@
           return [most, -most];
         },
       },
-      { id: "gait", title: "Gait: planned thin, seen thick" },
+      { id: "gait", title: "Gait", legend: { thin: "planned stance", thick: "contact" } },
       { id: "tilt", title: "Body tilt", unit: () => "°", curves: () => [{ colour: colours.ink, read: column("tilt") }] },
       {
-        id: "margin", title: "Support margin", unit: () => "mm", limits: () => [0],
+        id: "margin", title: "Support margin", legend: { limit: "tips" }, unit: () => "mm", limits: () => [0],
         curves: () => [{ colour: colours.ink, read: column("margin") }],
       },
       {
-        id: "speed", title: "Speed: asked faint, got dark", unit: () => "mm/s",
-        curves: () => [{ colour: colours.line, read: column("asked"), wide: 3 }, { colour: colours.ink, read: column("got") }],
+        id: "speed", title: "Speed", legend: { wide: "commanded", line: "measured" }, unit: () => "mm/s",
+        curves: () => [
+          { colour: colours.line, label: "commanded", read: column("asked"), wide: 3 },
+          { colour: colours.ink, label: "measured", read: column("got") },
+        ],
       },
     ];
 
     function build() {
       for (const plot of PLOTS) {
-        const figure = document.createElement("figure");
-        const caption = document.createElement("figcaption");
-        const canvas = document.createElement("canvas");
-        const title = document.createElement("span");
-        title.textContent = plot.title;
-        caption.append(title);
+        const caption = made("figcaption", {}, made("span", { textContent: plot.title }));
+        const canvas = made("canvas", { role: "img", ariaLabel: `${plot.title} over ${SPAN} seconds` });
         if (plot.id === "torque") caption.append(chooser());
-        const unit = document.createElement("span");
-        unit.className = "unit";
+        for (const [kind, words] of Object.entries(plot.legend || {}))
+          caption.append(made("span", { className: `key key-${kind}`, textContent: words }));
+        const unit = made("span", { className: "unit" });
         caption.append(unit);
-        canvas.setAttribute("role", "img");
-        canvas.setAttribute("aria-label", `${plot.title} over the last ${SPAN} seconds`);
-        figure.append(caption, canvas);
-        host.append(figure);
-        plots.push({ ...plot, canvas, context: canvas.getContext("2d"), unitTold: unit, top: 0, bottom: 0 });
+        host.append(made("figure", {}, caption, canvas));
+        const own = { ...plot, canvas, context: canvas.getContext("2d"), unitTold: unit, top: 0, bottom: 0 };
+        plots.push(own);
+        hear(own);
       }
+      document.body.append(reading);
       readColours();
     }
 
+    // The pointer reads values, and drags the time.
+    function hear(plot) {
+      let grip = null;
+      plot.canvas.addEventListener("pointerdown", (event) => {
+        if (head) grip = { x: event.clientX, right: right() };
+        plot.canvas.setPointerCapture(event.pointerId);
+      });
+      plot.canvas.addEventListener("pointermove", (event) => {
+        if (grip) show(grip.right - ((event.clientX - grip.x) / (plot.canvas.clientWidth - LEFT - RIGHT)) * SPAN);
+        pointed = { plot, x: event.offsetX, at: [event.clientX, event.clientY] };
+        repaint();
+      });
+      for (const name of ["pointerup", "pointercancel"]) plot.canvas.addEventListener(name, () => (grip = null));
+      plot.canvas.addEventListener("pointerleave", () => {
+        pointed = null;
+        repaint();
+      });
+    }
+
     function chooser() {
-      const select = document.createElement("select");
-      select.setAttribute("aria-label", "Joints in the plot of torques");
-      for (const [value, words] of [["worst", "worst of each leg"], ...JOINTS.map((name) => [name, name])])
+      const select = made("select", { ariaLabel: "Joints in the plot of torques" });
+      for (const [value, words] of [["worst", "worst joint"], ...JOINTS.map((name) => [name, name])])
         select.append(new Option(words, value));
       select.addEventListener("change", () => {
         joint = select.value;
-        const plot = plots.find(({ id }) => id === "torque");
-        plot.top = plot.bottom = 0;
         paint();
       });
       return select;
@@ -159,13 +198,50 @@
       colours = { ink: read("--ink"), faint: read("--faint"), grid: read("--line"), line: read("--accent-faint"), bad: read("--bad") };
     }
 
-    const row = (index) => (index % ROWS) * width;
+    // ---------------------------------------------------------------- the time that is shown
+
+    const [hold, since] = [byId("hold"), byId("since")];
+    const right = () => end ?? timeOf(head - 1);
+    hold.addEventListener("click", () => show(end === null ? right() : null));
+    since.addEventListener("input", () => show(Number(since.value)));
+
+    // The plots end at a time; null, or the newest: they go on.
+    function show(time) {
+      if (!head) return;
+      const [first, last] = [timeOf(oldest()), timeOf(head - 1)];
+      end = time === null ? null : Math.min(Math.max(time, Math.min(first + SPAN, last)), last);
+      repaint();
+    }
+
+    function tellTime() {
+      const [first, last] = [timeOf(oldest()), timeOf(head - 1)];
+      since.min = String(Math.min(first + SPAN, last));
+      since.max = String(last);
+      since.value = String(right());
+      since.setAttribute("aria-valuetext", end === null ? "now" : `${end.toFixed(1)} s`);
+      since.disabled = last - first <= SPAN;
+      hold.textContent = end === null ? "Hold plots" : "Go on";
+      hold.setAttribute("aria-pressed", String(end !== null));
+    }
+
+    // ---------------------------------------------------------------- painting
+
+    let due = false;
+    function repaint() {
+      if (due) return;
+      due = true;
+      requestAnimationFrame(() => {
+        due = false;
+        paint();
+      });
+    }
 
     function paint() {
       if (!scene || !head || host.hidden || !host.clientWidth) return;
-      const end = ring[row(head - 1)];
-      let first = Math.max(head - ROWS, 0);
-      while (first < head - 1 && ring[row(first)] < end - SPAN) first += 1;
+      tellTime();
+      const until = right();
+      const rows = [indexOf(until - SPAN), Math.min(indexOf(until) + 1, head)];
+      const index = read(until);
       for (const plot of plots) {
         const { canvas, context } = plot;
         const ratio = Math.min(window.devicePixelRatio || 1, 2);
@@ -175,36 +251,72 @@
         context.setTransform(ratio, 0, 0, ratio, 0, 0);
         context.clearRect(0, 0, wide, high);
         context.font = "11px system-ui, sans-serif";
-        const X = (time) => LEFT + ((time - end + SPAN) / SPAN) * (wide - LEFT - 4);
-        seconds(context, X, end, high);
-        if (plot.curves) curves(plot, X, first, wide, high);
-        else gait(context, X, first, end, high);
+        const X = (time) => LEFT + ((time - until + SPAN) / SPAN) * (wide - LEFT - RIGHT);
+        seconds(context, X, until, high);
+        if (plot.curves) curves(plot, X, rows, wide, high);
+        else gait(context, X, rows, until, high);
+        if (index === null) continue;
+        context.strokeStyle = colours.faint;
+        line(context, X(timeOf(index)), 4, X(timeOf(index)), high - BOTTOM);
       }
     }
 
-    function seconds(context, X, end, high) {
+    // The row under the pointer, whose values are told beside it; null where there is none.
+    function read(until) {
+      reading.hidden = true;
+      if (!pointed) return null;
+      const { plot, x, at } = pointed;
+      const time = until - SPAN + ((x - LEFT) / (plot.canvas.clientWidth - LEFT - RIGHT)) * SPAN;
+      const index = Math.min(indexOf(time), head - 1);
+      if (x < LEFT || time < timeOf(oldest()) || time > timeOf(head - 1) + 0.1) return null;
+      const lines = [made("p", { className: "time", textContent: `${timeOf(index).toFixed(2)} s` })];
+      if (plot.curves)
+        for (const { colour, label = "", read: value } of plot.curves()) {
+          const chip = made("span", { className: "chip" });
+          chip.style.background = colour;
+          lines.push(made("p", {}, chip, `${label} `, made("b", { textContent: `${text(value(row(index)))} ${plot.unit()}` })));
+        }
+      else
+        for (const [words, from] of [["planned stance", columns.planned], ["contact", columns.seen]]) {
+          const down = scene.legs.map((_, leg) => leg + 1).filter((leg) => ring[row(index) + from + leg - 1] > 0.5);
+          lines.push(made("p", {}, `${words}: `, made("b", { textContent: down.join(" ") || "none" })));
+        }
+      reading.replaceChildren(...lines);
+      reading.hidden = false;
+      // Within the window, beside the pointer.
+      const left = at[0] + 14 + reading.offsetWidth > innerWidth ? at[0] - 14 - reading.offsetWidth : at[0] + 14;
+      reading.style.left = `${left}px`;
+      reading.style.top = `${Math.max(Math.min(at[1] - 20, innerHeight - reading.offsetHeight - 6), 6)}px`;
+      return index;
+    }
+
+    function line(context, x0, y0, x1, y1) {
+      context.beginPath();
+      context.moveTo(x0, y0);
+      context.lineTo(x1, y1);
+      context.stroke();
+    }
+
+    function seconds(context, X, until, high) {
       context.strokeStyle = colours.grid;
       context.fillStyle = colours.faint;
       context.lineWidth = 1;
       context.textBaseline = "bottom";
       for (let ago = SPAN; ago >= 0; ago -= 2) {
-        const x = Math.round(X(end - ago)) + 0.5;
-        context.beginPath();
-        context.moveTo(x, 4);
-        context.lineTo(x, high - BOTTOM);
-        context.stroke();
+        const x = Math.round(X(until - ago)) + 0.5;
+        line(context, x, 4, x, high - BOTTOM);
         context.textAlign = ago ? "center" : "right";
-        context.fillText(ago ? `−${ago} s` : "now", x, high);
+        context.fillText(ago ? `−${ago} s` : end === null ? "now" : `${until.toFixed(1)} s`, x, high);
       }
     }
 
-    function scale(plot, drawn, limits, first) {
+    function scale(plot, drawn, limits, [first, last]) {
       let [low, high] = [0, 0];
-      for (const { read } of drawn)
-        for (let k = first; k < head; k++) {
-          const value = read(row(k));
-          if (value < low) low = value;
-          if (value > high) high = value;
+      for (const { read: value } of drawn)
+        for (let k = first; k < last; k++) {
+          const own = value(row(k));
+          if (own < low) low = own;
+          if (own > high) high = own;
         }
       for (const value of limits) {
         if (1.05 * value < low) low = 1.05 * value;
@@ -216,11 +328,12 @@
       return step;
     }
 
-    function curves(plot, X, first, wide, high) {
+    function curves(plot, X, rows, wide, high) {
       const { context } = plot;
+      const [first, last] = rows;
       const drawn = plot.curves();
       const limits = plot.limits ? plot.limits() : [];
-      const step = scale(plot, drawn, limits, first);
+      const step = scale(plot, drawn, limits, rows);
       const Y = (value) => high - BOTTOM - ((value - plot.bottom) / (plot.top - plot.bottom)) * (high - BOTTOM - 6);
       const unit = plot.unit();
       if (plot.unitTold.textContent !== unit) plot.unitTold.textContent = unit;
@@ -230,44 +343,37 @@
       const apart = Math.max(1, Math.ceil((lines * 14) / (high - BOTTOM)));
       for (let k = 0; k <= lines; k += apart) {
         const y = Math.round(Y(plot.bottom + k * step)) + 0.5;
-        context.beginPath();
-        context.moveTo(LEFT, y);
-        context.lineTo(wide - 4, y);
-        context.stroke();
+        line(context, LEFT, y, wide - RIGHT, y);
         context.fillText(text(plot.bottom + k * step), LEFT - 5, y);
       }
       context.strokeStyle = colours.bad;
       context.setLineDash([5, 4]);
-      for (const value of limits) {
-        context.beginPath();
-        context.moveTo(LEFT, Y(value));
-        context.lineTo(wide - 4, Y(value));
-        context.stroke();
-      }
+      for (const value of limits) line(context, LEFT, Y(value), wide - RIGHT, Y(value));
       context.setLineDash([]);
-      const stride = Math.max(1, Math.floor((head - first) / (wide - LEFT)));
+      const stride = Math.max(1, Math.floor((last - first) / (wide - LEFT)));
       context.lineJoin = "round";
-      for (const { colour, read, wide: thick = 1.4 } of drawn) {
+      for (const { colour, read: value, wide: thick = 1.4 } of drawn) {
         context.strokeStyle = colour;
         context.lineWidth = thick;
         context.beginPath();
         let down = false;
-        for (let k = first; k < head; k += stride) {
-          const value = read(row(k));
-          if (!Number.isFinite(value)) {
+        for (let k = first; k < last; k += stride) {
+          const own = value(row(k));
+          if (!Number.isFinite(own)) {
             down = false;
             continue;
           }
-          const x = Math.max(X(ring[row(k)]), LEFT);
-          if (down) context.lineTo(x, Y(value));
-          else context.moveTo(x, Y(value));
+          const x = Math.max(X(timeOf(k)), LEFT);
+          if (down) context.lineTo(x, Y(own));
+          else context.moveTo(x, Y(own));
           down = true;
         }
         context.stroke();
       }
+      context.lineWidth = 1;
     }
 
-    function gait(context, X, first, end, high) {
+    function gait(context, X, [first, last], until, high) {
       const room = (high - BOTTOM - 6) / legs;
       context.textAlign = "right";
       context.textBaseline = "middle";
@@ -281,16 +387,15 @@
         bars(columns.planned + leg, y + 0.1 * room, Math.max(0.16 * room, 1.5));
       }
 
-      function bars(column, y, thick) {
-        let since = NaN;
-        for (let k = first; k <= head; k++) {
-          const stands = k < head && ring[row(k) + column] > 0.5;
-          if (stands && Number.isNaN(since)) since = ring[row(k)];
-          if (stands || Number.isNaN(since)) continue;
-          const until = k < head ? ring[row(k)] : end;
-          const x = Math.max(X(since), LEFT);
-          context.fillRect(x, y, Math.max(X(until) - x, 1), thick);
-          since = NaN;
+      function bars(which, y, thick) {
+        let from = NaN;
+        for (let k = first; k <= last; k++) {
+          const stands = k < last && ring[row(k) + which] > 0.5;
+          if (stands && Number.isNaN(from)) from = timeOf(k);
+          if (stands || Number.isNaN(from)) continue;
+          const x = Math.max(X(from), LEFT);
+          context.fillRect(x, y, Math.max(X(k < last ? timeOf(k) : until) - x, 1), thick);
+          from = NaN;
         }
       }
     }
@@ -300,6 +405,7 @@
       readColours();
       paint();
     });
+    new ResizeObserver(repaint).observe(host);
     return { begin, forget, take, paint };
   };
 })();

@@ -19,8 +19,8 @@
   }
 
   const TILES = [
-    ["asked", "Speed asked", "What the stick or the plan asks for, in the body's axes"],
-    ["got", "Speed got", "What the body does, averaged over a cycle of the gait"],
+    ["asked", "Speed commanded", "What the stick or the plan commands, in the body's axes"],
+    ["got", "Speed measured", "What the body does, averaged over a cycle of the gait"],
     ["power", "Power", "Power that the servos draw, or with other drives the mechanical power of all joints, averaged"],
     ["transport", "Cost of transport", "Energy for a metre and a newton of weight"],
     ["servo", "Worst servo", "The servo that is nearest to its greatest torque"],
