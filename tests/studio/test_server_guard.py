@@ -283,7 +283,8 @@ def test_a_recording_is_read_from_its_folder_and_from_nowhere_else(tmp_path):
     with running(PretendedStage({"r-1": tmp_path})) as studio:
         data = studio.get("/runs/r-1/recording.nc")
         assert (data.status, data.body) == (200, content)
-        assert data.headers["content-disposition"] == 'attachment; filename="r-1-recording.nc"'
+        own = f'attachment; filename="{tmp_path.name}-recording.nc"'
+        assert data.headers["content-disposition"] == own
         assert studio.get("/runs/r-1/recording.nc", method="HEAD").body == b""
         report = studio.get("/runs/r-1/report.html")
         assert report.body == b"<p>report"

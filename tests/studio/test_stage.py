@@ -313,7 +313,7 @@ def test_no_more_than_two_recordings_are_written_at_a_time(heard, monkeypatch):
 @pytest.mark.skipif(os.name == "nt", reason="Windows knows no sessions")
 def test_a_ctrl_c_in_the_terminal_does_not_reach_who_writes_a_report(tmp_path):
     writer = recorder.Recorder(tmp_path)
-    writer._write("r-0000")
+    writer._write("r-0000", tmp_path / "run")
     try:
         # A terminal's signals go to one group of processes, within one session.
         assert os.getsid(writer._jobs[0].process.pid) != os.getsid(0)
@@ -330,7 +330,11 @@ def test_a_saved_run_is_a_folder_like_any_other(heard, tmp_path):
     event = heard.event("saved as")
     assert event["run"] == run
     folder = heard.stage.folder(run)
-    assert folder == tmp_path / run
+    # It is named by what was walked, also in its summary, and a second one gets a number.
+    drive = heard.newest("setting")["drive"]
+    assert folder == tmp_path / f"phantomx-paper-wave-flat-{drive}"
+    assert load_scenario(folder / "scenario.toml").name == folder.name
+    assert heard.stage._recorder._free(folder.name).name == f"{folder.name}-2"
     assert {"report.html", "recording.nc", "summary.json", "scenario.toml", "robot.toml"} <= {
         path.name for path in folder.iterdir()
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import re
@@ -29,6 +30,7 @@ from phasmid.simulation.ending import Ending, Trouble
 from phasmid.simulation.telling import ending_attributes
 from phasmid.studio.errors import TooMany
 from phasmid.studio.live import LiveRobot
+from phasmid.studio.setting import Setting
 
 LONGEST = 600.0
 """A recording ends by itself after as long [s]."""
@@ -61,6 +63,18 @@ NEW_GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 INTERRUPT: int = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT)
 
 
+def walked_name(setting: Setting) -> str:
+    """Name a run by its robot, gait, terrain and drive.
+
+    Args:
+        setting: As it is when the run ends; the gait may have changed meanwhile.
+    """
+    parts = (setting.robot_name, setting.gait.name, setting.terrain_name)
+    words = [Path(part).stem for part in parts] + [str(setting.scenario.simulation.drive)]
+    # A scenario's name has at most 64 characters, and a number may follow.
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", "-".join(words)).strip("-._")[:56] or "walk"
+
+
 @dataclass(frozen=True)
 class Saved:
     """A recording that was written, or could not be.
@@ -79,6 +93,7 @@ class Saved:
 @dataclass
 class _Job:
     run: str
+    folder: Path
     process: subprocess.Popen[bytes]
     complaint: IO[bytes]
     log: Path
@@ -208,7 +223,8 @@ class Recorder:
                 log.__exit__(None, None, None)
                 shutil.rmtree(self._path(run).parent, ignore_errors=True)
             return self.failure or f"the recording has less than {SHORTEST:g} s; it was not kept."
-        scenario = live.setting.machine.replace(duration=self.seconds)
+        folder = self._free(walked_name(live.setting))
+        scenario = live.setting.machine.replace(duration=self.seconds, name=folder.name)
         said: dict[str, Any] = {
             **(CUT_OFF if cut else ending_attributes(trouble)),
             "events": json.dumps(self._events, ensure_ascii=False),
@@ -226,16 +242,23 @@ class Recorder:
         except OSError as error:
             self.failure = f"cannot write {self._path(run)}: {(error.strerror or '').lower()}."
         if not cut:
-            self._write(run)
+            self._write(run, folder)
         return self.failure
 
-    def _write(self, run: str) -> None:
+    def _free(self, name: str) -> Path:
+        """The folder of this name, with a number where it is taken or being written."""
+        taken = {job.folder for job in self._jobs}
+        names = itertools.chain((name,), (f"{name}-{number}" for number in itertools.count(2)))
+        folders = (self._out / one for one in names)
+        return next(folder for folder in folders if folder not in taken and not folder.exists())
+
+    def _write(self, run: str, folder: Path) -> None:
         """Have a run's folder written."""
         log = self._path(run)
         complaint = tempfile.TemporaryFile()  # noqa: SIM115, it is read when the process ends
         command = [sys.executable, "-m", "phasmid", "report", str(log), "--quiet"]
         process = subprocess.Popen(  # noqa: S603, our own words and paths
-            [*command, "--out", str(self._out / run)],
+            [*command, "--out", str(folder)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=complaint,
@@ -245,14 +268,14 @@ class Recorder:
         )
         with contextlib.suppress(OSError, AttributeError):
             os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
-        self._jobs.append(_Job(run, process, complaint, log))
+        self._jobs.append(_Job(run, folder, process, complaint, log))
 
     def look(self) -> list[Saved]:
         """Those that were finished since it was asked last."""
         found = []
         for job in [job for job in self._jobs if job.process.poll() is not None]:
             self._jobs.remove(job)
-            folder = self._out / job.run
+            folder = job.folder
             job.complaint.seek(0)
             told = job.complaint.read(4096).decode(errors="replace").strip().splitlines()
             job.complaint.close()

@@ -319,7 +319,7 @@ class Server:
             raise Refused(404, f"recording {run} has no such file.")
         if name == "report.html":
             return Reply(200, kind=RUN_FILES[name], policy=RUN_POLICY, file=folder / name)
-        own = (("Content-Disposition", f'attachment; filename="{run}-{name}"'),)
+        own = (("Content-Disposition", f'attachment; filename="{folder.name}-{name}"'),)
         return Reply(200, kind=RUN_FILES[name], headers=own, file=folder / name)
 
     def _check_room(self, head: Head) -> None:
