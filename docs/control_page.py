@@ -256,8 +256,8 @@ def of_level(results: list[study.Case]) -> str:
     return (
         f"The default controller walks {len(results)} times for 6 s at a constant random velocity, "
         f"up to ±{1000 * level.FASTEST[0]:.0f} mm/s forward, "
-        f"±{1000 * level.FASTEST[1]:.0f} mm/s lateral and ±{level.FASTEST[2]:g} rad/s yaw. Presets, "
-        "gaits and three drives take turns. Every fourth robot is scaled to a mass of "
+        f"±{1000 * level.FASTEST[1]:.0f} mm/s lateral and ±{level.FASTEST[2]:g} rad/s yaw. "
+        "Presets, gaits and three drives take turns. Every fourth robot is scaled to a mass of "
         f"{level.LIGHT[0]:g} to {level.LIGHT[1]:g} kg. A hop is the largest distance of the trunk "
         f"from its mean height after the first {level.SETTLED:g} s; {high} walks exceed "
         f"{1000 * level.HOP:g} mm. Torque is the largest simulated joint torque over the largest "
