@@ -271,6 +271,31 @@ def test_an_interrupt_after_the_run_keeps_its_log(here, capsys, monkeypatch):
     assert load_recording(here / "a.rec").attrs["ending"] == "COMPLETED"
 
 
+@pytest.mark.parametrize("first", [signal.SIGINT, signal.SIGTERM])
+def test_a_second_interrupt_leaves_the_first_to_remove_what_was_begun(
+    here, capsys, monkeypatch, first
+):
+    from phasmid.reporting import run_folder
+
+    whole = run_folder.shutil.rmtree
+
+    def interrupted(*_):
+        signal.raise_signal(first)
+
+    def removing(path, **options):
+        signal.raise_signal(signal.SIGINT)
+        whole(path, **options)
+
+    monkeypatch.setattr(run_folder, "summarise", interrupted)
+    monkeypatch.setattr(run_folder.shutil, "rmtree", removing)
+    before = signal.getsignal(signal.SIGTERM)
+    status, text = answered(capsys, "walk", "--duration", "1", "--out", "a", "--quiet")
+    assert status == 130
+    assert text.startswith("phasmid: stopped.\n  try  phasmid report a.rec")
+    assert [p.name for p in here.iterdir()] == ["a.rec"]
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
 def test_a_report_of_a_damaged_log_says_what_was_lost(here, capsys):
     assert main(["walk", "--duration", "2", "--out", "a", "--no-figures", "--quiet"]) == 0
     scenario = load_scenario("paper").replace(duration=2)

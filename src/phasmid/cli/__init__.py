@@ -34,10 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    status = _status(arguments)
-    if argv is None:
-        # What is done cannot be interrupted.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    status = _status(arguments, is_process=argv is None)
     if argv is None and (status == 130 or arguments[:1] == ["studio"]):
         # Who stops a command, as the studio always is, shall not wait until Python has tidied up.
         with suppress(OSError):
@@ -51,7 +48,11 @@ UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
 """What a stream says that cannot be written to; a file's own errors carry its name."""
 
 
-def _status(arguments: list[str]) -> int:
+LONGEST_CLEANUP = 2.0
+"""Time for which a second Ctrl-C lets the first one remove what was begun [s]."""
+
+
+def _status(arguments: list[str], *, is_process: bool) -> int:
     """Run the command; returns its exit status, whatever happens."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -59,7 +60,7 @@ def _status(arguments: list[str]) -> int:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
     try:
         try:
-            return _answered(arguments)
+            return _answered(arguments, is_process=is_process)
         finally:
             # What cannot be printed shall be told now, and not when the interpreter has ended.
             sys.stdout.flush()
@@ -80,7 +81,7 @@ def _unheard(error: OSError) -> int:
     return 1
 
 
-def _answered(arguments: list[str]) -> int:
+def _answered(arguments: list[str], *, is_process: bool) -> int:
     """Run the command and say what went wrong; returns the exit status."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -91,7 +92,7 @@ def _answered(arguments: list[str]) -> int:
         del os.environ["COLUMNS"]
     interrupted: list[int] = []
     try:
-        with _noticed_interrupts(interrupted):
+        with _noticed_interrupts(interrupted, is_process=is_process):
             return _run(arguments)
     except PhasmidError as error:
         if interrupted and isinstance(error.__cause__, ImportError):
@@ -123,9 +124,13 @@ def _answered(arguments: list[str]) -> int:
 
 
 @contextmanager
-def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
-    """Note each Ctrl-C before it raises: an interrupted import may end as an ImportError."""
+def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[None]:
+    """Note each Ctrl-C before it raises: an interrupted import may end as an ImportError.
+
+    SIGTERM does the same. Nothing interrupts a process after its command has ended.
+    """
     finished: list[bool] = []
+    cleaning: list[float] = []
     complain = sys.unraisablehook
 
     def quiet(unraisable: Any) -> None:
@@ -134,14 +139,21 @@ def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
             complain(unraisable)
 
     def handle(number: int, frame: Any) -> None:
+        if isinstance(sys.exc_info()[1], KeyboardInterrupt):
+            cleaning.append(time.monotonic())
+            if cleaning[-1] - cleaning[0] < LONGEST_CLEANUP:
+                return
         if not noticed:
             # A thread without the locks of `threading`, which the main thread may just hold.
             _thread.start_new_thread(_insist, (_thread.get_ident(), finished))
         noticed.append(number)
-        signal.default_int_handler(number, frame)
+        # An exception in that hook would be printed; the thread raises it again a little later.
+        if frame is None or frame.f_code is not quiet.__code__:
+            signal.default_int_handler(number, frame)
 
     try:
         before = signal.signal(signal.SIGINT, handle)
+        ended = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     except ValueError:
         # Only the main thread may do so; elsewhere no Ctrl-C arrives.
         yield
@@ -152,7 +164,8 @@ def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
     finally:
         finished.append(True)
         sys.unraisablehook = complain
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, signal.SIG_IGN if is_process else before)
+        signal.signal(signal.SIGTERM, ended)
 
 
 def _insist(main: int, finished: list[bool]) -> None:

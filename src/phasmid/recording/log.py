@@ -82,6 +82,9 @@ class RecordingLog:
         except OSError as error:
             self._discard()
             raise self._cannot_write(error) from None
+        except BaseException:
+            self._discard()
+            raise
         return self
 
     def append(self, time: Float[np.ndarray, " time"], channels: Mapping[str, np.ndarray]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import secrets
@@ -205,5 +204,9 @@ def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> No
     except BaseException:
         old.rename(target)
         raise
-    with contextlib.suppress(OSError):
-        shutil.rmtree(old)
+    try:
+        shutil.rmtree(old, ignore_errors=True)
+    except BaseException:
+        # What was interrupted is the removal of what is no longer needed.
+        shutil.rmtree(old, ignore_errors=True)
+        raise
