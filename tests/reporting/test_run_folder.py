@@ -82,6 +82,17 @@ def test_force_never_removes_what_is_not_a_runs(tiny, tmp_path, own):
     assert names(tmp_path) == {"thesis"}
 
 
+@pytest.mark.parametrize("name", ["figures/mine.svg", "body.glb", "figures/notes/a.txt"])
+def test_force_keeps_a_file_of_the_user_inside_a_runs_folder(tiny, tmp_path, name):
+    folder = report(tiny, tmp_path / "walk", figures=False)
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_text("mine", encoding="utf-8")
+    with pytest.raises(InvalidInput, match=r"walk also holds .*, which is no part of a run"):
+        report(tiny, folder, force=True, figures=False)
+    assert (folder / name).read_text(encoding="utf-8") == "mine"
+    assert names(tmp_path) == {"walk"}
+
+
 def test_force_does_not_replace_a_file(tiny, tmp_path):
     path = tmp_path / "walk"
     path.write_text("mine", encoding="utf-8")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import secrets
 import shutil
 from pathlib import Path
@@ -18,6 +19,7 @@ from phasmid.reporting.style import uncollected
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.robot import Appearance
 from phasmid.robot.appearance import glb
+from phasmid.toml import read_toml
 
 OWN_FILES = ("summary.json", "recording.nc")
 """A folder that holds one of these is a run's."""
@@ -131,13 +133,37 @@ def _check_existing(folder: Path, *, force: bool) -> None:
         raise InvalidInput(
             f"{folder} holds other things than a run; nothing was written.", hint="another folder"
         )
-    # The robot's meshes keep the name that its file gives them.
-    foreign = sorted(name for name in names - ENTRIES if not name.endswith(".glb"))
+    foreign = _foreign(folder)
     if foreign:
         raise InvalidInput(
             f"{folder} also holds {foreign[0]}, which is no part of a run; nothing was written.",
             hint="another folder, or move it away",
         )
+
+
+def _foreign(folder: Path) -> list[str]:
+    """Return the names in a run's folder, and in its figures, that no run writes."""
+    from phasmid.reporting.catalogue import CATALOGUE
+
+    figures = f"({'|'.join(map(re.escape, CATALOGUE))})([b-z]|-[0-9]+)?[.](svg|png)|walk[.]png"
+    found = []
+    for path in sorted(folder.iterdir()):
+        if path.name == "figures" and path.is_dir():
+            inside = sorted(path.iterdir())
+            found += [f"figures/{p.name}" for p in inside if not re.fullmatch(figures, p.name)]
+        elif path.name not in ENTRIES - {"figures"} | _meshes(folder) or path.is_dir():
+            found.append(path.name)
+    return found
+
+
+def _meshes(folder: Path) -> set[str]:
+    """Return the name that the robot's file gives to its meshes."""
+    try:
+        raw, _ = read_toml(folder / "robot.toml")
+    except InvalidInput:
+        return set()
+    name = raw.get("appearance")
+    return {name} if isinstance(name, str) else set()
 
 
 def _fill(
