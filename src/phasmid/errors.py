@@ -35,12 +35,19 @@ class PhasmidError(Exception):
         return "\n".join(lines)
 
 
+LONGEST_TEXT = 1600
+"""Letters of a longer text that are shown, half from its beginning and half from its end."""
+
+
 def plain(text: str) -> str:
-    """A text on one line, without what would drive a terminal: names in files may carry it.
+    """Return a text on one line, of bounded length, without what would drive a terminal.
 
     Args:
         text: Whatever came from a file, an option or a name.
     """
+    if len(text) > LONGEST_TEXT:
+        half = LONGEST_TEXT // 2
+        text = f"{text[:half]} … {text[-half:]}"
     return "".join(
         c if c.isprintable() else " " if c.isspace() else "\N{REPLACEMENT CHARACTER}" for c in text
     )

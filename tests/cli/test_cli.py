@@ -271,6 +271,18 @@ def test_an_interrupt_after_the_run_keeps_its_log(here, capsys, monkeypatch):
     assert load_recording(here / "a.rec").attrs["ending"] == "COMPLETED"
 
 
+@pytest.mark.parametrize(
+    "text", ['gait = "{}"', 'terrain = "{}"', '"{}" = 1', "[gait]\n{} = 1", 'robot = "{}"', '"{}']
+)
+def test_a_message_is_short_however_long_what_it_repeats(here, capsys, text):
+    (here / "s.toml").write_text(text.format("x" * 900_000), encoding="utf-8")
+    for command in ("walk", "check"):
+        status, said = answered(capsys, command, "s.toml")
+        assert status == 2
+        assert said.startswith("phasmid: ")
+        assert len(said) < 4000
+
+
 @pytest.mark.parametrize("first", [signal.SIGINT, signal.SIGTERM])
 def test_a_second_interrupt_leaves_the_first_to_remove_what_was_begun(
     here, capsys, monkeypatch, first

@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from phasmid.arguments import path_of
-from phasmid.errors import InvalidInput, OutputError, PhasmidError, located
+from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
 from phasmid.recording.frames import DamagedRecording, is_log, read_log
 from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
@@ -99,6 +99,44 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
             raise
     except OSError as error:
         raise cannot_write(path, error) from None
+
+
+@contextlib.contextmanager
+def new_file(path: Path, *, option: str, force: bool) -> Iterator[Path]:
+    """Yield the name to write a file to; it replaces a file of another process only by force.
+
+    Args:
+        path: The file.
+        option: The option of the command line that names another place.
+        force: Whether an older file is replaced.
+
+    Raises:
+        AlreadyExists: The file has appeared meanwhile; it stays as it is.
+        OutputError: It cannot be written; nothing is left behind.
+    """
+    if force:
+        yield path
+        return
+    place = path.with_name(f".{path.stem}.{secrets.token_hex(4)}.partial{path.suffix}")
+    try:
+        yield place
+        try:
+            os.link(place, path)
+        except FileExistsError:
+            raise AlreadyExists(path, option=option) from None
+        except OSError:
+            # A file system without links.
+            if path.exists():
+                raise AlreadyExists(path, option=option) from None
+            place.replace(path)
+    except OutputError as error:
+        # A message must not name the file that was there only for a moment.
+        error.what = error.what.replace(str(place), str(path))
+        raise
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    finally:
+        place.unlink(missing_ok=True)
 
 
 def cannot_write(path: Path, error: OSError) -> OutputError:

@@ -20,7 +20,7 @@ from phasmid.recording import (
     save_parquet,
     save_recording,
 )
-from phasmid.recording.file import cannot_write
+from phasmid.recording.file import cannot_write, new_file
 from phasmid.recording.ros import rows_at
 from phasmid.reporting.source import read_source
 
@@ -67,17 +67,17 @@ def export(
         raise InvalidInput(f"rate is {rate}; it must be a finite number greater than 0.")
     names = read_source(recording).robot.leg_names if "robot" in recording.attrs else None
     chosen = _chosen(recording, channels)
-    if kind == "mcap":
-        save_mcap(chosen, path, leg_names=names, rate=rate or MCAP_RATE)
-        return path
-    if rate is not None:
+    if rate is not None and kind != "mcap":
         rows = rows_at(np.asarray(chosen["time"].values), rate)
         chosen = chosen.isel(time=rows)
-    if kind == "netcdf":
-        save_recording(chosen, path)
-    else:
-        write: dict[str, Callable[..., None]] = {"csv": save_csv, "parquet": save_parquet}
-        write[kind](chosen, path, leg_names=names)
+    with new_file(path, option="--out FILE", force=force) as place:
+        if kind == "mcap":
+            save_mcap(chosen, place, leg_names=names, rate=rate or MCAP_RATE)
+        elif kind == "netcdf":
+            save_recording(chosen, place)
+        else:
+            write: dict[str, Callable[..., None]] = {"csv": save_csv, "parquet": save_parquet}
+            write[kind](chosen, place, leg_names=names)
     return path
 
 

@@ -12,7 +12,7 @@ from PIL import Image
 from phasmid.arguments import check_callable, check_number, check_type, path_of
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_recording
-from phasmid.recording.file import cannot_write
+from phasmid.recording.file import cannot_write, new_file
 from phasmid.reporting.source import finite_part, read_source
 from phasmid.robot import Appearance
 from phasmid.video.encoder import encode
@@ -89,7 +89,8 @@ def save_video(
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise cannot_write(path, error) from None
-        encode(_frames(sheet, pictures, len(film.time), progress), path, fps)
+        with new_file(path, option="--video FILE", force=force) as place:
+            encode(_frames(sheet, pictures, len(film.time), progress), place, fps)
     return path
 
 
