@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -15,6 +15,7 @@ from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.simulation import SimulationTable
 from phasmid.simulation.joint_drive import Setpoints
+from phasmid.tables import choices
 from phasmid.verification.laboratory import Laboratory
 from phasmid.verification.row import Reading, seen
 
@@ -46,7 +47,7 @@ def servo_limits(laboratory: Laboratory) -> list[Reading]:
     The overloaded walk counts up to its end, however it ends. Prescribed joints have no limits.
     """
     robot, readings = _overloaded(laboratory.scenario.base_robot()), []
-    for drive in get_args(SimulationTable.model_fields["drive"].annotation):
+    for drive in choices(SimulationTable.model_fields["drive"]):
         if drive == "prescribed":
             continue
         changes = {**OVERLOADED, "robot": robot, "drive": drive}
