@@ -134,7 +134,7 @@ def test_what_the_robot_is_asked_to_do_needs_no_new_run():
         ("walks", "the plan"),
         ("robot", "octopod"),
         ("terrain", "stairs"),
-        ("drive", "servo"),
+        ("drive", "ideal-servo"),
         ("servo", "MX-28"),
         ("contact_law", "mujoco"),
         ("friction", 0.5),
