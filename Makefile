@@ -18,11 +18,11 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test lint bench fuzz stress lock clean
+.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test lint bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-8s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-9s %s\n", $$1, $$2 }' Makefile
 
 setup: $(READY) ## make the virtual environment that phasmid runs in, from the locked versions
 	@echo "$(VENV) is ready"
@@ -94,6 +94,9 @@ bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, s
 
 stress: $(DEVELOP) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
 	@"$(BIN)/python" benchmarks/stress.py $(ARGS)
+
+bad-input: $(DEVELOP) ## give bad inputs of every kind, each to be refused in one sentence (ARGS=urdf)
+	@"$(BIN)/python" benchmarks/bad_input.py $(ARGS)
 
 fuzz: $(DEVELOP) ## read 2000 damaged files per format (ARGS such as "urdf --files 100 --seed 7")
 	@cd tests && OPENBLAS_NUM_THREADS=1 "$(abspath $(BIN))/python" -m formats.fuzz.run --keep ../results/fuzz $(ARGS)

@@ -63,14 +63,15 @@ def find_file(source: str | Path, package: str, noun: str) -> Path:
     if text in known:
         return Path(str(resources.files(package) / "presets" / f"{text}.toml"))
     path = Path(text)
-    if path.suffix != ".toml" and not _is_file(path):
+    if path.suffix != ".toml" and not is_file(path):
         guess = nearest(text, known)
         choice = f"one of {', '.join(known)}, or a .toml file"
         raise InvalidInput(f'no {noun} called "{text}".', hint=f'"{guess}"' if guess else choice)
     return path
 
 
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """Whether a path is that of a file; one that no file system takes is none."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -84,7 +85,7 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
     Raises:
         InvalidInput: The file is absent, no regular file, too large, or not TOML.
     """
-    if not _is_file(path):
+    if not is_file(path):
         try:
             exists = path.exists()
         except (OSError, ValueError):

@@ -48,14 +48,14 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.formats import import_robot, is_foreign
     from phasmid.robot import preset_names
     from phasmid.scenario import load_scenario
-    from phasmid.toml import read_toml
+    from phasmid.toml import is_file, read_toml
 
     source = options.file
     suffix = Path(source).suffix.lower()
     if options.write_sidecar:
         return _write_sidecar(Path(source), force=options.force)
     is_robot = source in preset_names() or is_foreign(source)
-    if not is_robot and (suffix == ".toml" or Path(source).exists()):
+    if not is_robot and (suffix == ".toml" or is_file(Path(source))):
         raw, _ = read_toml(Path(source))
         is_robot = bool({"legs", "leg", "body"} & set(raw))
     if is_robot:

@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
     from phasmid.recording import check_log, check_mcap, load_recording
     from phasmid.reporting import check_folder
-    from phasmid.simulation import Driving, with_sensors
+    from phasmid.simulation import Driving, check_drive, with_sensors
 
     robot = scenario.load_robot()
     legs = walk.leg_numbers(options.legs, robot)
@@ -58,6 +58,8 @@ def run(options: argparse.Namespace) -> int:
     if options.mcap:
         check_mcap()
     walk.check_film(options)
+    faults = options.fault or []
+    check_drive(scenario.driven(), rate=options.rate, between=options.between, faults=faults)
     compile_controller(scenario, rate=options.rate, quiet=options.quiet)
     commands: Any = script
     keyboard: Any = nullcontext()
@@ -71,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         commands,
         rate=options.rate,
         between=options.between,
-        faults=options.fault or [],
+        faults=faults,
     )
     try:
         quiet = options.quiet or options.keys

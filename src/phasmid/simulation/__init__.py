@@ -1,7 +1,7 @@
 """What physics makes of a walk."""
 
 from phasmid.simulation.contact import CONTACT_POINTS
-from phasmid.simulation.driving import Driving, drive
+from phasmid.simulation.driving import Driving, check_drive, drive
 from phasmid.simulation.ending import Ending
 from phasmid.simulation.experiment import (
     check_load,
@@ -22,6 +22,7 @@ __all__ = [
     "CONTACT_POINTS",
     "Difference",
     "Driving",
+    "check_drive",
     "Ending",
     "Fault",
     "Refinement",

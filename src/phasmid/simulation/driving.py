@@ -124,6 +124,33 @@ def drive(
     return driving.simulate(progress=progress)
 
 
+def check_drive(
+    scenario: Scenario, *, rate: float, between: str | None, faults: Sequence[Fault | str] = ()
+) -> Faults:
+    """Refuse what no controller could change, before one is made and compiled.
+
+    Args:
+        scenario: As driven.
+        rate: Updates of the controller a second [1/s].
+        between: What joints do between updates; None: as the drive needs it.
+        faults: What fails, and when.
+
+    Returns:
+        The faults, of the scenario's robot.
+
+    Raises:
+        InvalidInput: As in `drive`.
+    """
+    between_updates(scenario.simulation.planned_drive, between)
+    period_steps(scenario, rate)
+    if scenario.contact.contact_law == "simscape":
+        raise InvalidInput(
+            'contact_law is "simscape"; its simulator follows plans and knows no controller.',
+            hint='contact_law = "spring-damper"',
+        )
+    return Faults(scenario.load_robot(), faults, scenario.sensors.contact_threshold)
+
+
 @dataclass(frozen=True, eq=False)
 class Driving:
     """All that a driven run is made of, checked; see `drive`."""
@@ -157,18 +184,13 @@ class Driving:
         """
         check_scenario(scenario)
         scenario = scenario.driven()
+        failing = check_drive(scenario, rate=rate, between=between, faults=faults)
         is_own = controller is None
         if controller is None:
             controller = scenario_controller(scenario, rate)
         hint = "a class with the methods reset and update"
         check_type("controller", controller, (Controller,), "a Controller", hint)
-        between_updates(scenario.simulation.planned_drive, between)
         _check_prescribed(scenario, controller)
-        if scenario.contact.contact_law == "simscape":
-            raise InvalidInput(
-                'contact_law is "simscape"; its simulator follows plans and knows no controller.',
-                hint='contact_law = "spring-damper"',
-            )
         own = getattr(controller, "motion", None)
         begin: Motion
         if own is not None and start is None:
@@ -181,7 +203,6 @@ class Driving:
             begin = standing(scenario, robot, start)
         check_time_step(scenario, begin)
         check_start(scenario, begin)
-        failing = Faults(begin.robot, faults, scenario.sensors.contact_threshold)
         scenario = _with_delays(scenario)
         _asking(commands)
         return cls(scenario, begin, controller, is_own, commands, rate, between, start, failing)

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.terrain.height_map import MOST_SAMPLES, check_count, check_finite, check_samples
+from phasmid.toml import is_file
 
 IMAGES = ("PNG", "JPEG", "TIFF", "PPM", "BMP")
 """Formats of images that are read; others of pillow's would start foreign programs."""
@@ -38,7 +39,7 @@ def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns
     Raises:
         InvalidInput: There is no such file, or it holds no height map.
     """
-    if not _is_file(path):
+    if not is_file(path):
         raise InvalidInput(
             f'terrain file "{path.name}" does not exist in {path.absolute().parent}.'
         )
@@ -56,7 +57,9 @@ def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns
             heights = _table(path)
         else:
             heights = white * _image(path)
-        heights = heights.astype(np.float32).astype(np.float64)
+        # Beyond single precision is infinite, which is refused below.
+        with np.errstate(over="ignore"):
+            heights = heights.astype(np.float32).astype(np.float64)
     except PhasmidError:
         raise
     except Exception as error:
@@ -78,13 +81,6 @@ def file_hash(path: Path) -> str:
     """
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
 
 
 def _image(path: Path) -> np.ndarray:

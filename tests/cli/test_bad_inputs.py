@@ -1,0 +1,44 @@
+"""Bad inputs of each kind end with one sentence and status 2; `make bad-input` has all of them."""
+
+import pytest
+
+from bad_inputs import bad_inputs, refused_rightly
+from phasmid.cli import main
+
+CHOSEN = (
+    "robot toml: nan length",
+    "robot toml: hexadecimal beyond floats",
+    "robot toml: values times legs",
+    "robot toml: limits of many turns",
+    "urdf: limits in degrees",
+    "urdf: extension of dots",
+    "urdf: deep",
+    "mjcf: limits of many turns",
+    "mjcf: includes itself",
+    "step: sidecar of digits",
+    "scenario: patches of text",
+    "gait: never three feet",
+    "commands: 50 m/s",
+    "commands csv: nan",
+    "height map a.csv: beyond single floats",
+    "height map a.npy: claims much",
+    "trajectory a.csv: milliseconds since 1970",
+    "recording a.nc: a flipped bit, report",
+    "recording: an unknown channel",
+    "options: drive --velocity 0.1,0,0 --fault x",
+    "options: verify --rows 0",
+)
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    return {one.name: one for one in bad_inputs(tmp_path_factory.mktemp("whole"))}
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+def test_bad_input_ends_with_one_sentence_and_status_2(name, known, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for file, content in known[name].files.items():
+        (tmp_path / file).write_bytes(content)
+    status = main(list(known[name].arguments))
+    assert refused_rightly(status, capsys.readouterr().err)
