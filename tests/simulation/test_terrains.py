@@ -10,6 +10,7 @@ import pytest
 from phasmid.errors import InfeasibleWalk
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import plan
+from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
 from phasmid.simulation.run import Run
@@ -148,6 +149,7 @@ def test_recorded_normal_forces_are_never_negative():
     changes = {"duration": 3.0, "period": 1.0, "step_length_mm": 80, "terrain": "stairs"}
     scenario = load_scenario("paper").replace(planned_on="level", **changes)
     run = simulate(scenario, plan(scenario))
+    assert any("Joints are prescribed" in sentence for sentence in summarise(run)["warnings"])
     feet, force = run["foot_position"].values, run["foot_force"].values
     normal = scenario.load_terrain().normal(feet[..., 0], feet[..., 1])
     assert np.einsum("tlk,tlk->tl", force, normal).min() < -1.0

@@ -48,6 +48,7 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
     limited = bool(summary["servos"])
     found = [
         *_way(summary),
+        _unknown_ground(summary, source),
         _stall(summary),
         "" if limited else _speed(summary),
         _armature(source),
@@ -61,6 +62,19 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
     ]
     said = [sentence for sentence in found if sentence]
     return said + idle_fields(source.scenario, source.robot)
+
+
+def _unknown_ground(summary: dict[str, Any], source: Source) -> str:
+    """Warn of prescribed joints on ground that the plan takes for level."""
+    terrain = source.scenario.terrain
+    if summary["run"].get("drive") != "prescribed" or terrain.kind == "flat":
+        return ""
+    if terrain.planned_on == "terrain":
+        return ""
+    return (
+        "Joints are prescribed on ground that the plan takes for level: feet strike it without "
+        "yielding, and contact forces flicker. Try --drive ideal-servo."
+    )
 
 
 def _way(summary: dict[str, Any]) -> list[str]:
