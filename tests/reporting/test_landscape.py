@@ -60,6 +60,14 @@ def test_level_ground_made_of_triangles_is_seen_where_the_level_is():
     assert np.abs(flat - step).max() < 0.02
 
 
+def test_high_ground_is_warm_and_low_ground_cool():
+    # A step of 20 mm across the middle of the picture, away from the box and its shadow.
+    image = looking(Ground(Steps((0.0,), (0.02,)), 0.7))[2][0]
+    low, high = image[95:100, 40:60].mean(axis=(0, 1)), image[95:100, 100:120].mean(axis=(0, 1))
+    assert low[2] - low[0] > 0.02
+    assert high[0] - high[2] > 0.01
+
+
 def test_slippery_ground_has_another_colour():
     # Two fields in the box's front that differ in friction alone.
     patches = (Patch((-1, 0), (-1, 1), 0.1),)

@@ -29,6 +29,9 @@ AZIMUTH, ELEVATION = math.radians(-56.0), math.radians(27.0)
 UNEVEN_AZIMUTH = math.radians(-118.0)
 """From where uneven ground is seen: from behind, whence stairs show their risers."""
 
+UNEVEN_SHARE = 0.78
+"""Size of the robot over that on level ground, so that more of uneven ground is seen."""
+
 FORCE_COLOUR, FORCE_TEXT = "#e8590c", "#a33c05"
 FORCE_LENGTH = 1.2
 """Length of an arrow that bears the whole weight, in spans of the robot's hips."""
@@ -206,8 +209,9 @@ def _solid(
     """The robot, and the camera before it."""
     X_world_body, q = _pose(recording, now)
     solid = robot_mesh(source.robot, q, X_world_body)
-    level = source.scenario.load_terrain().is_level
-    return solid, _view(solid, X_world_body, size, AZIMUTH if level else UNEVEN_AZIMUTH)
+    if source.scenario.load_terrain().is_level:
+        return solid, _view(solid, X_world_body, size, AZIMUTH)
+    return solid, _view(solid, X_world_body, size, UNEVEN_AZIMUTH, UNEVEN_SHARE)
 
 
 def _span(source: Source) -> float:
@@ -219,7 +223,13 @@ def _nothing() -> Mesh:
     return Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3)))
 
 
-def _view(solid: Mesh, X_world_body: np.ndarray, size: tuple[int, int], azimuth: float) -> View:
+def _view(
+    solid: Mesh,
+    X_world_body: np.ndarray,
+    size: tuple[int, int],
+    azimuth: float,
+    share: float = 1.0,
+) -> View:
     """A camera before the robot's right side that holds all of it."""
     yaw = math.atan2(X_world_body[1, 0], X_world_body[0, 0])
     a, e = yaw + azimuth, ELEVATION
@@ -234,7 +244,7 @@ def _view(solid: Mesh, X_world_body: np.ndarray, size: tuple[int, int], azimuth:
     seen = view.project(points)[:, :2]
     low, high = seen.min(axis=0), seen.max(axis=0)
     width, height = size
-    focal = float(min(0.80 * width / (high - low)[0], 0.78 * height / (high - low)[1]))
+    focal = share * float(min(0.80 * width / (high - low)[0], 0.78 * height / (high - low)[1]))
     centre = focal * (low + high) / 2
     shift = (0.53 * width - float(centre[0]), 0.54 * height - float(centre[1]))
     return View(view.eye, axes, focal, size, shift)

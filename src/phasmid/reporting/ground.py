@@ -15,14 +15,20 @@ GRID = 0.1
 """Distance of the lines [m]."""
 
 FLOOR, LINE, SHADE = rgb("#f3f5f8"), rgb("#d5dae2"), rgb("#596579")
-SLIPPERY, GRIPPING = rgb("#bfe0f2"), rgb("#ecd9c3")
+LOW, HIGH = rgb("#9fb2c6"), rgb("#fdf6e3")
+"""Colours of the lowest and the highest place in a picture of uneven ground."""
+
+FULL_RANGE = 0.02
+"""Range of heights from which on these colours are full; level ground has none of them [m]."""
+
+SLIPPERY, GRIPPING = rgb("#8fc7ee"), rgb("#dcb98f")
 """Colours of ground without friction, and with twice that of the ground about it."""
 
-FARTHEST = 1.4
+FARTHEST = 2.0
 """Where the ground has faded away, in sizes of the robot."""
 
-LOWEST_SHADE, EDGE_SHADE = 0.20, 0.35
-"""By how much the lowest place in a picture, and the edge of a step, are darker."""
+EDGE_SHADE = 0.55
+"""By how much the edge of a step is darker."""
 
 SHARP = 0.004
 """Jump of the nearness, as a part of it, that is drawn as a full edge."""
@@ -76,16 +82,18 @@ def ground(
         else:
             normals = _normals(mesh, index[place], points, terrain)
             bright = _brightness(normals) / _brightness(np.array([[0.0, 0.0, 1.0]]))
-            # What lies low is a little darker, and an edge is a line: the eye has little else to
-            # tell a step by that it looks onto from above.
-            bright *= 1 - LOWEST_SHADE * (highest - points[:, 2]) / max(highest - lowest, 0.02)
+            # An edge is a line, and heights differ in colour: the eye has little else to tell a
+            # step by that it looks onto from above.
             bright *= 1 - EDGE_SHADE * edges[place]
             if not isinstance(terrain.shape, Blocky):
                 # On hills finer lines show the shape.
                 grid = np.maximum(grid, 0.6 * _lines(points, GRID / 4, pixel))
             # Lines of x and y would run together on the side of a step.
             grid = grid * (normals[:, 2] > 0.5)
-        floor = np.atleast_2d(floor_colour(points, terrain)).T
+        rise = highest - lowest
+        part = (points[:, 2, None] - lowest) / max(rise, 1e-9)
+        by_height = FLOOR + min(rise / FULL_RANGE, 1.0) * (LOW + part * (HIGH - LOW) - FLOOR)
+        floor = floor_colour(points, terrain, by_height).T
         colour = floor + grid * (LINE[:, None] - floor)
         lit = shadows.light(points, blur=0.010, bias=0.0005, taps=16)
         dim = np.minimum(0.34 * (1 - lit) + 0.34 * cover.over(points), 0.62)
@@ -158,13 +166,19 @@ def _edges(near: Float[np.ndarray, "height width"]) -> Float[np.ndarray, "height
     return np.clip(bend / np.maximum(near, 1e-6) / SHARP, 0, 1)
 
 
-def floor_colour(points: np.ndarray, terrain: Ground) -> np.ndarray:
-    """Colour of the ground by its friction, shape (P, 3) or (3,)."""
+def floor_colour(points: np.ndarray, terrain: Ground, floor: np.ndarray = FLOOR) -> np.ndarray:
+    """Return the colour of the ground by its friction, shape (P, 3) or (3,).
+
+    Args:
+        points: On the ground [m], shape (P, 3).
+        terrain: The ground.
+        floor: Its colour outside of all patches, shape (P, 3) or (3,).
+    """
     if not terrain.patches or terrain.coefficient == 0:
-        return FLOOR
+        return floor
     ratio = terrain.friction(points[:, 0], points[:, 1])[:, None] / terrain.coefficient
     slippery, gripping = np.clip(1 - ratio, 0, 1), np.clip(ratio - 1, 0, 1)
-    return FLOOR + slippery * (SLIPPERY - FLOOR) + gripping * (GRIPPING - FLOOR)
+    return floor + slippery * (SLIPPERY - floor) + gripping * (GRIPPING - floor)
 
 
 class _Cover:

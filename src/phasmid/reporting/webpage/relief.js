@@ -4,7 +4,7 @@
 (() => {
   const { less, times, add, dot, cross, size, unit, vector } = Phasmid.algebra;
   const CREASE = Math.cos((35 * Math.PI) / 180); // between normals of faces with an edge between them
-  const LEAST_RANGE = 0.02; // of heights [m], over which colours go from lowest to highest
+  const FULL_RANGE = 0.02; // of heights [m], from which on its colours are full
   const STEEPER = 1.8; // than it is, a slope is lit
   const EDGE = 0.003; // width of an edge [m]
   const LIFT = 0.0003; // of an edge over its face, so that it is not hidden in it [m]
@@ -37,12 +37,14 @@
     const units = normals.map(unit);
 
     function colour(place, normal) {
-      const part = Math.min(Math.max((place[2] - low) / Math.max(high - low, LEAST_RANGE), 0), 1);
+      const part = Math.min(Math.max((place[2] - low) / Math.max(high - low, 1e-9), 0), 1);
       const [x, y, z] = normal;
       const leaning = unit([STEEPER * x, STEEPER * y, z]);
       // Level ground has the colour of its height.
       const bright = z < 0.3 ? 0.62 : 0.45 + (0.55 * Math.max(dot(leaning, LIGHT), 0)) / LIGHT[2];
-      return add(colours.low, times(less(colours.high, colours.low), part)).map((share) => Math.min(share * bright, 1));
+      const full = add(colours.low, times(less(colours.high, colours.low), part));
+      const own = add(colours.floor, times(less(full, colours.floor), Math.min((high - low) / FULL_RANGE, 1)));
+      return own.map((share) => Math.min(share * bright, 1));
     }
 
     const [corners, shades] = [[], []];
