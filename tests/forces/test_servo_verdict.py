@@ -95,11 +95,11 @@ def test_a_heavy_robot_on_small_servos_is_told_with_joint_torque_and_feet():
     verdict = servo_verdict(with_payload(PAPER, 10.6 - PAPER.mass), TRIPOD)
     assert verdict.holding is Holding.DOES_NOT_HOLD
     assert verdict.lines[0] == (
-        "DOES NOT HOLD: right_middle.femur needs 4.01 N·m while legs 2, 4, 6 carry in the tripod "
-        "gait, 267 % of what AX-12A gives at stall."
+        "DOES NOT HOLD: right_middle.femur needs 4.01 N·m on feet 2, 4, 6 of the tripod gait, "
+        "267 % of stall."
     )
     assert verdict.lines[1].startswith(
-        "AX-12A at 12 V: stall 1.5 N·m, continuous 0.3 N·m; rms over a cycle"
+        "AX-12A at 12 V: stall 1.5 N·m, continuous 0.3 N·m; rms of the gait"
     )
 
 

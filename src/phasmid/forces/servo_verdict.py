@@ -130,11 +130,11 @@ class ServoVerdict:
         share = 100 * self.torque / max(self.stall_torque, LEAST_TORQUE)
         assumed = ", assumed" if self.is_continuous_assumed else ""
         return (
-            f"{answer}: {self.joint} needs {self.torque:.3g} N·m while legs {feet} carry in the "
-            f"{self.gait} gait, {share:.0f} % of what {self.servo} gives at stall.",
+            f"{answer}: {self.joint} needs {self.torque:.3g} N·m on feet {feet} of the {self.gait} "
+            f"gait, {share:.0f} % of stall.",
             f"{self.servo} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, continuous "
-            f"{self.continuous_torque:.3g} N·m{assumed}; rms over a cycle {self.rms_torque:.3g} "
-            "N·m. All static, without help from friction; motion adds to it.",
+            f"{self.continuous_torque:.3g} N·m{assumed}; rms of the gait {self.rms_torque:.3g} "
+            "N·m. Static loads, no credit from friction.",
             *self._about_heat(),
             *self._about_simulations(),
             *self._about_supply(),
@@ -146,25 +146,17 @@ class ServoVerdict:
         low, high = self.heat
         soon, late = (_duration(time) for time in self.time_to_limit)
         limit = f"its limit of {self.temperature_limit:g} °C"
-        words = f"settles at {low:.0f} to {high:.0f} °C"
+        words = f"{low:.0f} to {high:.0f} °C in air of {self.ambient_temperature:g} °C"
         if late:
-            words = f"reaches {limit} after {soon} to {late}"
+            words = f"{limit} after {soon} to {late}"
         elif soon:
-            words += f" and may reach {limit} after {soon}"
-        else:
-            words += f", below {limit}"
-        return (
-            f"Estimate: the warmest servo {words}, in air of {self.ambient_temperature:g} °C. "
-            "Its heat figures are assumed.",
-        )
+            words += f", {limit} after {soon} at the earliest"
+        return (f"Estimate, by assumed heat figures: the warmest servo reaches {words}.",)
 
     def _about_simulations(self) -> tuple[str, ...]:
         if self.holding is not Holding.DOES_NOT_HOLD:
             return ()
-        return (
-            "A simulation may complete all the same: feet that grip the ground and friction in the "
-            "gears help it.",
-        )
+        return ("A simulation may complete all the same: friction of feet and gears helps it.",)
 
     def _about_supply(self) -> tuple[str, ...]:
         if not self.is_beyond_supply:

@@ -97,7 +97,9 @@ def print_summary(
     console.print(table, crop=False)
     for line in textwrap.wrap(note(summary), width, break_on_hyphens=False):
         console.print(Text(line, style="dim"))
-    for warning in summary.get("warnings", ()):
+    warnings = summary.get("warnings", ())
+    # A single one is in the head already.
+    for warning in warnings if len(warnings) > 1 else ():
         for line in textwrap.wrap(
             plain(warning), width, initial_indent="! ", subsequent_indent="  "
         ):
