@@ -34,6 +34,7 @@ def main():
         window.goto(address)
         walked(window)
         window.get_by_role("button", name="Pause").click()
+        window.locator("#plots canvas").nth(1).hover(position={"x": 200, "y": 40})
         window.wait_for_timeout(1500)
         window.screenshot(path=IMAGES / "studio.png")
         window.get_by_role("tab", name="Leg bench").click()
@@ -59,6 +60,7 @@ def studio():
     """A studio on a port that is free; gives its address."""
     with tempfile.TemporaryDirectory() as out:
         command = [sys.executable, "-m", "phasmid", "studio", "--no-open", "--port", "0"]
+        command += ["--terrain", "blocks"]
         process = subprocess.Popen(  # noqa: S603, the command is our own
             [*command, "--out", out], stdout=subprocess.PIPE, text=True
         )

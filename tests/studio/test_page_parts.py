@@ -1,5 +1,7 @@
 """Plots, sliders and the room of the page, in a browser that is shown chosen frames."""
 
+from concurrent.futures import Future
+
 import pytest
 
 from browsers import NEEDED, started, until
@@ -52,6 +54,11 @@ def test_plots_tell_values_are_held_and_go_back(page):
     assert float(read(page, 3, width - 6)[0].removesuffix(" s")) == pytest.approx(20.0, abs=0.15)
     window.get_by_role("button", name="Go on").click()
     assert float(read(page, 3, width - 6)[0].removesuffix(" s")) == pytest.approx(41.0, abs=0.15)
+    # With another tab what was read goes.
+    window.get_by_role("tab", name="Events").click()
+    window.wait_for_timeout(200)
+    assert not window.locator(".reading").is_visible()
+    window.get_by_role("tab", name="Plots").click()
     # What lines mean stands in legends, and titles are titles.
     captions = window.locator("#plots figcaption").all_inner_texts()
     assert "commanded" in captions[5]
@@ -103,11 +110,13 @@ def test_a_slider_stands_where_its_number_says(page):
     window = page.window
     slider = window.get_by_label("Payload", exact=True)
     number = window.get_by_label("Payload in kg")
+    # While the robot has not answered, the number is that of the slider.
     page.stage.asked.queue.clear()
+    page.stage.answer = Future()
     slider.fill("0.35")
-    asked = page.stage.asked.get(timeout=20)
-    assert asked == Change("payload", 0.35)
+    assert page.stage.asked.get(timeout=20) == Change("payload", 0.35)
     assert float(number.input_value()) == 0.35
+    page.stage.answer.set_result({})
     # What lies between two steps of the slider keeps its digits, and the slider stands there.
     slider.blur()
     page.tell("setting", {**page.values, "payload": 0.123})

@@ -237,6 +237,7 @@
     }
 
     function paint() {
+      reading.hidden = true;
       if (!scene || !head || host.hidden || !host.clientWidth) return;
       tellTime();
       const until = right();
@@ -263,7 +264,6 @@
 
     // The row under the pointer, whose values are told beside it; null where there is none.
     function read(until) {
-      reading.hidden = true;
       if (!pointed) return null;
       const { plot, x, at } = pointed;
       const time = until - SPAN + ((x - LEFT) / (plot.canvas.clientWidth - LEFT - RIGHT)) * SPAN;
