@@ -226,7 +226,8 @@ def test_what_cannot_be_driven_is_refused_in_one_sentence(controller, options, w
 
 
 def test_a_robot_begins_with_all_feet_near_a_slope_and_the_trunk_along_it():
-    slope = PAPER.replace(duration=0.5, terrain="slope", slope=np.radians(10), terrain_start=-50.0)
+    terrain = {"terrain": "slope", "slope": np.radians(10), "terrain_start": -50.0}
+    slope = PAPER.replace(duration=0.5, drive="ideal-servo", **terrain)
     run = drive(slope, Still())
     assert run.attrs["ending"] == "COMPLETED"
     assert run.contact[0].all()
