@@ -94,7 +94,6 @@
   const LIGHT = unit([-0.42, -0.38, 0.82]);
   const TO_SIDE = unit(cross([0, 0, 1], LIGHT));
   const TO_TOP = cross(LIGHT, TO_SIDE);
-  const SHADE = 1024; // texels along a side of what the light sees
   const UNIFORMS = [
     "models", "camera", "paint", "eye", "light", "middle", "back", "line", "reach",
     "sun", "shade", "dim", "grip", "field", "border", "turn", "slippery", "gripping",
@@ -296,11 +295,12 @@
       }
     }
 
-    // What the light sees: a picture of depths about the robot.
+    // What the light sees: a picture of depths about the robot, smaller where the processor draws.
+    const texels = antialias ? 1024 : 512;
     const shade = gl.createTexture();
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, shade);
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, SHADE, SHADE);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.DEPTH_COMPONENT24, texels, texels);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_COMPARE_MODE, gl.COMPARE_REF_TO_TEXTURE);
     for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
     for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
@@ -319,7 +319,7 @@
       });
       sun[15] = 1;
       gl.bindFramebuffer(gl.FRAMEBUFFER, seenByLight);
-      gl.viewport(0, 0, SHADE, SHADE);
+      gl.viewport(0, 0, texels, texels);
       gl.clear(gl.DEPTH_BUFFER_BIT);
       gl.uniformMatrix4fv(use("depth").camera, false, sun);
       act();
