@@ -118,13 +118,36 @@ def test_a_supply_above_the_data_sheet_adds_no_torque_and_is_a_warning():
     assert servo_verdict(PAPER, TRIPOD, voltage=9.0).stall_torque == pytest.approx(1.118, abs=1e-3)
 
 
-def test_a_robot_that_topples_is_no_matter_of_servos():
+def test_heat_and_hot_air_limit_servos_whose_torque_is_continuous():
+    """A servo that reaches its limit even by the lowest estimate does not hold for ever."""
+    warm = with_servo(PAPER, continuous_torque=1.4, thermal_resistance=40.0)
+    verdict = servo_verdict(warm, TRIPOD)
+    assert verdict.holding is Holding.LIMITED
+    assert math.isfinite(verdict.time_to_limit[1])
+    assert any("Estimate" in line for line in verdict.lines)
+    hot = servo_verdict(PAPER, TRIPOD, ambient=90.0)
+    assert hot.holding is Holding.DOES_NOT_HOLD
+    assert any("The air of 90 °C" in line for line in hot.lines)
+
+
+def test_a_robot_that_topples_may_be_too_heavy_as_well():
+    """Standing on all feet counts where the gait's stances are not stable."""
+    leaning = replace(PAPER, body=replace(PAPER.body, com=np.array([0.24, 0.0, 0.0])))
+    heavy = servo_verdict(with_payload(leaning, 30.0), TRIPOD)
+    assert heavy.holding is Holding.DOES_NOT_HOLD
+    assert not heavy.is_possible
+    assert heavy.torque > heavy.stall_torque
+
+
+def test_a_robot_that_topples_is_named_before_its_servos():
     leaning = replace(PAPER, body=replace(PAPER.body, com=np.array([0.24, 0.0, 0.0])))
     verdict = servo_verdict(leaning, TRIPOD)
     assert verdict.holding is Holding.NOT_STABLE
     assert verdict.lines == (
         "NOT STABLE: while legs 2, 4, 6 stand in the tripod gait, the centre of mass is not "
         "between their feet.",
+        f"Where the robot is stable, {verdict.joint} needs {verdict.torque:.3g} N·m, "
+        f"{100 * verdict.torque / 1.5:.0f} % of stall.",
     )
 
 

@@ -87,6 +87,7 @@ def test_every_number_of_a_servo_survives_its_robots_file(name, tmp_path):
         ({"friction": 3.0, "viscous_friction": 1.0}, "the stall torque of 1.5 N·m cannot"),
         ({"punch": 1024.0}, "punch is 1024.0; it must be 1023 or less"),
         ({"torque_limit": 1.5}, "torque_limit is 1.5; it must be 1 or less"),
+        ({"delay": 11.0}, "delay is 11 s; it must be 0.2 s or less"),
         ({"resolution": 0.0}, "resolution is 0.0; it must be a finite number, greater than 0"),
         ({"compliance_margin": (1.0, -1.0)}, "compliance_margin is -1.0"),
         ({"temperature_limit": math.nan}, "temperature_limit is nan"),

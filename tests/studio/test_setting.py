@@ -367,3 +367,11 @@ def test_no_link_carries_a_file(tmp_path):
 
 def test_all_fields_have_different_names():
     assert len({field.name for field in FIELDS}) == len(FIELDS)
+
+
+def test_a_robot_without_stall_current_is_driven_by_ideal_servos():
+    """The servo's own law needs a stall current, which many descriptions lack."""
+    robot = load_robot("phantomx-paper")
+    unknown = replace(robot, servo=replace(robot.servo, stall_current=None))
+    assert PAPER.scenario.simulation.drive == "servo"
+    assert PAPER.with_robot(unknown).scenario.simulation.drive == "ideal-servo"

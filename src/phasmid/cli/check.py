@@ -13,6 +13,8 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.units import plain_number
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from phasmid.forces import ServoVerdict
     from phasmid.formats import Imported
     from phasmid.motion import Walk
@@ -86,10 +88,11 @@ def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
     told = describe(imported)
     if told["possible"] and imported.robot is not None:
         told["findings"] += _plain_walk(imported.robot)
-    verdict = None if imported.robot is None else _verdict(imported.robot, gait)
-    if verdict is not None:
+    robot = imported.robot
+    verdict = None if robot is None else _verdict(robot, gait)
+    if robot is not None and verdict is not None:
         told["servo_verdict"] = verdict.as_dict()
-        told["findings"] += _too_weak(imported.robot, verdict)
+        told["findings"] += _too_weak(verdict, len(robot.legs), lambda name: _verdict(robot, name))
         told["possible"] &= verdict.is_possible
     if as_json:
         print(json.dumps(told, indent=2))
@@ -115,7 +118,7 @@ def _verdict(robot: Robot, gait: str | None) -> ServoVerdict | None:
     Raises:
         InvalidGait: The robot has no such gait.
     """
-    from phasmid.errors import PhasmidError
+    from phasmid.errors import Unreachable
     from phasmid.forces import servo_verdict
     from phasmid.gait import gaits_of, load_gait
 
@@ -126,33 +129,35 @@ def _verdict(robot: Robot, gait: str | None) -> ServoVerdict | None:
     chosen = load_gait(name, legs, robot.leg_names)
     try:
         return servo_verdict(robot, chosen)
-    except PhasmidError:
+    except Unreachable:
         # A neutral foot out of reach is a finding already.
         return None
 
 
-def _too_weak(robot: Robot | None, verdict: ServoVerdict) -> list[dict[str, str]]:
-    """That the servos do not hold, as a finding, with the gaits in which they do."""
-    from phasmid.forces import servo_verdict
+def _too_weak(
+    verdict: ServoVerdict, legs: int, verdict_in: Callable[[str], ServoVerdict | None]
+) -> list[dict[str, str]]:
+    """Return a finding where the servos do not hold, with a gait in which they do.
+
+    Args:
+        verdict: Of the gait that was chosen.
+        legs: Number of legs.
+        verdict_in: The verdict by a gait's name.
+    """
+    from phasmid.forces import Holding
     from phasmid.gait import gaits_of
 
-    if verdict.is_possible or robot is None:
+    if verdict.is_possible:
         return []
-    others = [
-        name
-        for name, gait in gaits_of(len(robot.legs)).items()
-        if servo_verdict(robot, gait).is_possible
-    ]
     hint = "a stronger servo, a lighter robot, or feet nearer to the hips"
-    return [
-        {
-            "severity": "impossible",
-            "subject": "servos",
-            "what": f"the {verdict.servo} does not hold this robot in the {verdict.gait} gait.",
-            "where": "",
-            "hint": f"--gait {others[0]}, {hint}" if others else hint,
-        }
-    ]
+    for name in gaits_of(legs):
+        other = verdict_in(name)
+        if other is not None and other.holding in (Holding.HOLDS, Holding.LIMITED):
+            hint = f"--gait {name}, {hint}"
+            break
+    what = f"the {verdict.servo} does not hold this robot in the {verdict.gait} gait."
+    finding = {"severity": "impossible", "subject": "servos", "what": what, "where": ""}
+    return [finding | {"hint": hint}]
 
 
 def _plain_walk(robot: Robot) -> list[dict[str, str]]:
@@ -295,7 +300,11 @@ def _check_scenario(scenario: Scenario) -> int:
     for sentence in idle_fields(scenario):
         print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     if not verdict.is_possible:
-        (finding,) = _too_weak(walk.robot, verdict)
+        (finding,) = _too_weak(
+            verdict,
+            len(walk.robot.legs),
+            lambda name: scenario_verdict(scenario.replace(gait=name)),
+        )
         print(f"phasmid: {InvalidInput(finding['what'], hint=finding['hint'])}", file=sys.stderr)
         return 2
     print("possible.")

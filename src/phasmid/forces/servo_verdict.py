@@ -16,7 +16,6 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
-from phasmid.errors import InfeasibleLoad
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.sharing import share_load
 from phasmid.gait import Gait, support_margin
@@ -47,6 +46,12 @@ SIMPSON = np.array([1.0, 4.0, 1.0]) / 6
 
 TIE = 1e-6
 """Torques that differ by less than this part are equal: the first joint is named."""
+
+LEAST_MARGIN = 1e-9
+"""Support margin above which a robot is stable [m]."""
+
+NEAR_STALL = 0.8
+"""Share of the stall torque above which the verdict warns of overload."""
 
 LEAST_TORQUE = 1e-6
 """Stall torque that stands for none in shares of it [N·m]."""
@@ -109,7 +114,7 @@ class ServoVerdict:
 
     @property
     def is_possible(self) -> bool:
-        """Whether the servos hold the robot at all, were it stable or not."""
+        """Whether no static load exceeds the servos; a robot may still topple."""
         return self.holding is not Holding.DOES_NOT_HOLD
 
     @property
@@ -121,27 +126,41 @@ class ServoVerdict:
     def lines(self) -> tuple[str, ...]:
         """The verdict in sentences, the answer first: what every command shows."""
         answer, feet = self.holding.value, _listed(self.feet)
+        share = 100 * self.torque / max(self.stall_torque, LEAST_TORQUE)
+        assumed = ", assumed" if self.is_continuous_assumed else ""
         if self.holding is Holding.NOT_STABLE:
+            elsewhere = (
+                f"Where the robot is stable, {self.joint} needs {self.torque:.3g} N·m, "
+                f"{share:.0f} % of stall."
+            )
             return (
                 f"{answer}: while legs {feet} stand in the {self.gait} gait, the centre of mass is "
                 "not between their feet.",
+                *([elsewhere] if self.joint else []),
                 *self._about_supply(),
             )
-        share = 100 * self.torque / max(self.stall_torque, LEAST_TORQUE)
-        assumed = ", assumed" if self.is_continuous_assumed else ""
+        rms = "" if math.isnan(self.rms_torque) else f"; rms of the gait {self.rms_torque:.3g} N·m"
         return (
             f"{answer}: {self.joint} needs {self.torque:.3g} N·m on feet {feet} of the {self.gait} "
             f"gait, {share:.0f} % of stall.",
             f"{self.servo} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, continuous "
-            f"{self.continuous_torque:.3g} N·m{assumed}; rms of the gait {self.rms_torque:.3g} "
-            "N·m. Static loads, no credit from friction.",
+            f"{self.continuous_torque:.3g} N·m{assumed}{rms}. Static loads, no credit from "
+            "friction.",
+            *self._about_overload(),
             *self._about_heat(),
             *self._about_simulations(),
             *self._about_supply(),
         )
 
     def _about_heat(self) -> tuple[str, ...]:
-        if self.holding is not Holding.LIMITED or not self.heat or not self.time_to_limit:
+        if self.ambient_temperature >= self.temperature_limit:
+            return (
+                f"The air of {self.ambient_temperature:g} °C is not below the limit of "
+                f"{self.temperature_limit:g} °C at which {self.servo} shuts down.",
+            )
+        if self.holding is Holding.DOES_NOT_HOLD or not self.heat or not self.time_to_limit:
+            return ()
+        if self.holding is Holding.HOLDS and math.isinf(self.time_to_limit[0]):
             return ()
         low, high = self.heat
         soon, late = (_duration(time) for time in self.time_to_limit)
@@ -152,6 +171,12 @@ class ServoVerdict:
         elif soon:
             words += f", {limit} after {soon} at the earliest"
         return (f"Estimate, by assumed heat figures: the warmest servo reaches {words}.",)
+
+    def _about_overload(self) -> tuple[str, ...]:
+        near = NEAR_STALL * self.stall_torque < self.torque <= self.stall_torque
+        if self.holding is not Holding.LIMITED or not near:
+            return ()
+        return ("Little torque is left for motion; the servo's overload protection may trip.",)
 
     def _about_simulations(self) -> tuple[str, ...]:
         if self.holding is not Holding.DOES_NOT_HOLD:
@@ -237,25 +262,30 @@ def servo_verdict(
     stall = servo.stall_at(voltage)
     continuous = min(servo.continuous, stall)
     stance, feet = _instants(robot, gait)
-    load, unstable = _static_torque(robot, stance, feet, gravity)
+    load, margin = _static_torque(robot, stance, feet, gravity)
+    stable = margin > LEAST_MARGIN
+    holding, worst = Holding.NOT_STABLE, int(np.argmin(margin))
     joint, torque, rms, heat, until = "", math.nan, math.nan, None, None
-    if unstable is not None:
-        holding, worst = Holding.NOT_STABLE, unstable
-    else:
+    if stable.any():
         torque = float(load.max())
         # Of legs that bear alike, the first.
         joints = load.max(axis=0)
         leg, which = (int(i) for i in np.argwhere(joints >= torque * (1 - TIE))[0])
-        worst = int(np.argmax(load[:, leg, which] >= joints[leg, which] * (1 - TIE)))
         joint = f"{robot.legs[leg].name}.{JOINTS[which]}"
+        if torque > stall or stable.all():
+            worst = int(np.argmax(load[:, leg, which] >= joints[leg, which] * (1 - TIE)))
+    motor = servo.known_motor
+    if stable.all():
         rms = math.sqrt(_lasting(gait, load**2))
         holding = Holding.HOLDS if rms <= continuous else Holding.LIMITED
-        if torque > stall:
-            holding = Holding.DOES_NOT_HOLD
-        motor = servo.known_motor
         if motor is not None:
             current = (load + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
             heat, until = _warming(servo, motor.resistance * _lasting(gait, current**2), ambient)
+            if math.isfinite(until[1]):
+                holding = Holding.LIMITED
+    # Overload counts wherever the robot is stable, and so does air that no servo stands.
+    if torque > stall or ambient >= servo.temperature_limit:
+        holding = Holding.DOES_NOT_HOLD
     return ServoVerdict(
         holding=holding,
         servo=servo.name,
@@ -301,24 +331,28 @@ def _static_torque(
     stance: Bool[np.ndarray, "samples legs"],
     feet: Float[np.ndarray, "samples legs 3"],
     gravity: float,
-) -> tuple[Float[np.ndarray, "samples legs 3"], int | None]:
-    """Sizes of the joints' torques at rest [N·m], and the first sample that topples, if any."""
+) -> tuple[Float[np.ndarray, "samples legs 3"], Float[np.ndarray, " samples"]]:
+    """Return the sizes of the joints' torques at rest [N·m] and the support margins [m].
+
+    Torques are 0 in samples in which the robot topples.
+    """
     arrays = robot.arrays
     q = joint_angles(arrays, hip_from_body(robot, feet))
     still = np.zeros_like(q)
     count = len(q)
     body = BodyMotion.at_rest(np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)))
     free, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
-    joints = JointLoad(arrays.R_body_hip @ jacobian(arrays, q), free)
+    com = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
+    margin = np.asarray(support_margin(feet[..., :2], stance, com))
+    stable = margin > LEAST_MARGIN
+    joints = JointLoad(arrays.R_body_hip @ jacobian(arrays, q[stable]), free[stable])
     # Ground without friction pushes straight up, whatever the feet's heights.
-    contacts = Contacts(feet, stance, friction=0.0)
-    try:
-        return np.abs(joints.with_ground(share_load(contacts, wrench, "friction-cone"))), None
-    except InfeasibleLoad:
-        margin = support_margin(
-            feet[..., :2], stance, np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
-        )
-        return np.abs(free), int(np.argmin(margin))
+    contacts = Contacts(feet[stable], stance[stable], friction=0.0)
+    torque = np.zeros_like(q)
+    if stable.any():
+        force = share_load(contacts, wrench[stable], "friction-cone")
+        torque[stable] = np.abs(joints.with_ground(force))
+    return torque, margin
 
 
 def _lasting(gait: Gait, values: Float[np.ndarray, "samples legs 3"]) -> float:

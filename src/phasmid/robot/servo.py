@@ -32,6 +32,10 @@ HEAT_RANGE = 0.5, 2.0
 between that of copper, 0.4 J/(g K), and of plastic, 1.4; 0.9 is assumed."""
 
 
+LONGEST_DELAY = 0.2
+"""Longest delay of a servo [s]; the slowest published one is 50 ms."""
+
+
 @dataclass(frozen=True)
 class Servo:
     """A position servo, by the numbers of its data sheet.
@@ -130,6 +134,12 @@ class Servo:
             for number in value if field.name in _DIRECTIONS else (value,):
                 check_number(f"servo {self.name}: {field.name}", number, error=InvalidRobot)
                 self._check(field.name, number)
+        if self.delay > LONGEST_DELAY:
+            raise InvalidRobot(
+                f"servo {self.name}: delay is {self.delay:g} s; "
+                f"it must be {LONGEST_DELAY:g} s or less.",
+                hint="delay_ms = 11",
+            )
         if self.punch > 1023 or self.torque_limit > 1:
             name, most = ("punch", 1023) if self.punch > 1023 else ("torque_limit", 1)
             raise InvalidRobot(

@@ -167,6 +167,9 @@ class Setting:
         """
         base = _preset(robot) if isinstance(robot, str) else robot
         changes: dict[str, Any] = {"robot": robot, "stance_radius": None, "body_height": None}
+        if self.scenario.simulation.drive == "servo" and base.servo.stall_current is None:
+            # The servo's own law needs its stall current.
+            changes["drive"] = "ideal-servo"
         known = gaits_of(len(base.legs))
         same = len(base.legs) == len(self.base.legs)
         if known and not same and self.scenario.gait.name not in known:
