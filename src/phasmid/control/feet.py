@@ -258,7 +258,9 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             before, retreats = ago - h, False
             part = ago / time
         lowered = doing == STANCE and state.retreat[leg] == LOWERED
-        met = order.touch[leg] == 1 and (lowered or doing in (SWING, PROBING)) and not retreats
+        met = order.touch[leg] == 1 and doing in (SWING, PROBING) and not retreats
+        # Without knowledge of its contact a stance foot goes no deeper.
+        met = met or (lowered and (order.touch[leg] != 0 or state.mode[0] == STILL))
         if met and (doing != SWING or part > tuning.lowest_lift):
             stop_at_contact(state, leg)
             if not lowered:

@@ -137,6 +137,7 @@ def raise_foot(state: Any, leg: int) -> None:
 @internal
 def plant(state: Any, leg: int) -> None:
     """Let a foot stand where it is."""
+    state.retreat[leg] = 0.0
     for i in range(3):
         state.line[0, leg, i] = state.foot[leg, i]
         for k in range(2):

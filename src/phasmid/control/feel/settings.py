@@ -144,7 +144,7 @@ class FeelSettings:
                 raise InvalidInput(
                     f"{field.name} is {value:g}; it must be a finite number, {must}."
                 )
-        for name in ("level", "shift", "release_by", "hit_by"):
+        for name in ("level", "shift", "release_by", "hit_by", "force_on", "load_on"):
             if getattr(self, name) > 1:
                 raise InvalidInput(f"{name} is {getattr(self, name):g}; it must be 1 or less.")
         for low, high in (("force_off", "force_on"), ("load_off", "load_on")):
