@@ -142,9 +142,10 @@ def test_without_scripts_the_still_picture_and_all_numbers_are_there(page, folde
     assert still in page
     text = " ".join(read(page).text)
     for words in (
-        "Torques stay within the servos' stall",
+        "Simulated torques stay within the servos' stall",
+        "Servos hold?",
         "phasmid walk scenario.toml",
-        "Distance",
+        "How far?",
     ):
         assert words in text
 

@@ -64,7 +64,7 @@ def test_c7_on_a_machine_without_opengl(tmp_path):
     assert done.returncode == 0, done.stderr
     advice, hint = done.stderr.splitlines()[-2:]
     assert advice.startswith("phasmid: video needs ")
-    assert advice.endswith("; the recording is complete. the 3-D replay was written instead.")
+    assert advice.endswith("; the recording is complete. report.html has a 3-D replay instead.")
     assert hint.startswith("  try  ")
     assert files_of(folder) == FILES | {"figures", "report.html"}
     assert files_of(tmp_path) == {"run"}

@@ -177,7 +177,7 @@ def write_film(
     missing = lack(Path(options.video).suffix.lower())
     if missing is not None:
         # The folder is whole: this is advice, and no failure.
-        instead = "" if options.no_figures else " the 3-D replay was written instead."
+        instead = "" if options.no_figures else " report.html has a 3-D replay instead."
         print(
             f"phasmid: {missing.sentence}; the recording is complete.{instead}\n"
             f"  try  {missing.advice}",

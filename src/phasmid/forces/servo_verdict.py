@@ -170,6 +170,8 @@ class ServoVerdict:
             words = f"{limit} after {soon} to {late}"
         elif soon:
             words += f", {limit} after {soon} at the earliest"
+        else:
+            words += f", below {limit}; the time is limited by the continuous torque alone"
         return (f"Estimate, by assumed heat figures: the warmest servo reaches {words}.",)
 
     def _about_overload(self) -> tuple[str, ...]:

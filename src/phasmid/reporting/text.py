@@ -156,7 +156,7 @@ def _agreement(summary: Summary) -> str:
         difference = compared.get(name, {}).get("rms")
         share = _share(difference, reference)
         if share is not None:
-            parts.append(f"{what} {100 * share:.2g} %")
+            parts.append(f"{what} {100 * share:.{0 if share > 0.095 else 1}f} %")
     return (
         f"rms difference of {', of '.join(parts)}"
         if parts

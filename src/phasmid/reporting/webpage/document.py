@@ -16,7 +16,7 @@ from phasmid.recording import Recording
 from phasmid.reporting.drawing import can_be_drawn
 from phasmid.reporting.source import Source, attribute, finite_part, read_source
 from phasmid.reporting.summary import Summary
-from phasmid.reporting.text import facts, headline, leg_row, note
+from phasmid.reporting.text import facts, head, headline, leg_row, note
 from phasmid.reporting.webpage.packing import compressed, data_url, json_block
 from phasmid.reporting.webpage.player import chip, player
 from phasmid.reporting.webpage.replay import replay
@@ -137,10 +137,11 @@ def _hash(text: str) -> str:
 
 def _summary(summary: Summary) -> str:
     """The facts and the table that the terminal shows too."""
-    rows = "".join(
-        f"<dt>{escape(label.replace('  ', '… '))}</dt><dd>{escape(fact)}</dd>"
-        for label, fact in facts(summary)
-    )
+    rows = ""
+    for label, fact in (*head(summary), *facts(summary)):
+        # A line without a label goes on with the one before it.
+        rows += f"<dt>{escape(label.replace('  ', '… '))}</dt>" if label else ""
+        rows += f"<dd>{escape(fact)}</dd>"
     both = len(summary.get("normal_force", {})) == 2
     force = "Normal force [N]<br>sim / model" if both else "Normal force [N]<br>mean"
     heads = [force, "Slip [mm]<br>&nbsp;"]
@@ -153,7 +154,7 @@ def _summary(summary: Summary) -> str:
     table = (
         '<div class="scrolls" tabindex="0" role="region" aria-label="Numbers of each leg">'
         '<table class="numbers"><thead><tr><th scope="col">Leg</th>'
-        + "".join(f'<th scope="col">{head}</th>' for head in heads)
+        + "".join(f'<th scope="col">{title}</th>' for title in heads)
         + f"</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
     )
     words = f'<p class="note">{escape(note(summary))}</p>'

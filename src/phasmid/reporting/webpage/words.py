@@ -78,13 +78,22 @@ def claims(summary: Summary) -> Iterator[Claim]:
     if run.get("ending"):
         reason = str(run.get("ending_reason") or run["ending"].lower())
         yield Claim("The walk comes to its end", reason, "", run["ending"] == "COMPLETED")
+    verdict = summary.get("servo_verdict", {})
+    if verdict.get("lines"):
+        answer, _, reason = verdict["lines"][0].partition(": ")
+        yield Claim(
+            "The servos hold the robot for long",
+            f"{answer.lower()}: {reason}",
+            f"{verdict['continuous_torque']:.3g} N·m rms",
+            verdict["holding"] == "HOLDS",
+        )
     torque: dict[str, Any] = summary.get("torque", {})
     kind = torque.get("simulation") or torque.get("model") or {}
     servo = short(summary["robot"]["servo"])
     if "largest_over_stall" in kind:
         share = kind["largest_over_stall"]
         yield Claim(
-            "Torques stay within the servos' stall",
+            "Simulated torques stay within the servos' stall",
             f"{kind['largest']:.3f} N·m, {100 * share:.0f} % of stall",
             f"{summary['robot']['stall_torque']:.3g} N·m ({servo})",
             share < 1.005,
