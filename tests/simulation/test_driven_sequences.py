@@ -45,7 +45,8 @@ def test_a_robot_gets_up_from_its_belly_walks_and_lies_down_again(kind):
             return LIE
         return UP if time < 3.2 else Command(velocity=(0.08, 0.0, 0.0))
 
-    run = drive(scenario(kind, 10.5, start_posture="packed"), controller(), commands)
+    # With soft and slow servos the feet step to their places before the body goes down.
+    run = drive(scenario(kind, 14.0, start_posture="packed"), controller(), commands)
     assert run.attrs["ending"] == "COMPLETED"
     assert json.loads(run.attrs["events"]) == []
     z, x = run["body_position"].values[:, 2], run["body_position"].values[:, 0]
