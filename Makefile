@@ -18,7 +18,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test lint bench fuzz bad-input stress lock clean
+.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test lint reference bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -82,6 +82,9 @@ lint: $(DEVELOP) ## check style, types and layers
 	@"$(BIN)/mypy" --no-error-summary
 	@echo "== layers"
 	@"$(BIN)/lint-imports" --no-logo
+
+reference: $(DEVELOP) ## compare 45 runs with their reference figures (ARGS=--write: write them anew)
+	@"$(BIN)/python" benchmarks/reference_runs.py $(ARGS)
 
 bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --memory 0)
 	@"$(BIN)/python" benchmarks/run.py
