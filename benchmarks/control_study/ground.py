@@ -138,7 +138,6 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
         rate=1 / engine.settings.update_period,
         between="hold",
         faults=Faults(robot, (), scenario.sensors.contact_threshold),
-        stands_until=lambda _: math.inf,
     )
     start, tilt, aside, why = run.data.qpos[:2].copy(), 0.0, 0.0, "late"
     # A body tilted more than this off the ground's own slope has fallen.

@@ -161,17 +161,11 @@ def test_tables_that_are_no_script_are_refused_too(tmp_path, name, text, what):
     assert caught.value.what.endswith(what)
 
 
-def test_a_command_is_the_same_object_until_the_time_that_is_told():
+def test_a_command_is_the_same_object_until_the_next():
     text = "duration = 5\n[[command]]\ntime_s = 1\nahead_mm_per_s = 50\n[[command]]\ntime_s = 3"
     script = script_from_text("format = 1\n" + text)
-    # Before the first there is a new one each time, and nobody may count on it.
-    assert script.stands_until(0.5) == 0.5
     for begin, end in ((1.0, 3.0), (3.0, 5.0)):
-        assert script.stands_until(begin) == script.stands_until(end - 1e-6) == end
         assert script.at(begin) is script.at(end - 1e-6)
-    evenly = script.model_copy(update={"between": "linear"})
-    assert evenly.stands_until(1.5) == 1.5
-    assert evenly.stands_until(3.5) == 5.0
 
 
 def test_values_of_a_script_are_held_against_their_limits_where_it_is_made():

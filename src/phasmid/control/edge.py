@@ -33,13 +33,9 @@ class Edge:
         self._ways: dict[int, np.ndarray] = {}
         self._seen, self._back = 0, np.zeros(len(self._state.leg), dtype=bool)
 
-    def is_steady(self) -> bool:
-        """Whether no foot has begun or ended to look since `is_found` was asked last."""
-        return int(self._state.mode[3]) == self._seen
-
     def is_found(self) -> bool:
         """Whether a foot has come back since this was asked last; its way is then closed."""
-        if self.is_steady():
+        if int(self._state.mode[3]) == self._seen:
             return False
         self._seen = int(self._state.mode[3])
         back = self._state.search == RETURNED

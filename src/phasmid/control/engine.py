@@ -292,30 +292,6 @@ class LocomotionEngine:
         """Let all feet that swing come down from where they are, at once and without a jump."""
         come_down(self.state, self.order, self.settings.landing_depth)
 
-    def is_steady(self, command: Command) -> bool:
-        """Whether the next update with the same command will say and change nothing beside its
-        memory, if nothing happens.
-
-        Args:
-            command: The command.
-        """
-        same = self._command is command and not self._changing and self._feels
-        rests = self._resting == bool(self.state.mode[0] == STILL)
-        return same and rests and self._edge.is_steady() and self._remarks.is_steady()
-
-    def catch_up(self, share: float, had: float, friction: float, demand: float) -> None:
-        """Note updates that were made in its memory without it.
-
-        Args:
-            share: Part of the admitted velocity that can be had.
-            had: Part of it that is in the order.
-            friction: Coefficient that the last update's forces need.
-            demand: Its largest torque as a part of what the servo gives.
-        """
-        assert self.dynamics is not None
-        self.dynamics.catch_up(share, friction, demand)
-        self.had = had
-
     @property
     def is_standing(self) -> bool:
         """Whether all feet stand, near to their neutral places, and the body rests over them."""

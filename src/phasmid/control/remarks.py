@@ -4,31 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.compiled import internal
 from phasmid.control.elsewhere import GAVE_UP, RETURNED
-from phasmid.control.state import STILL, State
+from phasmid.control.state import State
 
 PATIENT = 0.25
 """A lift that waits for longer is worth a sentence [s]."""
 
 NOTHING = 0, False, False, "", 0
 """What is new of an update of which nothing is to be said."""
-
-
-@internal
-def goings_on(clock: np.ndarray, mode: np.ndarray) -> tuple[bool, bool, int, bool]:
-    """What an engine is about, as far as it speaks of it or answers it.
-
-    Args:
-        clock: Of its `State`.
-        mode: The same.
-
-    Returns:
-        Whether a lift has waited for long, and for the body; how often feet have begun or ended to
-        look for ground elsewhere; and whether the robot stands.
-    """
-    waits = clock[4] > PATIENT
-    return bool(waits), bool(waits and mode[2] == 1), int(mode[3]), bool(mode[0] == STILL)
 
 
 class Remarks:
@@ -74,14 +57,10 @@ class Remarks:
         """
         return kind in self._said
 
-    def is_steady(self) -> bool:
-        """Whether of one more update in which all can be had nothing new would be said."""
-        return self._news_of(0, "") == self._news
-
     def _news_of(self, code: int, effort: str) -> tuple[int, bool, bool, str, int]:
         """What there would be to say of an update."""
-        waits, back, looks, _ = goings_on(self._state.clock, self._state.mode)
-        return code, waits, back, effort, looks
+        mode, waits = self._state.mode, bool(self._state.clock[4] > PATIENT)
+        return code, waits, waits and bool(mode[2] == 1), effort, int(mode[3])
 
     def of_update(self, code: int, effort: str) -> None:
         """Say what is new of an update.

@@ -133,24 +133,6 @@ class SafeController:
         self.last = targets
         return targets
 
-    def is_steady(self, command: Command) -> bool:
-        """Whether the next update with the same command will be like the last, if nothing happens.
-
-        Args:
-            command: The command.
-        """
-        fed = self.last is not None and self.last.torque is not None
-        return fed and not self._held and self.guard.is_steady(command)
-
-    def catch_up(self, time: float, targets: JointTargets) -> None:
-        """Note updates that were made without it, in which it would have changed nothing.
-
-        Args:
-            time: Of the last [s].
-            targets: Of the last.
-        """
-        self._time, self.last = time, targets
-
     def telemetry(self) -> Mapping[str, Any]:
         """The mode by number, beside what the controller tells."""
         inner = getattr(self.controller, "telemetry", None)

@@ -202,26 +202,6 @@ class Guard:
             return observation, self._limited(self._good, time, dt)
         return observation, self._good
 
-    def is_steady(self, command: Command) -> bool:
-        """Whether it has let this command through as it is, and has nothing on its mind.
-
-        Args:
-            command: As it came.
-        """
-        calm = not self._reasons and self._factor == 1.0 and self._crouch == 0.0
-        same = self._checked is command and self._good is command
-        return calm and same and command.time is None
-
-    def catch_up(self, time: float, since: float, q: Float[np.ndarray, "legs 3"]) -> None:
-        """Note updates that were made without it, in which it would have found nothing.
-
-        Args:
-            time: Of the last [s].
-            since: How long outputs have been added up [s].
-            q: Joint angles that were observed then [rad], shape (L, 3).
-        """
-        self.time, self.since, self._q = time, since, q
-
     # Reasons -------------------------------------------------------------------------------------
 
     def _blame(self, key: str, mode: Mode, factor: float, time: float, why: str) -> None:

@@ -228,21 +228,6 @@ class CommandScript(Table):
         )
         return replace(now, velocity=velocity, pose=pose)  # type: ignore[arg-type]
 
-    def stands_until(self, time: float) -> float:
-        """Before when `at` answers with the same command as at a time; that time: not for long.
-
-        Args:
-            time: From the beginning [s].
-        """
-        times, _ = self._commands
-        index = bisect_right(times, time + 1e-9) - 1
-        if index < 0:
-            return time
-        end = math.inf if self.duration is None else self.duration
-        if index + 1 == len(times):
-            return end
-        return min(times[index + 1], end) if self.between == "steps" else time
-
     @classmethod
     def of(
         cls, commands: Sequence[tuple[float, Command]], duration: float | None = None

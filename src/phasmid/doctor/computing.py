@@ -69,24 +69,7 @@ def engine() -> Finding:
         forced = "MUJOCO_GL" in str(error)
         remedy = "unset MUJOCO_GL" if forced else "pip install --force-reinstall phasmid"
         return Finding(topic, State.BROKEN, what, remedy, needed=True)
-    return Finding(topic, State.READY, f"MuJoCo {mujoco.__version__}; {_loop()}", needed=True)
-
-
-def _loop() -> str:
-    """Which loop runs side by side take; its machine code is not made here, which takes seconds."""
-    from phasmid.batch.compiled import numba
-    from phasmid.simulation.known_engine import ENGINE, check_engine
-
-    plain = "runs side by side take the plain loop, as the fast one"
-    try:
-        check_engine()
-    except ImportError:
-        return f"{plain} knows MuJoCo {'.'.join(map(str, ENGINE))} alone"
-    try:
-        compiles = numba() is not None
-    except Exception:
-        compiles = False
-    return f"{plain} needs numba" if not compiles else "runs side by side take the fast loop"
+    return Finding(topic, State.READY, f"MuJoCo {mujoco.__version__}", needed=True)
 
 
 def fast() -> Finding:

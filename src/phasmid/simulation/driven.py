@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -19,18 +18,13 @@ from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation.complaint import CollectedComplaints
 from phasmid.simulation.ending import Ending, Trouble, trunk_clearance
 from phasmid.simulation.fault import Faults
 from phasmid.simulation.hold import Between, Hold
-from phasmid.simulation.joint_drive import PrescribedDrive
 from phasmid.simulation.run import WATCH_STEPS, Run
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.senses import ToldSenses
 from phasmid.simulation.telling import run_channels
-
-if TYPE_CHECKING:
-    from phasmid.simulation.uneventful import Uneventful
 
 Pose: TypeAlias = tuple[float, float, float]
 """Where the body truly is: x, y [m] and yaw [rad] in the world."""
@@ -40,9 +34,6 @@ Commands: TypeAlias = Callable[[float, Observation, Pose], Command | None]
 
 RISEN = 0.01
 """A trunk higher over the ground than this no longer lies [m]."""
-
-LONG_RUN = 100_000
-"""Steps from which on the compiled loop is worth the import of its compiler."""
 
 
 class Decision(NamedTuple):
@@ -69,13 +60,10 @@ class DrivenRun(Run):
         faults: What fails, when.
         interrupted: The robot comes to rest no further as soon as this is not empty.
         endless: Whether it goes on for as long as it is advanced, whatever the scenario's duration.
-        stands_until: Tells before when what is commanded at a time stays the same [s]; None:
-            nobody knows.
 
     Attributes:
         controller: What decides.
         period_steps: Time steps from one update to the next.
-        is_short: Whether it is not worth the time of a compiler.
         now: Index of the next time step.
         hold: Fills in targets between updates.
         wanted: What joints shall do in each period of a block, as `Hold.setpoints` writes it.
@@ -99,18 +87,14 @@ class DrivenRun(Run):
         faults: Faults,
         interrupted: Sequence[int] = (),
         endless: bool = False,
-        stands_until: Callable[[float], float] | None = None,
     ) -> None:
         self.period_steps = period_steps(scenario, rate)
         self._shall_lie = True
         # Whole periods alone, so that each block begins with an update.
         self.block_steps = math.ceil(WATCH_STEPS / self.period_steps) * self.period_steps
         self._failure: Trouble | None = None
-        steps = scenario.duration / scenario.simulation.dt
-        self.is_short = not endless and steps <= LONG_RUN
-        beside = not self.is_short or "numba" in sys.modules
         self._pushes: list[tuple[int, np.ndarray]] = []
-        super().__init__(scenario, begin, interrupted=interrupted, beside=beside, endless=endless)
+        super().__init__(scenario, begin, interrupted=interrupted, endless=endless)
         self.controller, self.commands = controller, commands
         self._shape, self.now = (len(self.robot.legs), 3), self.step
         self._running = np.ones(self._shape, dtype=bool)
@@ -134,9 +118,6 @@ class DrivenRun(Run):
         if self._decision is None:
             raise InvalidInput("the commands ended before their first one.")
         self.told_now = self._room_for(self._decision)
-        self._stands_until = stands_until
-        self._uneventful: Uneventful | None = None
-        self._can_go_on = stands_until is not None and self.unlocked is not None
 
     def push(self, impulse: tuple[float, float, float], duration: float = 0.05) -> float:
         """Push the trunk at its centre of mass, from the next update on.
@@ -232,53 +213,6 @@ class DrivenRun(Run):
                 self._velocity_before = self.buffer.qvel[made - 1, :3]
             if now < len(rows) or self._failure or self._in_trouble():
                 break
-            made += self._go_on(made, (count - made) // self.period_steps)
-            if self._in_trouble():
-                break
-        return made
-
-    def _go_on(self, at: int, most: int) -> int:
-        """Make steps for as long as nothing happens of which anybody would speak.
-
-        Args:
-            at: The buffer's row of the first.
-            most: How many updates at most.
-
-        Returns:
-            How many steps were made.
-        """
-        sensors = self._senses.are_true and self.ground.faces_up and self._running.all()
-        if not (self._can_go_on and sensors) or self._pushes:
-            return 0
-        assert self._stands_until is not None
-        assert self._newest is not None
-        period, time = self.period_steps * self.dt, self.now * self.dt
-        # What the last update was told is told on; the next may be told otherwise.
-        until = min([self._stands_until(time - period), *(row[0] for row in self._deaths[:1])])
-        # The last step of all is for who measures it.
-        most = min(most, (self.steps - self.now) // self.period_steps)
-        if until < math.inf:
-            most = min(most, math.ceil((until - 1e-8 - time) / period))
-        if most < 1:
-            return 0
-        try:
-            if self._uneventful is None:
-                from phasmid.simulation.uneventful import Uneventful
-
-                self._uneventful = Uneventful(self)
-            if not self._uneventful.is_steady(self._newest):
-                return 0
-            self._uneventful.prepare()
-        except Exception:
-            # Another controller, or a compiler that works in another way, whose errors are of many
-            # kinds. Python needs neither.
-            self._can_go_on = False
-            return 0
-        with CollectedComplaints(self._complaints):
-            made = self._uneventful.advance(at, most)
-        if made:
-            self.now += made
-            self._velocity_before = self.buffer.qvel[at + made - 1, :3]
         return made
 
     def _rows_of(self, decision: Decision, at: int, count: int) -> np.ndarray:
@@ -299,9 +233,6 @@ class DrivenRun(Run):
             _, leg, joint = self._deaths.pop(0)
             self._running[leg, joint] = False
             self.drive.fail(3 * leg + joint)
-            if isinstance(self.drive, PrescribedDrive):
-                # That loop counts on a constraint for every joint.
-                self.unlocked = None
 
     def _in_trouble(self) -> bool:
         """Whether the engine has complained, or its state is none to tell a controller of."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -305,7 +304,6 @@ class Driving:
             between=between_updates(self.scenario.simulation.planned_drive, self.between),
             faults=self.faults,
             endless=endless,
-            stands_until=_standing_until(self.commands),
         )
 
     def attributes(self, run: DrivenRun) -> Attributes:
@@ -408,15 +406,6 @@ def _with_delays(scenario: Scenario) -> Scenario:
     delays = {f"{sensor}_delay": getattr(table, f"{sensor}_delay") for sensor in SENSORS}
     short = {name: dt for name, delay in delays.items() if delay < dt}
     return scenario.replace(**short) if short and table.measured == "everything" else scenario
-
-
-def _standing_until(commands: Commanded) -> Callable[[float], float] | None:
-    """Before when what is commanded at a time stays the same; None: nobody knows."""
-    if isinstance(commands, Command):
-        return lambda _: math.inf
-    if isinstance(commands, CommandScript) and not commands.waypoint:
-        return commands.stands_until
-    return None
 
 
 class _Waypoints:

@@ -82,7 +82,6 @@ def simulate_part(
     progress: Progress | None = None,
     start: Float[np.ndarray, " state"] | None = None,
     interrupted: Sequence[int] | None = (),
-    beside: bool = False,
 ) -> Recording:
     """Run a walk as `simulate` does, or its beginning alone.
 
@@ -93,16 +92,13 @@ def simulate_part(
         progress: As in `simulate`.
         start: As in `simulate`.
         interrupted: The run is stopped as soon as this is not empty; None: at Ctrl-C.
-        beside: As in `new_run`.
 
     Raises:
         InvalidInput: As in `simulate`.
         InfeasibleLoad: As in `simulate`.
     """
     scenario = _lasting(scenario, walk)
-    run, figures = _prepare(
-        scenario, walk, start, samples=samples, interrupted=interrupted or (), beside=beside
-    )
+    run, figures = _prepare(scenario, walk, start, samples=samples, interrupted=interrupted or ())
     recording = kept_in_memory(
         run,
         lambda rows, time: _told(run, rows, time, figures),
@@ -200,7 +196,6 @@ def _prepare(
     *,
     samples: int | None = None,
     interrupted: Sequence[int] = (),
-    beside: bool = False,
     kept: int = sys.maxsize,
 ) -> tuple[Run, Figures | None]:
     """The run, ready to start, of which what cannot be is refused at once; and what its model says.
@@ -212,7 +207,7 @@ def _prepare(
     check_feed_forward(scenario, walk)
     if start is None:
         check_start(scenario, walk)
-    run = new_run(scenario, walk, start=start, interrupted=interrupted, beside=beside)
+    run = new_run(scenario, walk, start=start, interrupted=interrupted)
     if isinstance(walk, JointTrajectory):
         return run, None
     last = len(run.time) if samples is None else min(samples, len(run.time))
@@ -237,7 +232,6 @@ def new_run(
     *,
     start: Float[np.ndarray, " state"] | None = None,
     interrupted: Sequence[int] = (),
-    beside: bool = False,
 ) -> Run:
     """The run of a walk, about to start, in the simulator that knows the contact law.
 
@@ -246,15 +240,13 @@ def new_run(
         walk: As in `simulate`.
         start: As in `simulate`.
         interrupted: It comes to rest no further as soon as this is not empty.
-        beside: Whether other runs go on in other threads, so that Python's lock is to be left to
-            them; then it is stopped within `WATCH_STEPS` steps. The bits are the same.
 
     Raises:
         InvalidInput: That simulator cannot do something else that the scenario asks for, or the
             start is none of its states.
     """
     if scenario.contact.contact_law != "simscape":
-        return Run(scenario, walk, start=start, interrupted=interrupted, beside=beside)
+        return Run(scenario, walk, start=start, interrupted=interrupted)
     # Here, since it readies its loops for the compiler when it is first imported.
     from phasmid.simulation.prescribed.run import TrunkRun
 

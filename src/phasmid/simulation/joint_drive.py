@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -14,13 +14,6 @@ from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
 
 if TYPE_CHECKING:
     import mujoco
-
-
-PRESCRIBED, IDEAL, SERVO = range(3)
-"""Laws by which drives make goals of what the joints shall do, for machine code."""
-
-Law: TypeAlias = tuple[int, np.ndarray, np.ndarray]
-"""Which law it is, its numbers, and what it remembers, shape (2, J) or (2, 0)."""
 
 
 class LostConstraints(PhasmidError):
@@ -74,14 +67,8 @@ class Drive(Protocol):
             LostConstraints: There are none.
         """
 
-    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
-        """The drive's name, and the arrays on which `command` works, for its machine code."""
-
     def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """What `command` is told so that setpoints are followed with a time step [s], (N, 3 L)."""
-
-    def law(self, dt: float) -> Law | None:
-        """What `targets` does with a time step [s], for machine code; None: none does it."""
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """What the states of all samples tell a recording, by channel name."""
@@ -103,11 +90,6 @@ class Memoryless:
         """Nothing: these joints remember nothing."""
         del speed
 
-    def law(self, dt: float) -> Law | None:
-        """None."""
-        del dt
-        return None
-
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Nothing: these joints remember nothing."""
         del states
@@ -128,9 +110,7 @@ class PrescribedDrive(Memoryless):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         self._data = data
-        self._constraints = model.eq_data
-        self._angle = self._constraints[:, 0]
-        self._width = np.array([self._constraints.shape[1]])
+        self._angle = model.eq_data[:, 0]
         self._held = np.arange(3 * len(walk.robot.legs))
         self._count = len(self._held)
 
@@ -159,10 +139,6 @@ class PrescribedDrive(Memoryless):
         self._held = self._held[self._held != joint]
         self._count = len(self._held)
 
-    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
-        """The constraints' numbers, and how many each of them has."""
-        return "prescribed", (self._constraints, self._width)
-
     def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Angles to hold so that position, velocity and acceleration are those wanted.
 
@@ -182,10 +158,6 @@ class PrescribedDrive(Memoryless):
         angle = wanted.q + (damping * wanted.qd + JOINT_IMPEDANCE * wanted.qdd) / stiffness
         return angle.reshape(len(wanted.q), -1)
 
-    def law(self, dt: float) -> Law | None:
-        """Stiffness and damping of the constraints, and their impedance."""
-        return PRESCRIBED, np.array([*drive_gains(dt), JOINT_IMPEDANCE]), np.empty((2, 0))
-
 
 class IdealServoDrive(Memoryless):
     """Position servos with a torque that falls with speed, from stall to none at no load."""
@@ -203,7 +175,6 @@ class IdealServoDrive(Memoryless):
         self._stiffness: float | np.ndarray = servo.stiffness
         self._damping: float | np.ndarray = servo.damping
         self._drop_per_speed = self._stall / servo.no_load_speed
-        self._numbers = np.array([self._stall, self._drop_per_speed])
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
         self._drop, self._loss = np.empty((2, model.nu))
 
@@ -226,10 +197,6 @@ class IdealServoDrive(Memoryless):
         """Take a joint's motor away; rotor and friction stay."""
         self._gains[joint] = self._biases[joint] = 0.0
 
-    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
-        """Goals, speeds, the limits that follow from these, and by what numbers."""
-        return "ideal-servo", (self._control, self._velocity, self._limits, self._numbers)
-
     def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Goals of the servos, shape (N, 3 L) [rad], whatever the time step.
 
@@ -244,12 +211,6 @@ class IdealServoDrive(Memoryless):
         speed = wanted.qd.reshape(goal.shape)
         torque = wanted.torque.reshape(goal.shape) + self._damping * speed
         return goal + (torque + self._friction_at(speed)) / self._stiffness
-
-    def law(self, dt: float) -> Law | None:
-        """Stiffness, damping and friction."""
-        del dt
-        numbers = np.array([self._stiffness, self._damping, self._friction])
-        return IDEAL, numbers, np.empty((2, 0))
 
     def _friction_at(self, speed: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
         """Torque that friction takes from joints that turn [N·m]; slow ones have part of it."""

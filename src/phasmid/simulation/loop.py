@@ -1,4 +1,4 @@
-"""The loop of a run in plain Python, which works with every engine and every drive."""
+"""The loop around the engine's step, for planned walks, driven runs, the studio and replay."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Made(NamedTuple):
     lost: bool
 
 
-class PlainLoop:
+class Loop:
     """The steps of one run.
 
     Args:

@@ -12,7 +12,6 @@ from phasmid.motion import Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
 from phasmid.simulation.experiment import check_motion, simulate_part
-from phasmid.simulation.run import unlocked_loop
 
 
 def simulate_many(
@@ -49,9 +48,7 @@ def simulate_many(
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(given)
     errors: dict[int, Exception] = {}
-    if given:
-        unlocked_loop()
-    # Threads share Python's lock: the steps go on beside it, what is told of them does not.
+    # Threads are enough: the engine releases Python's lock during each step.
     with ThreadPoolExecutor(min(workers or cores(), max(1, len(given)))) as pool:
         places: dict[Future[Recording], int] = {
             pool.submit(_simulate, one, stopped): place for place, one in enumerate(given)
@@ -94,4 +91,4 @@ def _scenario(one: Scenario | tuple[Scenario, Walk]) -> Scenario:
 
 def _simulate(one: Scenario | tuple[Scenario, Walk], stopped: list[int]) -> Recording:
     scenario, walk = (one, plan(one)) if isinstance(one, Scenario) else one
-    return simulate_part(scenario, walk, interrupted=stopped, beside=True)
+    return simulate_part(scenario, walk, interrupted=stopped)

@@ -6,14 +6,13 @@ import base64
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import numbers
-from phasmid.batch.compiled import numba
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import SETTLING_TIME, Scenario
@@ -27,8 +26,8 @@ from phasmid.simulation.joint_drive import (
     PrescribedDrive,
     Setpoints,
 )
+from phasmid.simulation.loop import Loop
 from phasmid.simulation.model import build_model
-from phasmid.simulation.plain import Made, PlainLoop
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import raised
@@ -37,7 +36,6 @@ from phasmid.simulation.torque import TorqueDrive, standing_torque, walking_torq
 if TYPE_CHECKING:
     import mujoco
 
-    from phasmid.simulation.unlocked import UnlockedLoop
 
 WATCH_STEPS = 512
 """Steps between two looks of the watch, which sees every step in between."""
@@ -78,7 +76,6 @@ class Run:
         *,
         start: Float[np.ndarray, " state"] | None = None,
         interrupted: Sequence[int] = (),
-        beside: bool = False,
         endless: bool = False,
     ) -> None:
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
@@ -99,7 +96,6 @@ class Run:
         self._complaints: list[str] = []
         self._lost: LostConstraints | None = None
         self._place(walk.sample(np.zeros(1)))
-        self.unlocked = self._unlocked_loop() if beside else None
         if start is None:
             self.trouble = self._settle(interrupted)
         else:
@@ -124,20 +120,8 @@ class Run:
         self.footing = Footing(self.model, self.data, self.robot, self.ground)
 
     @cached_property
-    def _plain(self) -> PlainLoop:
-        """The loop that serves where that one cannot be had."""
-        return PlainLoop(self.model, self.data, self.drive, self.footing, self.buffer)
-
-    def _unlocked_loop(self) -> UnlockedLoop | None:
-        """The loop that leaves Python's lock to others, where it can be had."""
-        kind = unlocked_loop()
-        if kind is None or self.footing.needed:
-            return None
-        try:
-            return kind(self.model, self.data, self.drive, self.buffer)
-        except (OSError, AttributeError):
-            # An engine that is laid out in another way.
-            return None
+    def _loop(self) -> Loop:
+        return Loop(self.model, self.data, self.drive, self.footing, self.buffer)
 
     def state(self) -> Float[np.ndarray, " state"]:
         """All that the rest of the run depends on, one row of numbers; see `restore`.
@@ -391,21 +375,12 @@ class Run:
         """
         end = len(targets) - last
         with CollectedComplaints(self._complaints):
-            if self.unlocked is None:
-                block = self._plain.advance(targets, end, at, interrupted)
-            elif interrupted:
-                return 0
-            else:
-                block = self.unlocked.advance(targets, end, at)
-        self.note(block)
-        return block.steps
-
-    def note(self, block: Made) -> None:
-        """Note what went wrong in a block of steps."""
-        if block.error:
-            self._complaints.append(" ".join(block.error.split()))
-        if block.lost:
+            made = self._loop.advance(targets, end, at, interrupted)
+        if made.error:
+            self._complaints.append(" ".join(made.error.split()))
+        if made.lost:
             self._lost = LostConstraints()
+        return made.steps
 
     def _keep(self, count: int, keep: Keep) -> None:
         """Hand on those of the buffer's first samples that are recorded."""
@@ -413,25 +388,6 @@ class Run:
         if len(rows.qpos):
             keep(rows)
             self.done += len(rows.qpos)
-
-
-def unlocked_loop() -> type[UnlockedLoop] | None:
-    """The kind of loop that runs side by side use; None where it cannot be had.
-
-    Its machine code is readied when it is first asked for, which is to be in one thread.
-    """
-    return None if numba() is None else _readied_loop()
-
-
-@cache
-def _readied_loop() -> type[UnlockedLoop] | None:
-    """That kind of loop; None where this engine or this numba is not one that it knows."""
-    try:
-        from phasmid.simulation.unlocked import UnlockedLoop
-    except Exception:
-        # The loop reaches into numba, whose errors are of many kinds; the plain loop needs neither.
-        return None
-    return UnlockedLoop
 
 
 def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> Drive:

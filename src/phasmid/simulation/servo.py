@@ -20,7 +20,7 @@ from phasmid.control.dynamics.servo_goal import (
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.joint_drive import SERVO, Law, Setpoints
+from phasmid.simulation.joint_drive import Setpoints
 
 if TYPE_CHECKING:
     import mujoco
@@ -43,9 +43,6 @@ FIELDS = (
 joint [N·m] of this step; temperature [°C]; time at the largest output [s]; why it shut down; steps
 until it next looks at the position; position error [ticks] and its smoothed change [ticks/s].
 Servos with a delay have further rows: which goal is due, and the goals on their way [rad]."""
-
-NUMBERS = 30
-"""How many numbers `servo_numbers` gives."""
 
 RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
 """Whether a servo runs, and why it shut down."""
@@ -281,7 +278,6 @@ class ServoDrive:
         table = scenario.servo
         voltage = table.supply(servo)
         self._numbers = servo_numbers(servo, model.opt.timestep, voltage, table.ambient_temperature)
-        assert self._numbers.shape == (NUMBERS,)  # As many as the machine code reads.
         self._goal_numbers = goal_numbers(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in walk.robot.legs for joint in JOINTS]
         self._angle, self._speed = data.qpos[7:], data.qvel[6:]
@@ -322,11 +318,6 @@ class ServoDrive:
         """Shut a servo down for good."""
         self._rows[FIELDS.index("shutdown"), joint] = FAILED
 
-    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
-        """What `command` hands to `servo_step`, but for the goals."""
-        arrays = self._angle, self._speed, self._limits, self._numbers, self._rows, self._applied
-        return "servo", arrays
-
     def torque(self) -> Float[np.ndarray, " joints"]:
         """What the gears gave the joints, friction taken off."""
         torque: np.ndarray = self._torque
@@ -343,11 +334,6 @@ class ServoDrive:
             return q
         qd, torque = wanted.qd.reshape(q.shape), wanted.torque.reshape(q.shape)
         return goals_for_torque(q, qd, torque, self._goal_numbers, dt, self._goal_memory)
-
-    def law(self, dt: float) -> Law | None:
-        """What `fill_goals` takes."""
-        del dt
-        return SERVO, self._goal_numbers, self._goal_memory
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Output, current, rotor's speed, temperature and shutdown of every servo."""

@@ -13,7 +13,7 @@ from phasmid.forces import minimum_norm, planned_torque
 from phasmid.kinematics import jacobian
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import Scenario
-from phasmid.simulation.joint_drive import IdealServoDrive, Law, Setpoints
+from phasmid.simulation.joint_drive import IdealServoDrive, Setpoints
 from phasmid.simulation.model import joint_gains
 
 if TYPE_CHECKING:
@@ -45,11 +45,6 @@ class TorqueDrive(IdealServoDrive):
         if wanted.torque is not None:
             torque += wanted.torque.reshape(count, -1)
         return torque
-
-    def law(self, dt: float) -> Law | None:
-        """None."""
-        del dt
-        return None
 
 
 def check_feed_forward(scenario: Scenario, walk: Motion) -> None:

@@ -210,30 +210,6 @@ class DynamicsStage:
         self.share[:], self._landed[:] = 1.0, self._transfer
         self.velocity_share = 1.0
 
-    def catch_up(self, share: float, friction: float, demand: float) -> None:
-        """Note updates that were made in its rows without it, in which all could be had.
-
-        Args:
-            share: Part of the admitted velocity that can be had.
-            friction: Coefficient that the last update's forces need.
-            demand: Its largest torque as a part of what the servo gives.
-        """
-        self.velocity_share = share
-        torque, force = self.feed.torque.copy(), self.feed.force.copy()
-        self.effort = Effort(torque, force, 1.0, friction, demand, "")
-
-    def answer(self, memory: Memory, missing: float, friction: float, demand: float) -> Effort:
-        """What the motion takes of which `weigh` has found this.
-
-        Args:
-            memory: The engine's.
-            missing: Part of the load that is missing.
-            friction: Coefficient of friction that the forces need.
-            demand: Largest torque as a part of what its servo gives.
-        """
-        body, q = memory.state.body, memory.state.q[0]
-        return self.feed.answer(missing, friction, demand, body, q, self.share, self._normals)
-
     def update(self, memory: Memory) -> Float[np.ndarray, "legs 3"]:
         """Torques of the joints for the motion that the engine has come to [N·m].
 
@@ -251,7 +227,10 @@ class DynamicsStage:
             feed.numbers,
             feed.work,
         )
-        self.effort = effort = self.answer(memory, missing, friction, demand)
+        body, q = memory.state.body, memory.state.q[0]
+        self.effort = effort = feed.answer(
+            missing, friction, demand, body, q, self.share, self._normals
+        )
         if effort.part < 1.0:
             self.velocity_share *= 1.0 - SLOWER * self._dt
         else:

@@ -43,14 +43,6 @@ class Lameness:
         for kept in (self.events, self._held, self._limps, self._refused):
             kept.clear()
 
-    def is_steady(self) -> bool:
-        """Whether no servo is lost, and none in doubt."""
-        return not (self._servos.legs or self._servos.doubtful)
-
-    def catch_up(self, time: float) -> None:
-        """Note that all servos have answered until a time [s]."""
-        self._servos.catch_up(time)
-
     def notice(self, observation: Observation) -> bool:
         """Look at an observation; whether a servo has been lost by it."""
         doubted = self._servos.doubtful

@@ -52,10 +52,6 @@ class LostServos:
         self._answered[:] = self._all_answered = time
         self.events.clear()
 
-    def catch_up(self, time: float) -> None:
-        """Note that all servos have answered until a time [s]."""
-        self._all_answered = time
-
     def notice(self, observation: Observation) -> bool:
         """Look at an observation.
 

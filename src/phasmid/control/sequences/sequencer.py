@@ -183,27 +183,6 @@ class Sequencer:
         self._go(observation, command, dt)
         return _targets(self._motion)
 
-    def is_steady(self, command: Command) -> bool:
-        """Whether the next update with the same command will be the walking controller's alone, if
-        no servo fails.
-
-        Args:
-            command: The command.
-        """
-        walks = self.stage is Stage.STANDING and command.posture is not Posture.PACKED
-        whole = not command.lost_legs and self._lameness.is_steady()
-        return walks and whole and not command.legs and not self._ignored
-
-    def catch_up(self, time: float, targets: JointTargets) -> None:
-        """Note updates of the walking controller that were made without it.
-
-        Args:
-            time: Of the last [s].
-            targets: Of the last.
-        """
-        self._time, self._walked = time, targets
-        self._lameness.catch_up(time)
-
     def telemetry(self) -> Mapping[str, Any]:
         """The stage by number, beside what the walking controller tells."""
         inner = getattr(self.walker, "telemetry", None)

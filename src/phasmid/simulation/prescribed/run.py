@@ -73,10 +73,6 @@ class _Planned(Memoryless):
         """None: torques are found after the motion."""
         return np.empty(0)
 
-    def memory(self) -> tuple[str, tuple[np.ndarray, ...]]:
-        """None: this simulator has a loop of its own."""
-        return "", ()
-
     def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Planned angles, shape (N, 3 L) [rad]."""
         del dt
