@@ -74,7 +74,7 @@ def drive(engine, commands, duration):
         rows["place"].append(s.trunk[0].copy())
         rows["path"].append(s.path.copy())
         rows["velocity"].append(s.speed[2].copy())
-        rows["slow"].append(s.clock[3])
+        rows["slow"].append(s.clock.time_scale)
     rows = {name: np.array(values) for name, values in rows.items()}
     return Seen(engine.robot, dt, stance=rows["leg"] == STANCE, events=engine.events.copy(), **rows)
 

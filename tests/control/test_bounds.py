@@ -1,5 +1,7 @@
 """Whether a leg reaches a place, told without angles, is what its angles tell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,7 +37,7 @@ def compare(model, tuning, count=2000):
 @pytest.mark.parametrize("name", preset_names())
 def test_a_place_is_within_where_its_angles_keep_the_margins(name):
     engine = engine_of(name)
-    planned, enough = compare(engine._model, engine._tuning)
+    planned, enough = compare(engine.memory.model, engine.memory.tuning)
     # Wider margins leave less.
     assert 100 < planned < enough
 
@@ -47,11 +49,11 @@ def test_a_place_is_within_where_its_angles_keep_the_margins(name):
 def test_joints_that_turn_far_or_hardly_are_told_as_well(joint, low, high):
     """Up to three turns, beyond half a turn to one side, narrow, and on one side of zero."""
     engine = engine_of("phantomx-ax", joint_margin=0.1)
-    model, tuning = engine._model, engine._tuning
+    model, tuning = engine.memory.model, engine.memory.tuning
     limits = model.limits.copy()
     limits[:, joint] = low, high
     reach = reach_bounds(model.lengths, limits, tuning.stretch, tuning.joint_margin)
-    within = compare(model._replace(limits=limits, reach=reach), tuning, count=500)
+    within = compare(replace(model, limits=limits, reach=reach), tuning, count=500)
     # A knee bends to one side alone, and by 0.4 rad where the leg is stretched to 0.98.
     none = joint == 2 and low > -0.6
     assert within[AT_PLANNED] == 0 if none else (within > 0).all()
@@ -59,7 +61,7 @@ def test_joints_that_turn_far_or_hardly_are_told_as_well(joint, low, high):
 
 def test_a_leg_without_a_margin_of_stretch_reaches_up_to_its_length():
     engine = engine_of("phantomx-ax", stretch=1.0, joint_margin=0.0)
-    assert (compare(engine._model, engine._tuning) > 100).all()
+    assert (compare(engine.memory.model, engine.memory.tuning) > 100).all()
 
 
 def test_a_place_that_is_no_number_is_not_within():

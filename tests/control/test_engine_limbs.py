@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from phasmid.control import limbs
-from phasmid.control.state import model_of
+from phasmid.control.records import fill
+from phasmid.control.state import MODEL, model_of
 from phasmid.gait import support_margin
 from phasmid.kinematics import (
     centre_of_mass,
@@ -63,10 +64,12 @@ def test_joint_speeds_are_those_of_kinematics(robot):
 def test_the_centre_of_mass_is_that_of_kinematics(robot):
     q = angles(robot, np.random.default_rng(3), 20)
     model = model_of(robot, 1.0, 0.98, 0.02)
+    record = np.zeros(1, MODEL)[0]
+    fill(record, model, len(robot.legs))
     for angle, want in zip(q, centre_of_mass(robot, q), strict=True):
         moment = model.body_moment.copy()
         for leg in range(len(angle)):
-            limbs.moment_of(model, leg, angle[leg], moment)
+            limbs.moment_of(record, leg, angle[leg], moment)
         np.testing.assert_allclose(moment / model.mass, want, atol=ROUND_OFF)
 
 

@@ -1,5 +1,6 @@
 """The locomotion engine in a world without forces."""
 
+import numba
 import numpy as np
 import pytest
 
@@ -229,7 +230,7 @@ def stopped_twice(touch, retreat=0.0):
         memory.model.limits[stays] = limits + 9.0
         engine.order.touch[swinging] = touch
         q = engine.state.q[0].copy()
-        assert tick(memory.numbers, memory.codes, 6, 0.005) == 3
+        assert tick(memory.states, memory.orders, memory.models, memory.tunings, 0.005) == 3
         np.testing.assert_array_equal(engine.state.q[0], q)
         doings.append(engine.state.leg[swinging].tolist())
     memory.model.limits[stays] = limits
@@ -243,11 +244,16 @@ def test_a_foot_that_cannot_go_on_goes_straight_then_stands_or_looks_for_the_gro
     assert stopped_twice(1, retreat=1.0) == [[SWING] * 3, [STANCE] * 3]
 
 
+@numba.njit
+def land(states, models, orders, tunings, leg):
+    land_here(states[0], models[0], orders[0], tunings[0], leg)
+
+
 @pytest.mark.parametrize(("touch", "least", "most"), [(-1, -1e-9, 1e-9), (0, -0.06, -0.02)])
 def test_a_foot_that_nobody_feels_goes_down_to_the_ground_and_no_deeper(touch, least, most):
     engine = core_engine(load_robot("phantomx-ax"))
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
     memory, leg = engine.memory, int(np.flatnonzero(engine.state.leg == SWING)[0])
     memory.order.touch[leg] = touch
-    land_here(memory.state, memory.model, memory.order, memory.tuning, leg)
+    land(memory.states, memory.models, memory.orders, memory.tunings, leg)
     assert least <= engine.state.landing[leg, 2] <= most

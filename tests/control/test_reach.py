@@ -32,7 +32,7 @@ def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
     edge to it: rays with such spots are few, and left out.
     """
     engine = engine_of(name)
-    model, tuning = engine._model, engine._tuning
+    model, tuning = engine.memory.model, engine.memory.tuning
     q, found = np.empty(3), 0
     rooms = np.vectorize(
         lambda leg, r: room_of(model, tuning, leg, starts[leg] + r * way, q), otypes=[float]
@@ -65,11 +65,11 @@ def test_a_foot_reaches_all_of_its_region(name, pose):
     A place that is `share` of the way to a half-plane's edge has all the room that is planned.
     """
     engine = engine_of(name)
-    model, tuning = engine._model, engine._tuning
+    model, tuning = engine.memory.model, engine.memory.tuning
     region, q = np.zeros((DIRECTIONS, 3)), np.empty(3)
     R = quaternion_rotation(rpy_quaternion(*(np.array(angle) for angle in pose[3:])))
     for leg in range(len(engine.robot.legs)):
-        bound_region(model, leg, pose, np.zeros(3), region)
+        bound_region(engine.memory.models[0], leg, pose, np.zeros(3), region)
         assert (region[:, 2] >= 0).all()
         np.testing.assert_allclose(np.hypot(region[:, 0], region[:, 1]), 1.0, atol=1e-12)
         for k in range(DIRECTIONS):

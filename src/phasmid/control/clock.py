@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,18 @@ from phasmid.compiled import internal
 from phasmid.control.elsewhere import RETURNED, is_looking, set_search
 from phasmid.control.limbs import edges_of, margin_within
 from phasmid.control.reach import is_reached, speed_share, wave
-from phasmid.control.state import HELD, PROBING, STANCE, STILL, SWING, WALKING
+from phasmid.control.state import (
+    HELD,
+    PROBING,
+    STANCE,
+    STILL,
+    SWING,
+    WALKING,
+    Model,
+    Order,
+    State,
+    Tuning,
+)
 
 DEEP = 0.01
 """A foot that is farther than this below the ground that is believed is in a hole [m]."""
@@ -43,14 +53,14 @@ ALMOST = 1e-9
 
 
 @internal
-def stays_back(state: Any, order: Any, leg: int) -> bool:
+def stays_back(state: State, order: Order, leg: int) -> bool:
     """Whether a foot has come back from where no ground is, of a robot that is to stand."""
     v = order.velocity
     return bool(state.search[leg] == RETURNED and v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0)
 
 
 @internal
-def from_home(state: Any, model: Any, order: Any, leg: int) -> float:
+def from_home(state: State, model: Model, order: Order, leg: int) -> float:
     """Distance of a foot from its neutral place on the path, from above [m].
 
     One that stays where it has come back to is as good as there.
@@ -65,7 +75,7 @@ def from_home(state: Any, model: Any, order: Any, leg: int) -> float:
 
 
 @internal
-def is_asked_to_move(state: Any, order: Any) -> bool:
+def is_asked_to_move(state: State, order: Order) -> bool:
     """Whether the body moves over ground, or shall."""
     moves = False
     for i in range(3):
@@ -75,7 +85,7 @@ def is_asked_to_move(state: Any, order: Any) -> bool:
 
 @internal
 def margin_without(
-    state: Any, model: Any, order: Any, lifted: np.ndarray, time: float, turn: float
+    state: State, model: Model, order: Order, lifted: np.ndarray, time: float, turn: float
 ) -> float:
     """Smallest support margin of the feet that stay, now and after a time at this speed [m].
 
@@ -103,18 +113,21 @@ def margin_without(
     wy = s * v[0] + c * v[1] + v[2] * (rx - path[0])
     if order.gait[2] != 0.0:
         a, b = np.empty((3, 2)), np.empty((3, 2))
-        wave(model, order.used, order.offsets, order.gait, state.clock[0], a)
-        wave(model, order.used, order.offsets, order.gait, state.clock[0] + turn, b)
+        wave(model, order.used, order.offsets, order.gait, state.clock.phase, a)
+        wave(model, order.used, order.offsets, order.gait, state.clock.phase + turn, b)
         dx, dy = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
-        rx, ry = rx + state.clock[2] * (c * dx - s * dy), ry + state.clock[2] * (s * dx + c * dy)
+        rx, ry = (
+            rx + state.clock.sway_share * (c * dx - s * dy),
+            ry + state.clock.sway_share * (s * dx + c * dy),
+        )
     then = margin_within(edges, count, rx + wx * time, ry + wy * time)
     return min(now, then + FORESIGHT)
 
 
 @internal
 def best_phase(
-    state: Any,
-    model: Any,
+    state: State,
+    model: Model,
     used: np.ndarray,
     velocity: np.ndarray,
     offsets: np.ndarray,
@@ -150,7 +163,7 @@ def best_phase(
 
 
 @internal
-def is_deep(state: Any, leg: int) -> bool:
+def is_deep(state: State, leg: int) -> bool:
     """Whether a foot goes down deeper than the ground was believed to be."""
     g, foot = state.ground[3], state.foot[leg]
     ground = g[0] + g[1] * foot[0] + g[2] * foot[1]
@@ -158,14 +171,14 @@ def is_deep(state: Any, leg: int) -> bool:
 
 
 @internal
-def rises(state: Any, model: Any, leg: int, height: float) -> bool:
+def rises(state: State, model: Model, leg: int, height: float) -> bool:
     """Whether a foot reaches a height above where it is, as the body is now [m]."""
     foot = state.foot[leg]
     return is_reached(state, model, leg, foot[0], foot[1], foot[2] + height)
 
 
 @internal
-def is_hindered(state: Any, model: Any, order: Any, leg: int) -> bool:
+def is_hindered(state: State, model: Model, order: Order, leg: int) -> bool:
     """Whether a foot rises hardly, and may do better when the pose is where it goes to."""
     away = 0.0
     for i in range(6):
@@ -174,7 +187,7 @@ def is_hindered(state: Any, model: Any, order: Any, leg: int) -> bool:
 
 
 @internal
-def lift_off(state: Any, model: Any, order: Any, leg: int, ago: float, time: float) -> None:
+def lift_off(state: State, model: Model, order: Order, leg: int, ago: float, time: float) -> None:
     """Let a foot begin its swing.
 
     Args:
@@ -205,9 +218,9 @@ def lift_off(state: Any, model: Any, order: Any, leg: int, ago: float, time: flo
 
 
 @internal
-def lets_lean(state: Any, model: Any, x: float, y: float) -> bool:
+def lets_lean(state: State, model: Model, x: float, y: float) -> bool:
     """Whether all feet would be reached from farther in a direction in odom."""
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         if state.leg[leg] == HELD:
             continue
         # As much as the body still goes on after it has been told not to.
@@ -219,7 +232,7 @@ def lets_lean(state: Any, model: Any, x: float, y: float) -> bool:
 
 
 @internal
-def lean(state: Any, model: Any, lifted: np.ndarray, h: float) -> None:
+def lean(state: State, model: Model, lifted: np.ndarray, h: float) -> None:
     """Let the body lean towards the middle of the feet that stay, for a lift that waits.
 
     Args:
@@ -228,7 +241,7 @@ def lean(state: Any, model: Any, lifted: np.ndarray, h: float) -> None:
         lifted: Legs that are due to lift, 1 or 0, shape (L,).
         h: Step of time [s].
     """
-    if state.clock[4] < LEAN_AFTER:
+    if state.clock.lift_wait < LEAN_AFTER:
         return
     x, y, count = 0.0, 0.0, 0
     for leg in range(len(lifted)):
@@ -247,22 +260,22 @@ def lean(state: Any, model: Any, lifted: np.ndarray, h: float) -> None:
     c, s = math.cos(path[2]), math.sin(path[2])
     way = LEAN_SPEED * h / length
     dx, dy = way * (c * x + s * y), way * (c * y - s * x)
-    leant = math.sqrt((state.clock[7] + dx) ** 2 + (state.clock[8] + dy) ** 2)
+    leant = math.sqrt((state.clock.lean[0] + dx) ** 2 + (state.clock.lean[1] + dy) ** 2)
     if leant < FARTHEST_LEAN and lets_lean(state, model, x / length, y / length):
-        state.clock[7] += dx
-        state.clock[8] += dy
+        state.clock.lean[0] += dx
+        state.clock.lean[1] += dy
 
 
 @internal
-def stand_upright(state: Any, h: float) -> None:
+def stand_upright(state: State, h: float) -> None:
     """Let the body come back from where it leant, while its feet hold it easily."""
     left = 1 - min(UPRIGHT * h, 1.0)
-    state.clock[7] *= left
-    state.clock[8] *= left
+    state.clock.lean[0] *= left
+    state.clock.lean[1] *= left
 
 
 @internal
-def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -> None:
+def put_in_order(state: State, model: Model, order: Order, tuning: Tuning, time: float) -> None:
     """Let the foot that can best be spared step to its neutral place, one at a time.
 
     Args:
@@ -272,9 +285,9 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
         tuning: The margins.
         time: Of a swing [s].
     """
-    lifted = np.zeros(len(state.leg), dtype=np.int64)
+    lifted = np.zeros(state.leg_count, dtype=np.int64)
     best, most = -1, tuning.support_margin
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         if state.leg[leg] == HELD:
             continue
         if state.leg[leg] != STANCE:
@@ -294,7 +307,7 @@ def put_in_order(state: Any, model: Any, order: Any, tuning: Any, time: float) -
 
 
 @internal
-def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+def run_clock(state: State, model: Model, order: Order, tuning: Tuning, h: float) -> None:
     """Let the gait's clock go on by a step of time, and feet lift that are due.
 
     Args:
@@ -304,32 +317,32 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         tuning: The margins.
         h: Step of time [s].
     """
-    legs, clock, gait = len(state.leg), state.clock, order.gait
+    legs, clock, gait = state.leg_count, state.clock, order.gait
     moving = is_asked_to_move(state, order)
-    away, near = False, STAYS if state.mode[0] == STILL else HOME
+    away, near = False, STAYS if state.clock.mode == STILL else HOME
     for leg in range(legs):
         if order.used[leg]:
             away = away or state.leg[leg] != STANCE or from_home(state, model, order, leg) > near
         elif state.leg[leg] != HELD:
             away = True
     if not (moving or away):
-        state.mode[0] = STILL
-    elif state.mode[0] == STILL:
+        state.clock.mode = STILL
+    elif state.clock.mode == STILL:
         found = np.empty(2)
         best_phase(state, model, order.used, order.velocity, order.offsets, gait, found)
-        clock[0] = found[0] if found[1] >= 0 else clock[0]
-        state.mode[0] = WALKING
-    walking = 1.0 if state.mode[0] == WALKING else 0.0
+        clock.phase = found[0] if found[1] >= 0 else clock.phase
+        state.clock.mode = WALKING
+    walking = 1.0 if state.clock.mode == WALKING else 0.0
     most = 2 * h / gait[1]
-    clock[2] += min(max(walking - clock[2], -most), most)
-    if state.mode[0] == STILL:
-        clock[4] = 0.0
+    clock.sway_share += min(max(walking - clock.sway_share, -most), most)
+    if state.clock.mode == STILL:
+        clock.lift_wait = 0.0
         stand_upright(state, h)
         return
     step = h / gait[1]
     lifted = np.zeros(legs, dtype=np.int64)
     due, wait, short = 0, False, False
-    state.mode[2] = 0
+    state.clock.pose_hinders = 0
     for leg in range(legs):
         if not order.used[leg]:
             # A leg that is no longer walked on leaves the ground as soon as it can be spared.
@@ -344,7 +357,7 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             continue
         # A body that sways would go on over a foot that goes down into a hole.
         wait = wait or is_looking(state, leg) or (gait[2] != 0.0 and is_deep(state, leg))
-        if 1.0 - (clock[0] - order.offsets[leg]) % 1.0 > step:
+        if 1.0 - (clock.phase - order.offsets[leg]) % 1.0 > step:
             continue
         if state.leg[leg] != STANCE and state.leg[leg] != HELD:
             # One that has only just lifted is not late.
@@ -355,24 +368,24 @@ def run_clock(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
             lifted[leg] = 1
             due += 1
             if state.leg[leg] == STANCE and is_hindered(state, model, order, leg):
-                state.mode[2] = 1
+                state.clock.pose_hinders = 1
     time = (1.0 - gait[0]) * gait[1]
     if due > 0 and not wait:
         margin = margin_without(state, model, order, lifted, time, 1.0 - gait[0])
         short = margin < tuning.support_margin
-        wait = short or state.mode[2] == 1
+        wait = short or state.clock.pose_hinders == 1
     if wait:
-        clock[4] += h
-        if state.mode[2] == 0 and short:
+        clock.lift_wait += h
+        if state.clock.pose_hinders == 0 and short:
             lean(state, model, lifted, h)
-        if clock[4] > tuning.patience:
+        if clock.lift_wait > tuning.patience:
             put_in_order(state, model, order, tuning, time)
         return
-    if clock[5] > 4 * tuning.support_margin + 0.01:
+    if clock.support_margin > 4 * tuning.support_margin + 0.01:
         stand_upright(state, h)
-    clock[4] = 0.0
+    clock.lift_wait = 0.0
     for leg in range(legs):
         if lifted[leg]:
-            ago = h - (1.0 - (clock[0] - order.offsets[leg]) % 1.0) * gait[1]
+            ago = h - (1.0 - (clock.phase - order.offsets[leg]) % 1.0) * gait[1]
             lift_off(state, model, order, leg, max(ago, 0.0), time)
-    clock[0] = (clock[0] + step) % 1.0
+    clock.phase = (clock.phase + step) % 1.0

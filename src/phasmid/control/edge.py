@@ -31,13 +31,13 @@ class Edge:
     def forget(self) -> None:
         """Forget all."""
         self._ways: dict[int, np.ndarray] = {}
-        self._seen, self._back = 0, np.zeros(len(self._state.leg), dtype=bool)
+        self._seen, self._back = 0, np.zeros(self._state.leg_count, dtype=bool)
 
     def is_found(self) -> bool:
         """Whether a foot has come back since this was asked last; its way is then closed."""
-        if int(self._state.mode[3]) == self._seen:
+        if int(self._state.clock.search_changes) == self._seen:
             return False
-        self._seen = int(self._state.mode[3])
+        self._seen = int(self._state.clock.search_changes)
         back = self._state.search == RETURNED
         new, self._back = back & ~self._back, back
         for leg in np.flatnonzero(new):

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from phasmid.compiled import internal
-from phasmid.control.state import HELD, RISES, SWING
+from phasmid.control.state import HELD, RISES, SWING, Order, State
 from phasmid.control.swing import plant
 
 FAR, LOOKS = 0.06, 2
@@ -32,19 +31,19 @@ way [m/s], and the least time for it [s]."""
 
 
 @internal
-def is_looking(state: Any, leg: int) -> bool:
+def is_looking(state: State, leg: int) -> bool:
     """Whether a foot in the air looks for ground elsewhere, or goes back to it."""
     return bool(0.0 < state.search[leg] < RETURNED)
 
 
 @internal
-def goes_back(state: Any, leg: int) -> bool:
+def goes_back(state: State, leg: int) -> bool:
     """Whether a foot goes back to where it stood."""
     return bool(RETURNS <= state.search[leg] < RETURNED)
 
 
 @internal
-def from_stood(state: Any, leg: int) -> float:
+def from_stood(state: State, leg: int) -> float:
     """How far a foot is from where it last stood and felt the ground, from above [m]."""
     dx = state.foot[leg, 0] - state.sought[2, leg, 0]
     dy = state.foot[leg, 1] - state.sought[2, leg, 1]
@@ -52,15 +51,15 @@ def from_stood(state: Any, leg: int) -> float:
 
 
 @internal
-def set_search(state: Any, leg: int, how: float) -> None:
+def set_search(state: State, leg: int, how: float) -> None:
     """Note how a foot's search is, and that there is news of it."""
     if state.search[leg] != how:
         state.search[leg] = how
-        state.mode[3] += 1
+        state.clock.search_changes += 1
 
 
 @internal
-def end_search(state: Any, leg: int, found: bool) -> None:
+def end_search(state: State, leg: int, found: bool) -> None:
     """Note that a foot stands, whether it has found ground or not."""
     if found and goes_back(state, leg) and from_stood(state, leg) < THERE:
         set_search(state, leg, RETURNED)
@@ -71,9 +70,9 @@ def end_search(state: Any, leg: int, found: bool) -> None:
 
 
 @internal
-def is_free(state: Any, leg: int, x: float, y: float) -> bool:
+def is_free(state: State, leg: int, x: float, y: float) -> bool:
     """Whether no other foot stands or lands near a place in odom."""
-    for other in range(len(state.leg)):
+    for other in range(state.leg_count):
         dx, dy = state.landing[other, 0] - x, state.landing[other, 1] - y
         if other != leg and state.leg[other] != HELD and dx * dx + dy * dy < CLOSE * CLOSE:
             return False
@@ -81,7 +80,7 @@ def is_free(state: Any, leg: int, x: float, y: float) -> bool:
 
 
 @internal
-def looks_elsewhere(state: Any, order: Any, leg: int) -> bool:
+def looks_elsewhere(state: State, order: Order, leg: int) -> bool:
     """Let a foot that has come down to no ground rise out of the hole, to swing elsewhere.
 
     First it goes to a place along its own way with the body, then as far to the other side, then

@@ -89,11 +89,13 @@ class LocomotionEngine:
         self._step, self._limits = step, limits
         self.robot = robot
         self.settings = settings
-        self._model = model_of(
-            robot, settings.joint_speed_share, settings.stretch, settings.joint_margin
+        memory = self.memory = Memory(
+            model_of(robot, settings.joint_speed_share, settings.stretch, settings.joint_margin),
+            tuning_of(settings, SWAY_BANDWIDTH),
         )
-        self._tuning = tuning_of(settings, SWAY_BANDWIDTH)
-        memory = self.memory = Memory(self._model, self._tuning)
+        self._model = memory.model
+        # What compiled functions take.
+        self._records = memory.models[0], memory.tunings[0]
         self.state: State = memory.state
         self.order: Order = memory.order
         self._wanted = memory.wanted
@@ -105,7 +107,7 @@ class LocomotionEngine:
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
         self._belly = Belly(robot, self._model.height)
-        self._regions = Regions(self._model)
+        self._regions = Regions(memory.models[0])
         self.dynamics: DynamicsStage | None = None
         if settings.dynamics == "feed-forward":
             self.dynamics = DynamicsStage(robot, settings.effort, settings.update_period)
@@ -143,22 +145,26 @@ class LocomotionEngine:
             command: Where to go, and how.
         """
         time = float(observation.time)
-        if math.isfinite(time) and time > self.state.clock[1]:
-            self.state.clock[1] = time
+        if math.isfinite(time) and time > self.state.clock.time:
+            self.state.clock.time = time
         if command is not self._command:
             self._take(command)
         if self.feel is not None and self._feels:
             for sentence in self.feel.update(observation, self.memory):
-                self._remarks.events.append((float(self.state.clock[1]), sentence))
+                self._remarks.events.append((float(self.state.clock.time), sentence))
         if self.dynamics is not None and self.dynamics.velocity_share != self.had:
             self.had = self.dynamics.velocity_share
             self.order.velocity[:] = self._wanted.velocity[:] = self.had * self.admitted
         memory = self.memory
         code = self._step.tick(
-            memory.numbers, memory.codes, memory.legs, self.settings.update_period
+            memory.states,
+            memory.orders,
+            memory.models,
+            memory.tunings,
+            self.settings.update_period,
         )
         changed = self._changing and self.order.gait[3] == 0.0
-        rests = bool(self.state.mode[0] == STILL)
+        rests = bool(self.state.clock.mode == STILL)
         if changed or self._resting != rests or self._edge.is_found():
             # What was admitted regarded the old gait too, or a way that is closed now.
             self._take(command)
@@ -168,8 +174,8 @@ class LocomotionEngine:
             remark = self.dynamics.effort.remark
         self._remarks.of_update(code, remark)
         motion = state.q[:2].copy()
-        if state.clock[3] != 1.0:
-            motion[1] *= state.clock[3]
+        if state.clock.time_scale != 1.0:
+            motion[1] *= state.clock.time_scale
         return JointTargets(motion[0], motion[1], torque)
 
     @property
@@ -228,8 +234,8 @@ class LocomotionEngine:
     def telemetry(self) -> dict[str, Any]:
         """Numbers of the last update by channel name, to be recorded."""
         state = self.state
-        # As Python's numbers, of which one is asked for sooner.
-        phase, _, _, slow, _, margin, *_ = state.clock.tolist()
+        clock = state.clock
+        phase, slow, margin = clock.phase, clock.time_scale, clock.support_margin
         return {
             "stance": state.leg == STANCE,
             "velocity_command": np.array(self._asked),
@@ -249,9 +255,9 @@ class LocomotionEngine:
             time: Of the engine's clock [s].
         """
         state, feet = self.state, np.asarray(feet, dtype=float)
-        state.numbers[:] = 0.0
-        state.codes[:] = 0
-        state.clock[1], state.clock[3], state.clock[6] = time, 1.0, 1.0
+        self.memory.clear_state()
+        clock = state.clock
+        clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
         # The ground is where the feet are on average; odom begins under the body.
         ground = float(feet[:, 2].mean())
         state.pose[:, 2] = -ground - self._model.height
@@ -268,9 +274,7 @@ class LocomotionEngine:
             leg: Its index.
             q: Its joint angles [rad], shape (3,).
         """
-        # The loops have a copy of their own.
-        for model in (self._model, self.memory.model):
-            model.folded[leg] = q
+        self._model.folded[leg] = q
 
     def hold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
         """Take a leg as lost and held in the air already, at rest.
@@ -295,7 +299,7 @@ class LocomotionEngine:
     @property
     def is_standing(self) -> bool:
         """Whether all feet stand, near to their neutral places, and the body rests over them."""
-        return bool(self.state.mode[0] == STILL and np.abs(self.state.speed).max() < 1e-4)
+        return bool(self.state.clock.mode == STILL and np.abs(self.state.speed).max() < 1e-4)
 
     @property
     def is_lame(self) -> bool:
@@ -307,7 +311,9 @@ class LocomotionEngine:
     def _place(self) -> int:
         """Bend the legs to where the state says that body and feet are; 0: they reach it."""
         memory = self.memory
-        return int(self._step.tick(memory.numbers, memory.codes, memory.legs, 0.0))
+        return int(
+            self._step.tick(memory.states, memory.orders, memory.models, memory.tunings, 0.0)
+        )
 
     def _start(self) -> None:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -343,7 +349,7 @@ class LocomotionEngine:
         self._remarks.tell("lame", False, "")
         height = command.step_height
         order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
-        resting = bool(self.state.mode[0] == STILL)
+        resting = bool(self.state.clock.mode == STILL)
         self._resting = resting
         standing = resting and not any(command.velocity)
         self._set_pose(np.array(command.pose, dtype=float), shift, standing)
@@ -387,8 +393,7 @@ class LocomotionEngine:
                 gait[0], gait[2] = 1.0, 0.0
             share = float(
                 self._limits.share_of_pose(
-                    self._model,
-                    self._tuning,
+                    *self._records,
                     wanted.used,
                     wanted.offsets,
                     gait,
@@ -411,8 +416,7 @@ class LocomotionEngine:
         region = self._regions.at(order.pose)
         return float(
             self._limits.share_of_velocity(
-                self._model,
-                self._tuning,
+                *self._records,
                 region,
                 order.used,
                 order.offsets,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,20 @@ from phasmid.control.elsewhere import (
 )
 from phasmid.control.governor import is_landing
 from phasmid.control.reach import is_reached, within
-from phasmid.control.state import HELD, LOWERED, OBSTACLE, PROBING, SETTLING, STANCE, STILL, SWING
+from phasmid.control.state import (
+    HELD,
+    LOWERED,
+    OBSTACLE,
+    PROBING,
+    SETTLING,
+    STANCE,
+    STILL,
+    SWING,
+    Model,
+    Order,
+    State,
+    Tuning,
+)
 from phasmid.control.swing import plant, raise_foot, steer
 from phasmid.control.trunk import approach, ride
 
@@ -59,12 +71,14 @@ least so far down [m]."""
 
 
 @internal
-def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, left: float) -> None:
+def choose_landing(
+    state: State, model: Model, order: Order, tuning: Tuning, leg: int, left: float
+) -> None:
     """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
     mean, then, goal, ways = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
     v, there, kept, rest = state.speed[2].copy(), ways[0], ways[1], ways[2]
     for i in range(3):
-        goal[i] = state.clock[6] * order.velocity[i]
+        goal[i] = state.clock.velocity_share * order.velocity[i]
         if goes_back(state, leg):
             # So does the body.
             goal[i] = state.speed[0, i]
@@ -110,14 +124,14 @@ def choose_landing(state: Any, model: Any, order: Any, tuning: Any, leg: int, le
 
 
 @internal
-def above(state: Any, leg: int) -> float:
+def above(state: State, leg: int) -> float:
     """How far a foot is over the ground that is believed [m]."""
     g, foot = state.ground[3], state.foot[leg]
     return float(foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1]))
 
 
 @internal
-def look_down(state: Any, model: Any, tuning: Any, leg: int, depth: float) -> None:
+def look_down(state: State, model: Model, tuning: Tuning, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down, by a depth or as far as its leg reaches [m]."""
     foot = state.foot[leg]
     for _ in range(4):
@@ -132,7 +146,7 @@ def look_down(state: Any, model: Any, tuning: Any, leg: int, depth: float) -> No
 
 
 @internal
-def land_here(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None:
+def land_here(state: State, model: Model, order: Order, tuning: Tuning, leg: int) -> None:
     """Let a foot go straight down from rest, and beyond the ground where it feels for it."""
     plant(state, leg)
     state.leg[leg] = PROBING
@@ -145,7 +159,7 @@ def land_here(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
 
 
 @internal
-def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None:
+def end_swing(state: State, model: Model, order: Order, tuning: Tuning, leg: int) -> None:
     """Let a foot stand at the end of its curve, or go on down where it feels no ground."""
     for i in range(3):
         state.foot[leg, i] = state.landing[leg, i]
@@ -172,14 +186,14 @@ def end_swing(state: Any, model: Any, order: Any, tuning: Any, leg: int) -> None
 
 
 @internal
-def press(state: Any, leg: int, depth: float) -> None:
+def press(state: State, leg: int, depth: float) -> None:
     """Let a standing foot go down."""
     state.landing[leg, 2] = state.foot[leg, 2] - depth
     state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = 0.0, PRESS, 0.0
 
 
 @internal
-def draw_back(state: Any, leg: int) -> None:
+def draw_back(state: State, leg: int) -> None:
     """Let a swinging foot go back and up from what it has met, with the motion that it has."""
     foot, landing = state.foot[leg], state.landing[leg]
     dx, dy = foot[0] - landing[0], foot[1] - landing[1]
@@ -195,7 +209,7 @@ def draw_back(state: Any, leg: int) -> None:
 
 
 @internal
-def stop_at_contact(state: Any, leg: int) -> None:
+def stop_at_contact(state: State, leg: int) -> None:
     """Bring a foot to rest a little beyond its contact, without a jump of its velocity."""
     for i in range(3):
         state.line[0, leg, i] = state.foot[leg, i]
@@ -207,9 +221,11 @@ def stop_at_contact(state: Any, leg: int) -> None:
 
 
 @internal
-def has_lost_ground(state: Any, model: Any, order: Any, tuning: Any, leg: int, h: float) -> bool:
+def has_lost_ground(
+    state: State, model: Model, order: Order, tuning: Tuning, leg: int, h: float
+) -> bool:
     """Return whether a stance foot has had no contact for `LOST_AFTER` and can be lowered."""
-    if order.touch[leg] != 0 or state.mode[0] == STILL:
+    if order.touch[leg] != 0 or state.clock.mode == STILL:
         state.swing[leg, 2] = 0.0
         return False
     # In stance this element counts the time without contact.
@@ -223,9 +239,9 @@ def has_lost_ground(state: Any, model: Any, order: Any, tuning: Any, leg: int, h
 
 
 @internal
-def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+def move_feet(state: State, model: Model, order: Order, tuning: Tuning, h: float) -> None:
     """Let the feet that are in the air go on."""
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         doing = state.leg[leg]
         swing = state.swing[leg]
         stands = doing == STANCE and order.touch[leg] != 0 and state.search[leg] != RETURNED
@@ -260,7 +276,7 @@ def move_feet(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None
         lowered = doing == STANCE and state.retreat[leg] == LOWERED
         met = order.touch[leg] == 1 and doing in (SWING, PROBING) and not retreats
         # Without knowledge of its contact a stance foot goes no deeper.
-        met = met or (lowered and (order.touch[leg] != 0 or state.mode[0] == STILL))
+        met = met or (lowered and (order.touch[leg] != 0 or state.clock.mode == STILL))
         if met and (doing != SWING or part > tuning.lowest_lift):
             stop_at_contact(state, leg)
             if not lowered:

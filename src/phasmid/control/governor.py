@@ -8,7 +8,6 @@ stand. That way out stays open from update to update: nothing ever has to be sto
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from phasmid.compiled import inlined, internal
 from phasmid.control.bounds import AT_ENOUGH, ENOUGH, is_within
 from phasmid.control.limbs import edges_of, margin_within, rotation
 from phasmid.control.reach import room_of, seen_from_hip, wave
-from phasmid.control.state import HELD, STANCE, STILL, SWING
+from phasmid.control.state import HELD, STANCE, STILL, SWING, Model, Order, State, Tuning
 from phasmid.control.trunk import approach, follow, ride
 
 LOOKS, SPAN = 5, 0.07
@@ -41,8 +40,8 @@ def is_settled(stages: np.ndarray, goal: np.ndarray, close: float) -> bool:
 
 @inlined
 def room_for(
-    model: Any,
-    tuning: Any,
+    model: Model,
+    tuning: Tuning,
     leg: int,
     R: np.ndarray,
     trunk: np.ndarray,
@@ -60,7 +59,7 @@ def room_for(
 
 @internal
 def is_landing(
-    state: Any, model: Any, leg: int, paths: np.ndarray, x: float, y: float, z: float
+    state: State, model: Model, leg: int, paths: np.ndarray, x: float, y: float, z: float
 ) -> bool:
     """Whether a foot can land at a place, with each of these paths, in the pose of now and to come.
 
@@ -89,17 +88,17 @@ def is_landing(
 
 
 @internal
-def stays_for(state: Any, order: Any, leg: int) -> float:
+def stays_for(state: State, order: Order, leg: int) -> float:
     """How long a foot that stands still stays there, as far as the clock knows [s]."""
     clock = state.clock
-    if state.mode[0] == STILL or clock[4] > 0.0:
+    if state.clock.mode == STILL or clock.lift_wait > 0.0:
         return math.inf
-    return float((1.0 - (clock[0] - order.offsets[leg]) % 1.0) * order.gait[1])
+    return float((1.0 - (clock.phase - order.offsets[leg]) % 1.0) * order.gait[1])
 
 
 @internal
 def may_go_on(
-    state: Any, model: Any, order: Any, tuning: Any, velocity: np.ndarray, goal: np.ndarray
+    state: State, model: Model, order: Order, tuning: Tuning, velocity: np.ndarray, goal: np.ndarray
 ) -> bool:
     """Whether the robot can come to rest from where it is, with other references.
 
@@ -113,7 +112,7 @@ def may_go_on(
         velocity: Reference of the path's velocity, from which it brakes, shape (3,).
         goal: Reference of the pose, which stays, shape (6,).
     """
-    legs, clock, g = len(state.leg), state.clock, state.ground[3]
+    legs, clock, g = state.leg_count, state.clock, state.ground[3]
     speed, pose, path = state.speed.copy(), state.pose.copy(), state.path.copy()
     rest, mean, R, trunk = np.zeros(3), np.empty(3), np.empty((3, 3)), np.empty(3)
     aside = np.zeros((3, 2))
@@ -155,9 +154,12 @@ def may_go_on(
             follow(pose, tuning.pose_bandwidth, SPAN)
         last = 0 if look == LOOKS else 3
         if order.gait[2] != 0.0:
-            phase = clock[0] + time / order.gait[1]
+            phase = clock.phase + time / order.gait[1]
             wave(model, order.used, order.offsets, order.gait, phase, aside)
-        x, y = clock[2] * aside[0, 0] + clock[7], clock[2] * aside[0, 1] + clock[8]
+        x, y = (
+            clock.sway_share * aside[0, 0] + clock.lean[0],
+            clock.sway_share * aside[0, 1] + clock.lean[1],
+        )
         if look == 0:
             x, y = state.sway[3, 0], state.sway[3, 1]
         x, y = x + pose[last, 0], y + pose[last, 1]

@@ -6,11 +6,11 @@ The same equations as in `phasmid.kinematics`, for one leg and sample at a time.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from phasmid.compiled import compiled, internal
+from phasmid.control.state import Model
 
 Triple = tuple[float, float, float]
 
@@ -87,7 +87,7 @@ def speeds_of(
 
 
 @compiled
-def moment_of(model: Any, leg: int, q: np.ndarray, moment: np.ndarray) -> None:
+def moment_of(model: Model, leg: int, q: np.ndarray, moment: np.ndarray) -> None:
     """Add a leg's mass times the place of its centre in the body frame [kg·m].
 
     Args:
@@ -158,7 +158,7 @@ def deepest_of(feet: np.ndarray, standing: np.ndarray, i: int, j: int) -> float:
     square = dx * dx + dy * dy
     if square < 1e-18:
         return -1.0
-    for k in range(len(feet)):
+    for k in range(len(standing)):
         if standing[k]:
             side = dx * (feet[k, 1] - y) - dy * (feet[k, 0] - x)
             # Written so that a foot that is no number is to the right of it.
@@ -180,7 +180,7 @@ def edges_of(feet: np.ndarray, standing: np.ndarray, edges: np.ndarray) -> int:
     Returns:
         How many there are; fewer than three where the feet are so few or lie on a line.
     """
-    count, edge = len(feet), 0
+    count, edge = len(standing), 0
     for i in range(count):
         if not standing[i]:
             continue
@@ -233,5 +233,5 @@ def margin_of(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> flo
         Positive inside, negative outside (to the nearest edge's line), minus infinity where they
         are fewer than three or lie on a line.
     """
-    edges = np.empty((len(feet) * len(feet), 5))
+    edges = np.empty((len(standing) * len(standing), 5))
     return margin_within(edges, edges_of(feet, standing, edges), x, y)

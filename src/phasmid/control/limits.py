@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from phasmid.compiled import compiled
 from phasmid.control.bounds import PLANNED
 from phasmid.control.limbs import margin_of, moment_of, rotation, speeds_of, to_hip
 from phasmid.control.reach import lag_of, reaches, wave, within
-from phasmid.control.state import REACH, SPEED, SUPPORT
+from phasmid.control.state import REACH, SPEED, SUPPORT, Model, Tuning
 from phasmid.control.swing import blend, lift
 from phasmid.control.trunk import ride
 
@@ -24,8 +23,8 @@ CLOSE = 1e-3
 
 @compiled
 def walks_steadily(
-    model: Any,
-    tuning: Any,
+    model: Model,
+    tuning: Tuning,
     region: np.ndarray,
     used: np.ndarray,
     offsets: np.ndarray,
@@ -155,8 +154,8 @@ def walks_steadily(
 
 
 def share_of_velocity(
-    model: Any,
-    tuning: Any,
+    model: np.void,
+    tuning: np.void,
     region: np.ndarray,
     used: np.ndarray,
     offsets: np.ndarray,
@@ -170,8 +169,8 @@ def share_of_velocity(
     """The largest share of a velocity, up to `most`, at which a steady walk can be made.
 
     Args:
-        model: The robot.
-        tuning: The margins.
+        model: Record of the robot.
+        tuning: Record of the margins.
         region: Where the feet may stand at that pose, shape (L, K, 3).
         used: Which legs are walked on, shape (L,).
         offsets: When they lift, shape (L,).
@@ -200,8 +199,8 @@ def share_of_velocity(
 
 
 def share_of_pose(
-    model: Any,
-    tuning: Any,
+    model: np.void,
+    tuning: np.void,
     used: np.ndarray,
     offsets: np.ndarray,
     gait: np.ndarray,
@@ -213,8 +212,8 @@ def share_of_pose(
     """The largest share of a pose, up to 1, in which a robot can step on the spot.
 
     Args:
-        model: The robot.
-        tuning: The margins.
+        model: Record of the robot.
+        tuning: Record of the margins.
         used: Which legs are walked on, shape (L,).
         offsets: When they lift, shape (L,).
         gait: Duty factor (1: only stand), period and sway, shape (3 or more,).

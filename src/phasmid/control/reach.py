@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.bounds import AT_ENOUGH, AT_PLANNED, is_within
 from phasmid.control.limbs import Triple, angles_of, deepest_of, rotation, to_hip
-from phasmid.control.state import DIRECTIONS, PROBING, STANCE, SWING
+from phasmid.control.state import DIRECTIONS, PROBING, STANCE, SWING, Model, State, Tuning
 from phasmid.control.trunk import ride
 
 SLACK = 0.001
@@ -29,7 +28,7 @@ tibia, and from the first place that is too far by halving, to this [m]."""
 
 
 @internal
-def room_of(model: Any, tuning: Any, leg: int, p: np.ndarray, q: np.ndarray) -> float:
+def room_of(model: Model, tuning: Tuning, leg: int, p: np.ndarray, q: np.ndarray) -> float:
     """Room that a leg has with its foot somewhere, in shares of the margins; write its angles.
 
     Args:
@@ -59,7 +58,9 @@ def room_of(model: Any, tuning: Any, leg: int, p: np.ndarray, q: np.ndarray) -> 
 
 
 @internal
-def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: np.ndarray) -> bool:
+def reaches(
+    model: Model, tuning: Tuning, leg: int, p: np.ndarray, share: float, q: np.ndarray
+) -> bool:
     """Whether a leg can put its foot somewhere; write the joint angles for it.
 
     Args:
@@ -75,7 +76,7 @@ def reaches(model: Any, tuning: Any, leg: int, p: np.ndarray, share: float, q: n
 
 @inlined
 def seen_from_hip(
-    model: Any, leg: int, R: np.ndarray, trunk: np.ndarray, x: float, y: float, z: float
+    model: Model, leg: int, R: np.ndarray, trunk: np.ndarray, x: float, y: float, z: float
 ) -> Triple:
     """Where a place is in a leg's hip frame [m].
 
@@ -103,7 +104,7 @@ def seen_from_hip(
 
 
 @internal
-def is_reached(state: Any, model: Any, leg: int, x: float, y: float, z: float) -> bool:
+def is_reached(state: State, model: Model, leg: int, x: float, y: float, z: float) -> bool:
     """Whether a leg can put its foot at a place in odom [m], as the body is now."""
     x, y, z = seen_from_hip(model, leg, state.body, state.trunk[0], x, y, z)
     return is_within(model.lengths, model.reach, AT_ENOUGH, leg, x, y, z)
@@ -143,7 +144,7 @@ def edge_of(
 
 @compiled
 def bound_region(
-    model: Any, leg: int, pose: np.ndarray, slope: np.ndarray, region: np.ndarray
+    model: Model, leg: int, pose: np.ndarray, slope: np.ndarray, region: np.ndarray
 ) -> None:
     """Write the half-planes within which a foot may stand while the body has a pose.
 
@@ -214,7 +215,7 @@ def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
 
 @internal
 def wave(
-    model: Any,
+    model: Model,
     used: np.ndarray,
     offsets: np.ndarray,
     gait: np.ndarray,
@@ -274,8 +275,8 @@ def lag_of(gait: np.ndarray) -> float:
 
 @internal
 def speed_share(
-    state: Any,
-    model: Any,
+    state: State,
+    model: Model,
     used: np.ndarray,
     velocity: np.ndarray,
     offsets: np.ndarray,
@@ -303,7 +304,7 @@ def speed_share(
     c, s = math.cos(path[2]), math.sin(path[2])
     there, aside = np.empty(3), np.empty((3, 2))
     origin = np.zeros(3)
-    swaying, lag = gait[2] * state.clock[2], lag_of(gait)
+    swaying, lag = gait[2] * state.clock.sway_share, lag_of(gait)
     for leg in range(len(used)):
         if state.leg[leg] != STANCE or not used[leg]:
             continue
@@ -319,8 +320,8 @@ def speed_share(
         if swaying > 0.0:
             # At its lift the body is aside by this.
             wave(model, used, offsets, gait, offsets[leg], aside)
-            x -= state.clock[2] * aside[0, 0]
-            y -= state.clock[2] * aside[0, 1]
+            x -= state.clock.sway_share * aside[0, 0]
+            y -= state.clock.sway_share * aside[0, 1]
         region = state.region[leg]
         for k in range(DIRECTIONS):
             along = region[k, 0] * dx + region[k, 1] * dy
@@ -331,7 +332,7 @@ def speed_share(
 
 
 @internal
-def support_share(state: Any, tuning: Any, used: np.ndarray, velocity: np.ndarray) -> float:
+def support_share(state: State, tuning: Tuning, used: np.ndarray, velocity: np.ndarray) -> float:
     """Share of a velocity at which the centre of mass stays over the feet that stand.
 
     It counts until the last foot that is in the air has landed.

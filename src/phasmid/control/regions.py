@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.reach import bound_region
-from phasmid.control.state import DIRECTIONS, Model
+from phasmid.control.state import DIRECTIONS
 
 KEPT = 8
 """For how many poses they are kept."""
@@ -16,10 +16,10 @@ class Regions:
     """Where feet may stand, by the body's pose, kept for the last few poses.
 
     Args:
-        model: The robot, L legs.
+        model: Record of the robot, L legs.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: np.void) -> None:
         self._model = model
         self._known: dict[tuple[float, ...], np.ndarray] = {}
 
@@ -33,7 +33,7 @@ class Regions:
         if key not in self._known:
             if len(self._known) >= KEPT:
                 self._known.clear()
-            region = np.zeros((len(self._model.neutral), DIRECTIONS, 3))
+            region = np.zeros((self._model["leg_count"], DIRECTIONS, 3))
             for leg in range(len(region)):
                 bound_region(self._model, leg, pose, np.zeros(3), region[leg])
             self._known[key] = region

@@ -47,7 +47,7 @@ class Remarks:
             self._said.discard(kind)
         elif kind not in self._said:
             self._said.add(kind)
-            self.events.append((float(self._state.clock[1]), sentence))
+            self.events.append((float(self._state.clock.time), sentence))
 
     def goes_on(self, kind: str) -> bool:
         """Whether something that was said is still so.
@@ -59,8 +59,10 @@ class Remarks:
 
     def _news_of(self, code: int, effort: str) -> tuple[int, bool, bool, str, int]:
         """What there would be to say of an update."""
-        mode, waits = self._state.mode, bool(self._state.clock[4] > PATIENT)
-        return code, waits, waits and bool(mode[2] == 1), effort, int(mode[3])
+        clock = self._state.clock
+        waits = bool(clock.lift_wait > PATIENT)
+        hindered = waits and bool(clock.pose_hinders == 1)
+        return code, waits, hindered, effort, int(clock.search_changes)
 
     def of_update(self, code: int, effort: str) -> None:
         """Say what is new of an update.

@@ -1,12 +1,19 @@
-"""What the engine knows of the robot, what it is to do, and where it is in doing it: arrays."""
+"""Robot model, reference, state and settings of the locomotion engine.
+
+Each class names the fields of a NumPy record (`records.record_of`); compiled functions take arrays
+of records. Records hold `MAX_LEGS` legs, so that one compilation serves every robot; Python works
+on views of the legs that a robot has (`records.view_of`).
+"""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from phasmid.control.bounds import reach_bounds
+from phasmid.control.records import record_of
 from phasmid.control.settings import EngineSettings
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot
@@ -34,7 +41,8 @@ DIRECTIONS = 16
 """Half-planes that bound where a foot may stand."""
 
 
-class Model(NamedTuple):
+@dataclass(eq=False)
+class Model:
     """The robot's numbers; L legs.
 
     Attributes:
@@ -52,25 +60,28 @@ class Model(NamedTuple):
         height: Of the body's origin over the neutral feet [m].
         radius: Mean distance of the neutral feet from the body's vertical axis [m].
         joint_speed: Largest speed of a joint's target [rad/s].
+        leg_count: Number of legs.
     """
 
-    lengths: np.ndarray
-    R_body_hip: np.ndarray
-    p_body_hip: np.ndarray
-    limits: np.ndarray
-    neutral: np.ndarray
-    folded: np.ndarray
-    link_mass: np.ndarray
-    link_com: np.ndarray
-    reach: np.ndarray
-    body_moment: np.ndarray
+    lengths: Float[np.ndarray, "legs 3"]
+    R_body_hip: Float[np.ndarray, "legs 3 3"]
+    p_body_hip: Float[np.ndarray, "legs 3"]
+    limits: Float[np.ndarray, "legs 3 2"]
+    neutral: Float[np.ndarray, "legs 3"]
+    folded: Float[np.ndarray, "legs 3"]
+    link_mass: Float[np.ndarray, "legs 3"]
+    link_com: Float[np.ndarray, "legs 3 3"]
+    reach: Float[np.ndarray, "2 legs 8"]
+    body_moment: Float[np.ndarray, "3"]
     mass: float
     height: float
     radius: float
     joint_speed: float
+    leg_count: int
 
 
-class Order(NamedTuple):
+@dataclass(eq=False)
+class Order:
     """What is to be done at this update, admissible as it stands; written anew where it changes.
 
     Attributes:
@@ -90,31 +101,65 @@ class Order(NamedTuple):
             shape (L,).
     """
 
-    velocity: np.ndarray
-    pose: np.ndarray
-    correction: np.ndarray
-    offsets: np.ndarray
-    gait: np.ndarray
-    step: np.ndarray
-    used: np.ndarray
-    touch: np.ndarray
-    plane: np.ndarray
-    landing: np.ndarray
-    foot_offset: np.ndarray
-    sag: np.ndarray
+    velocity: Float[np.ndarray, "3"]
+    pose: Float[np.ndarray, "6"]
+    correction: Float[np.ndarray, "6"]
+    offsets: Float[np.ndarray, " legs"]
+    gait: Float[np.ndarray, "4"]
+    step: Float[np.ndarray, "1"]
+    used: Int[np.ndarray, " legs"]
+    touch: Int[np.ndarray, " legs"]
+    plane: Float[np.ndarray, "4"]
+    landing: Float[np.ndarray, " legs"]
+    foot_offset: Float[np.ndarray, "legs 3"]
+    sag: Float[np.ndarray, " legs"]
 
 
-class State(NamedTuple):
-    """Where the engine is; every array is a view into one of the last two.
+@dataclass(eq=False)
+class GaitClock:
+    """Clock of the gait.
+
+    Attributes:
+        phase: Of the cycle, 0 to 1.
+        time: On the controller's clock [s].
+        sway_share: Part of the gait's sway that the body makes.
+        time_scale: Rate of the engine's time, 1 or less: slower where a joint would be too fast.
+        lift_wait: Time for which a lift has waited [s].
+        support_margin: Of the whole robot now [m].
+        velocity_share: Part of the commanded velocity that feet and support allow.
+        lean: Of the body ahead and left [m], shape (2,).
+        joint_speed_ratio: Fastest joint's speed divided by the largest that is allowed.
+        mode: `STILL` or `WALKING`.
+        region_leg: Leg whose region is bounded next.
+        pose_hinders: 1 while a foot that is due would hardly rise before the pose is reached.
+        search_changes: How often `State.search` has changed.
+    """
+
+    phase: float
+    time: float
+    sway_share: float
+    time_scale: float
+    lift_wait: float
+    support_margin: float
+    velocity_share: float
+    lean: Float[np.ndarray, "2"]
+    joint_speed_ratio: float
+    mode: int
+    region_leg: int
+    pose_hinders: int
+    search_changes: int
+
+
+@dataclass(eq=False)
+class State:
+    """Where the engine is.
 
     Attributes:
         path: Place on the ground and heading in odom [m, rad], shape (3,).
         speed: Three stages of the filter of the velocity, the last is the path's, shape (3, 3).
         pose: Four stages of the filter of the body's pose, the last is the pose, shape (4, 6).
         sway: Four stages of the filter of the body's way aside, shape (4, 2).
-        clock: Phase of the gait; time [s]; share of the sway; slow-down; time a lift has waited
-            [s]; support margin [m]; share of the commanded velocity; lean ahead and left [m];
-            joint speed over the limit, shape (10,).
+        clock: The gait's clock, and what slows it down.
         foot: Feet in odom [m], shape (L, 3).
         line: Of each foot its place without the lift, its velocity and acceleration, (3, L, 3).
         swing: Of each foot time since its lift, time of its swing [s], height [m], shape (L, 3).
@@ -138,40 +183,36 @@ class State(NamedTuple):
             slopes along x and y, shape (4, 3).
         offset: What is added to the feet's targets in odom [m], shape (L, 3).
         leg: What each leg does, shape (L,).
-        mode: What the clock does; leg whose region is next; 1 while a foot that is due would
-            hardly rise before the pose is where it goes to; changes of `search`, shape (4,).
-        numbers: All of the former as one row.
-        codes: The last two.
+        leg_count: Number of legs.
     """
 
-    path: np.ndarray
-    speed: np.ndarray
-    pose: np.ndarray
-    sway: np.ndarray
-    clock: np.ndarray
-    foot: np.ndarray
-    line: np.ndarray
-    swing: np.ndarray
-    landing: np.ndarray
-    motion: np.ndarray
-    q: np.ndarray
-    retreat: np.ndarray
-    search: np.ndarray
-    sought: np.ndarray
-    body: np.ndarray
-    trunk: np.ndarray
-    com: np.ndarray
-    region: np.ndarray
-    posed: np.ndarray
-    ground: np.ndarray
-    offset: np.ndarray
-    leg: np.ndarray
-    mode: np.ndarray
-    numbers: np.ndarray
-    codes: np.ndarray
+    path: Float[np.ndarray, "3"]
+    speed: Float[np.ndarray, "3 3"]
+    pose: Float[np.ndarray, "4 6"]
+    sway: Float[np.ndarray, "4 2"]
+    clock: GaitClock
+    foot: Float[np.ndarray, "legs 3"]
+    line: Float[np.ndarray, "3 legs 3"]
+    swing: Float[np.ndarray, "legs 3"]
+    landing: Float[np.ndarray, "legs 3"]
+    motion: Float[np.ndarray, "2 legs 3"]
+    q: Float[np.ndarray, "3 legs 3"]
+    retreat: Float[np.ndarray, " legs"]
+    search: Float[np.ndarray, " legs"]
+    sought: Float[np.ndarray, "3 legs 3"]
+    body: Float[np.ndarray, "3 3"]
+    trunk: Float[np.ndarray, "5 3"]
+    com: Float[np.ndarray, "3"]
+    region: Float[np.ndarray, "legs 16 3"]
+    posed: Float[np.ndarray, "legs 9"]
+    ground: Float[np.ndarray, "4 3"]
+    offset: Float[np.ndarray, "legs 3"]
+    leg: Int[np.ndarray, " legs"]
+    leg_count: int
 
 
-class Tuning(NamedTuple):
+@dataclass(eq=False)
+class Tuning:
     """The settings as numbers, and what follows from them; units as in `EngineSettings`.
 
     Attributes:
@@ -209,6 +250,10 @@ class Tuning(NamedTuple):
     patience: float
 
 
+MODEL, ORDER, STATE, TUNING = (record_of(kind) for kind in (Model, Order, State, Tuning))
+"""Records of these classes."""
+
+
 def model_of(robot: Robot, joint_speed_share: float, stretch: float, joint_margin: float) -> Model:
     """The numbers of a robot.
 
@@ -239,6 +284,7 @@ def model_of(robot: Robot, joint_speed_share: float, stretch: float, joint_margi
         -float(neutral[:, 2].mean()),
         float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
         joint_speed_share * robot.servo.no_load_speed,
+        len(robot.legs),
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from phasmid.control.elsewhere import end_search, goes_back, is_looking
 from phasmid.control.feet import land_here, move_feet
 from phasmid.control.governor import is_settled, may_go_on
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
-from phasmid.control.memory import all_at
 from phasmid.control.reach import (
     bound_region,
     room_of,
@@ -22,7 +20,18 @@ from phasmid.control.reach import (
     support_share,
     wave,
 )
-from phasmid.control.state import HELD, PROBING, SETTLING, STANCE, STILL, SWING
+from phasmid.control.state import (
+    HELD,
+    PROBING,
+    SETTLING,
+    STANCE,
+    STILL,
+    SWING,
+    Model,
+    Order,
+    State,
+    Tuning,
+)
 from phasmid.control.swing import (
     foot_at_joints,
     hold_leg,
@@ -54,7 +63,7 @@ RECOVERY = 2.0
 
 
 @internal
-def way_back(state: Any, velocity: np.ndarray) -> None:
+def way_back(state: State, velocity: np.ndarray) -> None:
     """Write the velocity at which the body comes back with feet that go back to where they stood.
 
     Args:
@@ -62,7 +71,7 @@ def way_back(state: Any, velocity: np.ndarray) -> None:
         velocity: Written: ahead, left [m/s] and turn [rad/s], shape (3,).
     """
     x, y = 0.0, 0.0
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         if goes_back(state, leg):
             x += state.sought[2, leg, 0] - state.sought[1, leg, 0]
             y += state.sought[2, leg, 1] - state.sought[1, leg, 1]
@@ -74,28 +83,28 @@ def way_back(state: Any, velocity: np.ndarray) -> None:
 
 
 @internal
-def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+def move_trunk(state: State, model: Model, order: Order, tuning: Tuning, h: float) -> None:
     """Let the path's velocity, the path, the pose and the sway follow what is asked."""
     clock, speed, pose = state.clock, state.speed, state.pose
     probing, looking, returns = False, False, False
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         probing = probing or state.leg[leg] == PROBING
         looking = looking or is_looking(state, leg)
         returns = returns or goes_back(state, leg)
     velocity = order.velocity.copy()
     if returns:
         way_back(state, velocity)
-    share = speed_share(state, model, order.used, velocity, order.offsets, order.gait, clock[0])
+    share = speed_share(state, model, order.used, velocity, order.offsets, order.gait, clock.phase)
     share = min(share, support_share(state, tuning, order.used, velocity))
     if order.gait[3] > 0:
-        share = min(share, clock[6] * math.exp(-4 * h))
-    if not returns and (looking or (clock[4] > 0.0 and not probing)):
+        share = min(share, clock.velocity_share * math.exp(-4 * h))
+    if not returns and (looking or (clock.lift_wait > 0.0 and not probing)):
         # A lift that waits for the ground alone lets the body go on, as far as its feet do.
         share = 0.0
     if order.gait[2] > 0.0:
         # A body that does not sway yet would leave its feet behind before one may lift.
-        share *= clock[2]
-    clock[6] = 0.0 if returns else share
+        share *= clock.sway_share
+    clock.velocity_share = 0.0 if returns else share
     target, old = np.empty(3), np.empty(3)
     for i in range(3):
         target[i] = share * velocity[i]
@@ -111,7 +120,7 @@ def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
         # The pose waits; if that is not enough, the walk does.
         goal[:] = pose[0]
         if not may_go_on(state, model, order, tuning, draft, goal):
-            clock[6] = 0.0
+            clock.velocity_share = 0.0
             draft[:] = speed[0]
             approach(draft, np.zeros(3), 0, model.radius, tuning.acceleration * h)
     for i in range(3):
@@ -127,25 +136,25 @@ def move_trunk(state: Any, model: Any, order: Any, tuning: Any, h: float) -> Non
     n, ground = order.plane, state.ground
     ground[0, 0], ground[0, 1], ground[0, 2] = n[3], -n[0] / n[2], -n[1] / n[2]
     follow(ground, tuning.pose_bandwidth, h)
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         approach(state.offset[leg], order.foot_offset[leg], 0, 1.0, OFFSET_SPEED * h)
 
 
 @internal
-def move_aside(state: Any, model: Any, order: Any, tuning: Any, h: float) -> None:
+def move_aside(state: State, model: Model, order: Order, tuning: Tuning, h: float) -> None:
     """Let the body sway with the gait's clock, and lean where that has been asked."""
     clock, sway, aside = state.clock, state.sway, np.empty((3, 2))
     # What the filter's three lags delay and weaken is made up for, at the gait's own rate.
     x = 2 * math.pi / (order.gait[1] * tuning.sway_bandwidth)
     lead, gain = 3 * math.atan(x) / (2 * math.pi), (1 + x * x) ** 1.5
-    wave(model, order.used, order.offsets, order.gait, clock[0] + lead, aside)
+    wave(model, order.used, order.offsets, order.gait, clock.phase + lead, aside)
     for i in range(2):
-        sway[0, i] = clock[2] * gain * aside[0, i] + clock[7 + i]
+        sway[0, i] = clock.sway_share * gain * aside[0, i] + clock.lean[i]
     follow(sway, tuning.sway_bandwidth, h)
 
 
 @internal
-def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
+def bend_legs(state: State, model: Model, tuning: Tuning, h: float) -> bool:
     """Write the joint angles, speeds and accelerations that put the feet where they are.
 
     Returns:
@@ -157,7 +166,7 @@ def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
     w, wd = trunk[2], trunk[4]
     for i in range(3):
         state.com[i] = model.body_moment[i]
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         if state.leg[leg] == HELD:
             hold_leg(state, model, leg, h)
             moment_of(model, leg, state.q[0, leg], state.com)
@@ -205,11 +214,11 @@ def bend_legs(state: Any, model: Any, tuning: Any, h: float) -> bool:
 
 
 @internal
-def measure_support(state: Any) -> float:
+def measure_support(state: State) -> float:
     """Support margin of the whole robot now [m]."""
     R, com, trunk = state.body, state.com, state.trunk[0]
-    standing = np.zeros(len(state.leg), dtype=np.int64)
-    for leg in range(len(state.leg)):
+    standing = np.zeros(state.leg_count, dtype=np.int64)
+    for leg in range(state.leg_count):
         standing[leg] = 1 if state.leg[leg] == STANCE else 0
     x = trunk[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
     y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
@@ -217,7 +226,7 @@ def measure_support(state: Any) -> float:
 
 
 @internal
-def change_gait(state: Any, model: Any, order: Any, wanted: Any) -> None:
+def change_gait(state: State, model: Model, order: Order, wanted: Order) -> None:
     """Take the gait that is wanted as soon as no foot would leave its region in it."""
     if order.gait[3] == 0.0:
         return
@@ -228,7 +237,7 @@ def change_gait(state: Any, model: Any, order: Any, wanted: Any) -> None:
         scale = model.radius if i == 2 else 1.0
         speed += (scale * state.speed[2, i]) ** 2
         asked += (scale * wanted.velocity[i]) ** 2
-    ready = state.mode[0] == STILL or found[1] >= 1.0 - 1e-9 or speed < 1e-8
+    ready = state.clock.mode == STILL or found[1] >= 1.0 - 1e-9 or speed < 1e-8
     if not ready and not found[1] > 0:
         return
     if ready or math.sqrt(speed) <= found[1] * math.sqrt(asked):
@@ -237,11 +246,11 @@ def change_gait(state: Any, model: Any, order: Any, wanted: Any) -> None:
         order.used[:] = wanted.used
         order.gait[3] = 0.0
         if found[1] >= 0:
-            state.clock[0] = found[0]
+            state.clock.phase = found[0]
 
 
 @inlined
-def advance(state: Any, model: Any, order: Any, tuning: Any, h: float, held: bool) -> bool:
+def advance(state: State, model: Model, order: Order, tuning: Tuning, h: float, held: bool) -> bool:
     """Let everything go on by a step of time; whether all feet can be reached there.
 
     Args:
@@ -262,7 +271,7 @@ def advance(state: Any, model: Any, order: Any, tuning: Any, h: float, held: boo
     place_trunk(state, model, tuning)
     if not bend_legs(state, model, tuning, h):
         return False
-    state.clock[5] = measure_support(state)
+    state.clock.support_margin = measure_support(state)
     return True
 
 
@@ -276,7 +285,7 @@ def draw_near(stages: np.ndarray, share: float) -> None:
 
 
 @internal
-def brake(state: Any, share: float) -> None:
+def brake(state: State, share: float) -> None:
     """Take from the trunk's motion all but a share of its speed, at once."""
     for i in range(3):
         for k in range(3):
@@ -286,7 +295,7 @@ def brake(state: Any, share: float) -> None:
 
 
 @internal
-def refresh_region(state: Any, model: Any, leg: int) -> None:
+def refresh_region(state: State, model: Model, leg: int) -> None:
     """Bound anew where one leg's foot may stand, if body, ground or foot are off by `STALE`."""
     g, posed, slope = state.ground[3], state.posed[leg], np.empty(3)
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
@@ -310,13 +319,12 @@ def refresh_region(state: Any, model: Any, leg: int) -> None:
 
 @inlined
 def update(
-    state: Any, trial: Any, model: Any, order: Any, wanted: Any, tuning: Any, dt: float
+    states: np.ndarray, model: Model, order: Order, wanted: Order, tuning: Tuning, dt: float
 ) -> int:
     """One update of the engine.
 
     Args:
-        state: Where it is, changed.
-        trial: Another state, to try in.
+        states: Where it is, changed, and a state to try in, shape (2,).
         model: The robot.
         order: What is to be done.
         wanted: The same with the gait that is wanted, where that is to change.
@@ -327,18 +335,21 @@ def update(
         0; 1: slowed for a joint's speed; 2: the trunk was braked or stopped, since a leg could not
         follow or the feet would not have held it; 3: nothing could be moved at all.
     """
+    state, trial = states[0], states[1]
     clock = state.clock
     change_gait(state, model, order, wanted)
-    state.mode[1] = (state.mode[1] + 1) % len(state.leg)
-    refresh_region(state, model, state.mode[1])
-    slow, said, failed = min(1.0, clock[3] + RECOVERY * dt), 0, 0
+    state.clock.region_leg = (state.clock.region_leg + 1) % state.leg_count
+    refresh_region(state, model, state.clock.region_leg)
+    slow, said, failed = min(1.0, clock.time_scale + RECOVERY * dt), 0, 0
     most = model.joint_speed * dt
     for _ in range(12):
-        trial.numbers[:] = state.numbers
-        trial.codes[:] = state.codes
+        states[1] = states[0]
         held = failed >= 3
         good = advance(trial, model, order, tuning, slow * dt, held)
-        topples = trial.clock[5] < LEAST * tuning.support_margin and trial.clock[5] < clock[5]
+        topples = (
+            trial.clock.support_margin < LEAST * tuning.support_margin
+            and trial.clock.support_margin < clock.support_margin
+        )
         if good and topples and not held:
             good = False
         if not good:
@@ -349,15 +360,14 @@ def update(
             said = 2
             continue
         ratio = 0.0
-        for leg in range(len(state.leg)):
+        for leg in range(state.leg_count):
             for k in range(3):
                 ratio = max(ratio, abs(trial.q[0, leg, k] - state.q[0, leg, k]) / most)
         if ratio <= 1.0:
-            trial.clock[1] = clock[1] + dt
-            trial.clock[3] = slow
-            trial.clock[9] = ratio
-            state.numbers[:] = trial.numbers
-            state.codes[:] = trial.codes
+            trial.clock.time = clock.time + dt
+            trial.clock.time_scale = slow
+            trial.clock.joint_speed_ratio = ratio
+            states[0] = states[1]
             return said
         slow *= 0.99 / ratio
         said = max(said, 1)
@@ -366,7 +376,7 @@ def update(
     # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
     brake(state, 0.0)
     arm = np.empty(3)
-    for leg in range(len(state.leg)):
+    for leg in range(state.leg_count):
         if state.leg[leg] != STANCE and state.leg[leg] != HELD:
             # Where the joints are, and not where the curve is, is surely within reach.
             foot_at_joints(state, model, leg, arm)
@@ -389,27 +399,29 @@ def update(
                 state.line[0, leg, i] = state.foot[leg, i]
                 state.line[1, leg, i] = state.line[2, leg, i] = 0.0
                 state.motion[0, leg, i] = state.motion[1, leg, i] = 0.0
-    clock[1] += dt
-    clock[3] = slow
+    clock.time += dt
+    clock.time_scale = slow
     state.q[1] = 0.0
     state.q[2] = 0.0
     return 3
 
 
 @compiled
-def tick(numbers: np.ndarray, codes: np.ndarray, legs: int, dt: float) -> int:
+def tick(
+    states: np.ndarray, orders: np.ndarray, models: np.ndarray, tunings: np.ndarray, dt: float
+) -> int:
     """One update of the engine in a `Memory`; see `update`.
 
     With no time from the last update everything is only put where its numbers say, from the feet
     and the body to the joints: 1 where a foot cannot be reached there, 0 elsewhere.
     """
-    state, trial, order, wanted, model, tuning = all_at(numbers, codes, legs)
+    state, model, tuning = states[0], models[0], tunings[0]
     if dt == 0.0:
-        for leg in range(legs):
+        for leg in range(state.leg_count):
             refresh_region(state, model, leg)
         place_trunk(state, model, tuning)
         if not bend_legs(state, model, tuning, 0.0):
             return 1
-        state.clock[5] = measure_support(state)
+        state.clock.support_margin = measure_support(state)
         return 0
-    return update(state, trial, model, order, wanted, tuning, dt)
+    return update(states, model, orders[0], orders[1], tuning, dt)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.limbs import foot_of
-from phasmid.control.state import RISES
+from phasmid.control.state import RISES, Model, State, Tuning
 
 FREE = 0.15
 """Part of a swing at each of its ends in which a foot comes to its curve wholly."""
@@ -73,7 +71,7 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
 
 
 @internal
-def yield_to_limits(state: Any, model: Any, tuning: Any, leg: int) -> bool:
+def yield_to_limits(state: State, model: Model, tuning: Tuning, leg: int) -> bool:
     """Let the joints of a swinging leg come near their limits softly, and no nearer.
 
     Amid a swing a foot may leave its curve where a joint does not let it go on along that. Angles,
@@ -121,7 +119,7 @@ def yield_to_limits(state: Any, model: Any, tuning: Any, leg: int) -> bool:
 
 
 @internal
-def raise_foot(state: Any, leg: int) -> None:
+def raise_foot(state: State, leg: int) -> None:
     """Write a swinging foot's place and motion in odom: its line and its lift above it."""
     s = state.swing[leg, 0] / state.swing[leg, 1]
     z, v, a = lift(min(s, 1.0), state.swing[leg, 1], state.swing[leg, 2])
@@ -135,7 +133,7 @@ def raise_foot(state: Any, leg: int) -> None:
 
 
 @internal
-def plant(state: Any, leg: int) -> None:
+def plant(state: State, leg: int) -> None:
     """Let a foot stand where it is."""
     state.retreat[leg] = 0.0
     for i in range(3):
@@ -147,7 +145,7 @@ def plant(state: Any, leg: int) -> None:
 
 
 @internal
-def foot_at_joints(state: Any, model: Any, leg: int, arm: np.ndarray) -> None:
+def foot_at_joints(state: State, model: Model, leg: int, arm: np.ndarray) -> None:
     """Write where a foot is in odom by its joint angles, and its way from the body [m], (3,)."""
     q = state.q[0, leg]
     x, y, z = foot_of(model.lengths[leg], q[0], q[1], q[2])
@@ -161,7 +159,7 @@ def foot_at_joints(state: Any, model: Any, leg: int, arm: np.ndarray) -> None:
 
 
 @internal
-def hold_leg(state: Any, model: Any, leg: int, h: float) -> None:
+def hold_leg(state: State, model: Model, leg: int, h: float) -> None:
     """Let a leg that is held in the air fold, and tell where its foot is in odom."""
     swing, q = state.swing[leg], state.q
     if swing[0] + h < swing[1]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.limbs import rotation
+from phasmid.control.state import Model, State, Tuning
 
 
 @internal
@@ -85,7 +85,7 @@ def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> N
 
 
 @internal
-def place_trunk(state: Any, model: Any, tuning: Any) -> None:
+def place_trunk(state: State, model: Model, tuning: Tuning) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
     path, speed, pose, sway = state.path, state.speed, state.pose, state.sway
     c, s = math.cos(path[2]), math.sin(path[2])

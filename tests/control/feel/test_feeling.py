@@ -5,16 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from phasmid.control import Command, Observation
-from phasmid.control.dynamics import stage as dynamics_stage
-from phasmid.control.dynamics.stage import weigh
-from phasmid.control.engine import LocomotionEngine
+from phasmid.control import Observation
 from phasmid.control.feel import FeelSettings
-from phasmid.control.feel import stage as feel_stage
 from phasmid.control.feel.feeling import Intent, feel
 from phasmid.control.feel.senses import SOURCE, room_for, senses_at
-from phasmid.control.feel.stage import FeelStage, feel_order
-from phasmid.control.memory import unwrapped
+from phasmid.control.feel.stage import FeelStage
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
     hip_from_body,
@@ -123,42 +118,6 @@ def test_healthy_sensors_have_no_news():
     assert set(felt.touch) == {0, 1}
     # The tremor of 7e-6 rad at most, and by it no more than the height times it.
     np.testing.assert_allclose(felt.correction, 0.0, atol=7e-6)
-
-
-@pytest.mark.parametrize("loop", [feel_order, weigh])
-def test_a_stage_computes_in_python_what_it_does_as_machine_code(loop, monkeypatch):
-    """At 200 updates of a walk on waves, from the same numbers: equal but for round-off."""
-    engine = LocomotionEngine(ROBOT)
-    legs, compared = len(ROBOT.legs), 0
-
-    def twice(*rows):
-        nonlocal compared
-        copies = [row.copy() if isinstance(row, np.ndarray) else row for row in rows]
-        told, same = loop(*rows), unwrapped(loop)(*copies)
-        np.testing.assert_allclose(same, told, rtol=1e-9, atol=1e-12)
-        for row, copy in zip(rows, copies, strict=True):
-            np.testing.assert_allclose(copy, row, rtol=1e-9, atol=1e-12)
-        compared += 1
-        return told
-
-    module = feel_stage if loop is feel_order else dynamics_stage
-    monkeypatch.setattr(module, loop.__name__, twice)
-    command, time = Command(velocity=(0.05, 0.01, 0.1)), 0.0
-    told = {
-        "joint_load": np.zeros((legs, 3)),
-        "orientation": np.array([1.0, 0.0, 0.0, 0.0]),
-        "angular_velocity": np.zeros(3),
-        "acceleration": np.array([0.0, 0.0, STANDARD_GRAVITY]),
-    }
-    engine.reset(
-        Observation(time, engine.state.q[0].copy(), contact=np.ones(legs, dtype=bool), **told)
-    )
-    for _ in range(200):
-        time += DT
-        x, y, z = engine.state.foot.T
-        contact = z < 0.005 * (np.sin(40 * x) + np.sin(31 * y)) + 1e-4
-        engine.update(Observation(time, engine.state.q[0].copy(), contact=contact, **told), command)
-    assert compared == 200
 
 
 def test_feet_without_switches_and_forces_are_felt_by_the_joints():

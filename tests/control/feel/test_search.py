@@ -68,7 +68,7 @@ class Walker:
                     s.foot.copy(),
                     speed,
                     s.q[0].copy(),
-                    s.clock[5],
+                    s.clock.support_margin,
                     s.search.copy(),
                     self.along(s.path),
                 )
@@ -214,7 +214,7 @@ def test_a_robot_that_shall_stand_stands(begin):
     walker.walk(4.0)
     walker.command = Command()
     walker.walk(6.0)
-    assert walker.engine.state.mode[0] == STILL
+    assert walker.engine.state.clock.mode == STILL
     leg, *_ = walker.walk(1.0)
     assert (leg == STANCE).all()
 
@@ -232,7 +232,7 @@ def test_a_robot_that_stops_while_a_foot_looks_stands(width, later):
     walker.walk(later)
     walker.command = Command()
     walker.walk(10.0)
-    assert state.mode[0] == STILL
+    assert state.clock.mode == STILL
     assert (state.leg == STANCE).all()
 
 
@@ -296,7 +296,7 @@ def test_a_robot_stops_at_an_edge(way, start):
     walker.trench = front(walker) + start, 10.0
     leg, foot, _, q, margin, _, _ = walker.walk(25.0)
     state = walker.engine.state
-    assert state.mode[0] == STILL
+    assert state.clock.mode == STILL
     assert (state.leg == STANCE).all()
     assert not walker.is_over_trench(foot[leg == STANCE]).any()
     assert margin.min() >= 0.0
@@ -328,7 +328,7 @@ def test_a_robot_that_has_stopped_at_an_edge_goes_elsewhere():
     engine.take_events()
     *_, path = walker.walk(30.0)
     assert np.ptp(path) > 0.05
-    assert state.mode[0] == STILL
+    assert state.clock.mode == STILL
     assert any(sentence.startswith("goes no farther") for _, sentence in engine.events)
 
 
@@ -364,7 +364,7 @@ def test_robots_stop_at_an_edge_at_any_speed(name, gait, period, way, speed):
     walker = Walker(way, robot=load_robot(name), speed=speed, period=period, gait=gait)
     walker.trench = front(walker) + 0.03, 10.0
     leg, foot, _, _, margin, _, _ = walker.walk(30.0)
-    assert walker.engine.state.mode[0] == STILL
+    assert walker.engine.state.clock.mode == STILL
     assert not walker.is_over_trench(foot[-1]).any()
     assert (leg[-1] == STANCE).all()
     assert margin.min() >= 0.0
@@ -397,7 +397,7 @@ def test_a_way_is_closed_although_the_robot_is_told_to_stop_while_a_foot_goes_ba
     walker.walk(later)
     ahead, walker.command = walker.command, Command()
     walker.walk(6.0)
-    assert walker.engine.state.mode[0] == STILL
+    assert walker.engine.state.clock.mode == STILL
     walker.command = ahead
     *_, path = walker.walk(2.0)
     assert np.ptp(path) < 1e-9

@@ -71,7 +71,7 @@ def test_an_upright_odom_stays():
     """Up is z: nothing turns."""
     engine = walking_engine()
     state = engine.state
-    before = state.numbers.copy()
+    before = engine.memory.states.copy()
     level = np.array([0.0, 0.0, 1.0] + [0.0] * 6)
     set_upright(DT, state, level, np.zeros((6, 4)), np.zeros((3, 5)), np.zeros((1, 3, 3)))
-    assert np.array_equal(state.numbers, before)
+    assert np.array_equal(engine.memory.states, before)

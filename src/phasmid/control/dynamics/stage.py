@@ -11,8 +11,8 @@ from phasmid.compiled import compiled, internal
 from phasmid.control.dynamics.effort import MISSING, Effort, FeedForward, find_effort
 from phasmid.control.dynamics.settings import EffortSettings
 from phasmid.control.dynamics.sharing import space_in
-from phasmid.control.memory import Memory, all_at, unwrapped
-from phasmid.control.state import STANCE, WALKING
+from phasmid.control.memory import Memory, unwrapped
+from phasmid.control.state import STANCE, WALKING, Order, State
 from phasmid.control.views import take
 from phasmid.robot import Robot
 
@@ -39,11 +39,8 @@ def _smooth(x: float) -> float:
 
 @internal
 def fill_shares(
-    codes: np.ndarray,
-    clock: np.ndarray,
-    offsets: np.ndarray,
-    gait: np.ndarray,
-    plane: np.ndarray,
+    state: State,
+    order: Order,
     dt: float,
     transfer: float,
     landed: np.ndarray,
@@ -53,22 +50,20 @@ def fill_shares(
     """Write each foot's part of its full share of the load, from 0 to 1, and its ground's normal.
 
     Args:
-        codes: What each leg does, then what the clock does: the engine's, shape (L + 1 or more,).
-        clock: The engine's: the gait's phase first, shape (1 or more,).
-        offsets: Phases at which the legs lift, shape (L,).
-        gait: Its period [s] is the second number, shape (2 or more,).
-        plane: Of the ground: its normal first, shape (3 or more,).
+        state: Where the engine is.
+        order: What it is to do.
         dt: Time since the last call [s].
         transfer: Time in which the load moves [s].
         landed: Time since each foot landed [s], changed, shape (L,).
         share: The last shares, changed, shape (L,).
         normals: Written, shape (L, 3).
     """
+    clock = state.clock
     legs = share.shape[0]
     for leg in range(legs):
         for i in range(3):
-            normals[leg, i] = plane[i]
-        if codes[leg] != STANCE:
+            normals[leg, i] = order.plane[i]
+        if state.leg[leg] != STANCE:
             landed[leg] = 0.0
             share[leg] = 0.0
             continue
@@ -76,8 +71,8 @@ def fill_shares(
         wanted = 1.0
         if transfer > 0.0:
             time = min(landed[leg], transfer)
-            if codes[legs] == WALKING:
-                left = (offsets[leg] - clock[0]) % 1.0 * gait[1]
+            if clock.mode == WALKING:
+                left = (order.offsets[leg] - clock.phase) % 1.0 * order.gait[1]
                 time = min(time, left)
             wanted = _smooth(time / transfer)
             # A lift that was foreseen may not come, and one may come unforeseen.
@@ -120,9 +115,8 @@ def _own_at(row: np.ndarray, legs: int) -> Own:
 
 @compiled
 def weigh(
-    numbers: np.ndarray,
-    codes: np.ndarray,
-    legs: int,
+    states: np.ndarray,
+    orders: np.ndarray,
     times: np.ndarray,
     row: np.ndarray,
     masses: np.ndarray,
@@ -132,31 +126,20 @@ def weigh(
     """What the motion takes that an engine has come to; see `find_effort`.
 
     Args:
-        numbers: Of the engine's `Memory`.
-        codes: The same.
-        legs: Number of legs.
+        states: Of the engine's `Memory`.
+        orders: The same.
         times: From one update to the next, and in which the load moves [s], shape (2,).
         row: The stage's own, changed.
         masses: Of the `FeedForward`.
         servo: Its numbers.
         work: Of the same.
     """
-    state, _, order, _, _, _ = all_at(numbers, codes, legs)
+    state = states[0]
+    legs = state.leg_count
     share, landed, normals, rates, trunk = _own_at(row, legs)
-    fill_shares(
-        state.codes,
-        state.clock,
-        order.offsets,
-        order.gait,
-        order.plane,
-        times[0],
-        times[1],
-        landed,
-        share,
-        normals,
-    )
+    fill_shares(state, orders[0], times[0], times[1], landed, share, normals)
     # The engine's own time may go slower than the clock on the wall.
-    slow = state.clock[3]
+    slow = state.clock.time_scale
     for i in range(3):
         trunk[0, i] = slow * state.trunk[2, i]
         trunk[1, i] = slow * slow * state.trunk[4, i]
@@ -164,14 +147,15 @@ def weigh(
         for leg in range(legs):
             rates[0, leg, i] = slow * state.q[1, leg, i]
             rates[1, leg, i] = slow * slow * state.q[2, leg, i]
-    motion = (state.body, trunk[0], trunk[1], trunk[2], state.q[0], rates[0], rates[1])
+    q = state.q[0, :legs]
+    motion = (state.body, trunk[0], trunk[1], trunk[2], q, rates[0], rates[1])
     missing, friction, demand = find_effort(masses, *motion, share, normals, servo, work)
     if math.isinf(friction) and let_go(share, normals, space_in(work, legs)[3]):
         missing, friction, demand = find_effort(masses, *motion, share, normals, servo, work)
         if not missing <= MISSING or math.isinf(friction) or demand > 1.0:
             # Without them the others cannot carry the robot, or pull themselves, or not so much.
             for leg in range(legs):
-                if share[leg] == 0.0 and state.codes[leg] == STANCE:
+                if share[leg] == 0.0 and state.leg[leg] == STANCE:
                     share[leg] = LEAST
             return find_effort(masses, *motion, share, normals, servo, work)
     return missing, friction, demand
@@ -218,9 +202,8 @@ class DynamicsStage:
         """
         feed = self.feed
         missing, friction, demand = weigh(
-            memory.numbers,
-            memory.codes,
-            memory.legs,
+            memory.states,
+            memory.orders,
             self.times,
             self.own,
             feed.masses,

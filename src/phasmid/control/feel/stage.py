@@ -22,7 +22,7 @@ from phasmid.control.feel.senses import (
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.control.feel.touch import HITS
 from phasmid.control.feel.upright import set_upright
-from phasmid.control.memory import Memory, all_at, unwrapped
+from phasmid.control.memory import Memory, unwrapped
 from phasmid.control.observation import Observation
 from phasmid.control.state import (
     HELD,
@@ -89,7 +89,7 @@ class FeelStage:
             What is new of the sensors, a sentence each.
         """
         self.hear(observation)
-        news = feel_order(memory.numbers, memory.codes, memory.legs, *self.rows)
+        news = feel_order(memory.states, memory.orders, *self.rows)
         return self.tell(news) if news else []
 
     def hear(self, observation: Observation) -> None:
@@ -124,9 +124,8 @@ class FeelStage:
 
 @compiled
 def feel_order(
-    numbers: np.ndarray,
-    codes: np.ndarray,
-    legs: int,
+    states: np.ndarray,
+    orders: np.ndarray,
     own_numbers: np.ndarray,
     own_codes: np.ndarray,
     row: np.ndarray,
@@ -134,14 +133,14 @@ def feel_order(
     """Feel, and write the order; see `feel`.
 
     Args:
-        numbers: Of the engine's `Memory`.
-        codes: The same.
-        legs: Number of legs.
+        states: Of the engine's `Memory`.
+        orders: The same.
         own_numbers: Of the `Senses`.
         own_codes: The same.
         row: Of the `FeelTuning`.
     """
-    state, _, order, _, _, _ = all_at(numbers, codes, legs)
+    state, order = states[0], orders[0]
+    legs = state.leg_count
     senses, tuning = senses_at(own_numbers, own_codes, legs), feel_tuning_at(row, legs)
     intent = intent_of(state, senses)
     if math.isfinite(senses.planes[0, 0]):
@@ -160,7 +159,7 @@ def intent_of(state: State, senses: Senses) -> Intent:
         senses: Their `standing` and `progress` are written.
     """
     leg, swing, standing, progress = state.leg, state.swing, senses.standing, senses.progress
-    for i in range(len(leg)):
+    for i in range(len(standing)):
         doing = leg[i]
         standing[i] = 1 if doing in (STANCE, SETTLING) else 0
         progress[i] = 0.0
@@ -176,13 +175,13 @@ def intent_of(state: State, senses: Senses) -> Intent:
     return Intent(
         standing,
         progress,
-        state.foot,
+        state.foot[: len(standing)],
         state.path,
         state.trunk[0],
         state.body,
         R_path,
-        state.q[0],
-        state.mode[0] != STILL,
+        state.q[0, : len(standing)],
+        state.clock.mode != STILL,
     )
 
 
@@ -203,7 +202,7 @@ def write_order(senses: Senses, tuning: FeelTuning, state: State, order: Order) 
     order.plane[0], order.plane[1], order.plane[2] = -plane[1] * n, -plane[2] * n, n
     height = order.plane[3] = plane[0] - plane[1] * plane[3] - plane[2] * plane[4]
     low, high = 0.0, 0.0
-    for i in range(len(state.leg)):
+    for i in range(state.leg_count):
         if state.leg[i] == STANCE:
             foot = state.foot[i]
             z = foot[2] - height - plane[1] * foot[0] - plane[2] * foot[1]
@@ -215,7 +214,7 @@ def write_order(senses: Senses, tuning: FeelTuning, state: State, order: Order) 
     # Ground that is as rough as what the feet stand on is stepped over.
     steps[1] = steps[0] + min(tuning.step_rise * (high - low), steps[0])
     order.step[0] = steps[1]
-    for i in range(len(state.leg)):
+    for i in range(state.leg_count):
         hits = senses.legs[i, HITS]
         order.touch[i] = senses.touch[i]
         if hits > senses.known[i] and senses.touch[i] == 1:
