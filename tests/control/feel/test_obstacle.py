@@ -53,8 +53,14 @@ def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
 class Stage:
     """Writes what is felt by feet that stand, or have just hit something, over level ground."""
 
-    def __init__(self, step=STEP):
-        settings = FeelSettings(hit_rise=0.02, landing_sink=0.0, step_rise=0.5, body_rise=0.5)
+    def __init__(self, step=STEP, least_roughness=0.0):
+        settings = FeelSettings(
+            least_roughness=least_roughness,
+            hit_rise=0.02,
+            landing_sink=0.0,
+            step_rise=0.5,
+            body_rise=0.5,
+        )
         self.stage = FeelStage(ROBOT, settings, DT)
         self.stage.senses.planes[:] = 0.0
         self.engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
@@ -89,6 +95,13 @@ def test_the_body_is_higher_by_half_the_height_between_the_feet():
     assert Stage().write(foot).correction[2] == pytest.approx(0.01)
     foot[0, 2] = 0.2
     assert Stage().write(foot).correction[2] == pytest.approx(0.025)
+
+
+def test_feet_of_soft_legs_on_level_ground_change_neither_step_nor_body():
+    stage, foot = Stage(least_roughness=0.003), np.zeros((6, 3))
+    foot[0, 2] = 0.0029
+    order = stage.write(foot)
+    assert (order.step[0], order.correction[2]) == (STEP, 0.0)
 
 
 def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():

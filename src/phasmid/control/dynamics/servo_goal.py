@@ -13,8 +13,9 @@ from phasmid.robot import Servo
 FULL_PUNCH, FULL_PWM = 1023, 885
 """Full output in the makers' units: of the compliance law, and of the PID law."""
 
-SLOW = 0.1
-"""Speed from which on friction is taken to be all against the motion [rad/s]."""
+SLOW = 0.02
+"""Speed from which on friction is taken to be all against the motion [rad/s]. Joints of a leg in
+stance turn at some 0.05 rad/s; with 0.1 the trunk of a level walk heaved by 1 mm."""
 
 
 def goal_numbers(servo: Servo, voltage: float) -> Float[np.ndarray, " numbers"]:
@@ -50,6 +51,7 @@ def goal_numbers(servo: Servo, voltage: float) -> Float[np.ndarray, " numbers"]:
             motor.viscous,
             lead,
             lead + change / gain if gain > 0.0 else 0.0,
+            servo.delay,
         ]
     )
 
@@ -67,7 +69,7 @@ def fill_goals(
     tick, gain, punch, most = numbers[0], numbers[1], numbers[6], numbers[7]
     per_torque, per_speed = numbers[8], numbers[9]
     loss, coulomb, viscous = numbers[10], numbers[11], numbers[12]
-    lead, lag = numbers[13], numbers[14]
+    lead, lag, delay = numbers[13], numbers[14], numbers[15]
     for k in range(q.shape[0]):
         for j in range(q.shape[1]):
             speed = qd[k, j]
@@ -83,7 +85,7 @@ def fill_goals(
                 # The law also answers to how fast the error changes, which is undone here.
                 told = lag * memory[0, j] + dt * error + lead * (error - memory[1, j])
                 memory[0, j], memory[1, j] = told / (lag + dt), error
-                goal[k, j] = q[k, j] + tick * memory[0, j]
+                goal[k, j] = q[k, j] + delay * speed + tick * memory[0, j]
                 continue
             size, side = abs(duty), 0 if duty < 0.0 else 1
             margin, slope = numbers[2 + side], numbers[4 + side]
@@ -92,7 +94,7 @@ def fill_goals(
             else:
                 # Between nothing and the punch there is nothing: the margin's edge stands for it.
                 error = margin * size / punch
-            goal[k, j] = q[k, j] + tick * (error if side == 1 else -error)
+            goal[k, j] = q[k, j] + delay * speed + tick * (error if side == 1 else -error)
 
 
 def goal_memory(joints: int) -> Float[np.ndarray, "2 joints"]:
@@ -116,7 +118,8 @@ def goals_for_torque(
 
     The output that makes the torque at this speed follows from motor and gears; the goal is as
     far from the joint as the servo's law needs for that output. Friction counts against the
-    wanted motion, and not at rest. Outputs beyond the servo's limit are the limit.
+    wanted motion, and not at rest. The goal is ahead of the motion by the servo's
+    delay. Outputs beyond the servo's limit are the limit.
 
     Args:
         q: Angles where the joints shall be [rad], shape (N, J).

@@ -150,6 +150,7 @@ class FeelTuning(NamedTuple):
     landing_sink: float
     step_rise: float
     body_rise: float
+    least_roughness: float
 
 
 @internal
@@ -266,7 +267,7 @@ def feel_tuning_at(row: np.ndarray, legs: int) -> FeelTuning:
     level, a = take(row, a, (8,))
     swing_law, a = take(row, a, (2, 3))
     stance_law, a = take(row, a, (2, 3))
-    b, a = take(row, a, (17,))
+    b, a = take(row, a, (18,))
     return FeelTuning(
         lengths,
         mass,
@@ -294,6 +295,7 @@ def feel_tuning_at(row: np.ndarray, legs: int) -> FeelTuning:
         b[14],
         b[15],
         b[16],
+        b[17],
     )
 
 
@@ -359,5 +361,6 @@ def feel_tuning_row(robot: Robot, s: FeelSettings, dt: float) -> Float[np.ndarra
         s.landing_sink,
         s.step_rise,
         s.body_rise,
+        s.least_roughness,
     )
     return np.concatenate([np.ravel(np.asarray(values)) for values in tuning])

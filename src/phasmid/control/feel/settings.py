@@ -16,6 +16,7 @@ MAY_BE_ZERO = (
     "hit_rise",
     "step_rise",
     "body_rise",
+    "least_roughness",
     "landing_sink",
     "level_limit",
     "shift_limit",
@@ -45,8 +46,10 @@ class FeelSettings:
         hit_by: Share of a swing before which a touch is an obstacle and no ground.
         hit_rise: How much higher than the plane a foot looks for the ground for each obstacle, up
             to three, that it has met in its swing, over which it lifts anew [m].
-        step_rise: Share of the difference in height of the standing feet, along the plane's
-            normal, by which steps are higher; they are twice as high at most.
+        least_roughness: Difference in height of the stance feet, along the plane's normal, that is
+            due to soft legs and not to the ground [m]: AX-12A servos and light legs give 1 to 2 mm.
+        step_rise: Share of the difference beyond it by which steps are higher; they are twice as
+            high at most.
         body_rise: Share of that difference, of 50 mm at most, by which the body is higher.
         landing_sink: How much lower than the plane a foot that feels aims, so that it meets level
             ground in its swing [m].
@@ -98,6 +101,7 @@ class FeelSettings:
     release_by: float = 0.35
     hit_by: float = 0.65
     hit_rise: float = 0.02
+    least_roughness: float = 0.003
     step_rise: float = 0.5
     body_rise: float = 0.5
     landing_sink: float = 0.0

@@ -208,11 +208,12 @@ def write_order(senses: Senses, tuning: FeelTuning, state: State, order: Order) 
             z = foot[2] - height - plane[1] * foot[0] - plane[2] * foot[1]
             low, high = min(low, z), max(high, z)
     # Legs that step higher need more room.
-    correction[2] += tuning.body_rise * min(high - low, 0.05)
+    rough = max(high - low - tuning.least_roughness, 0.0)
+    correction[2] += tuning.body_rise * min(rough, 0.05)
     if order.step[0] != steps[1]:
         steps[0] = order.step[0]
     # Ground that is as rough as what the feet stand on is stepped over.
-    steps[1] = steps[0] + min(tuning.step_rise * (high - low), steps[0])
+    steps[1] = steps[0] + min(tuning.step_rise * rough, steps[0])
     order.step[0] = steps[1]
     for i in range(state.leg_count):
         hits = senses.legs[i, HITS]
