@@ -1,14 +1,17 @@
 """The locomotion engine in a world without forces."""
 
+from dataclasses import replace
+
 import numba
 import numpy as np
 import pytest
 
 from kinematic_world import core_engine, drive, random_commands
-from phasmid.control import Command, Observation
+from phasmid.control import Command, LocomotionEngine, Observation
 from phasmid.control.feet import land_here
 from phasmid.control.state import PROBING, STANCE, SWING
 from phasmid.control.step import tick
+from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, load_gait
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import load_robot, preset_names
@@ -257,3 +260,11 @@ def test_a_foot_that_nobody_feels_goes_down_to_the_ground_and_no_deeper(touch, l
     memory.order.touch[leg] = touch
     land(memory.states, memory.models, memory.orders, memory.tunings, leg)
     assert least <= engine.state.landing[leg, 2] <= most
+
+
+def test_a_robot_with_more_legs_than_a_record_has_is_refused():
+    robot = load_robot("octopod")
+    ninth = replace(robot.legs[0], name="ninth", mount_position=np.zeros(3))
+    legs = (*robot.legs, ninth)
+    with pytest.raises(InvalidInput, match=r"^the robot has 9 legs; the locomotion engine walks"):
+        LocomotionEngine(replace(robot, legs=legs))

@@ -17,6 +17,7 @@ from phasmid.control.edge import UNKNOWN, Edge
 from phasmid.control.memory import Memory, clear, new_order
 from phasmid.control.observation import Observation
 from phasmid.control.pattern import Pattern
+from phasmid.control.records import MAX_LEGS
 from phasmid.control.remarks import Remarks
 from phasmid.control.settings import EngineSettings
 from phasmid.control.state import (
@@ -81,6 +82,12 @@ class LocomotionEngine:
             settings = EngineSettings(**keywords)
         elif keywords:
             raise InvalidInput("settings are given as a whole or as keywords, not both.")
+        if len(robot.legs) > MAX_LEGS:
+            raise InvalidInput(
+                f"the robot has {len(robot.legs)} legs; the locomotion engine walks robots with "
+                f"{MAX_LEGS} legs or fewer.",
+                hint="phasmid walk, which plans walks for any number of legs",
+            )
         # Compilers are loaded by who walks, not by who names a command.
         from phasmid.control import limits, step
         from phasmid.control.dynamics.stage import DynamicsStage

@@ -22,7 +22,7 @@ def record_of(kind: type) -> np.dtype[Any]:
         kind: Its fields are float, int, dataclasses, or jaxtyping's Float and Int arrays with
             dimensions of whole numbers and ``legs``.
     """
-    return np.dtype([(name, *_entry(hint)) for name, hint in _hints(kind).items()])
+    return np.dtype([(name, *_entry(hint)) for name, hint in get_type_hints(kind).items()])
 
 
 def view_of(record: Any, kind: type[Kind], leg_count: int) -> Kind:
@@ -34,7 +34,7 @@ def view_of(record: Any, kind: type[Kind], leg_count: int) -> Kind:
         leg_count: Number of legs.
     """
     parts = {}
-    for name, hint in _hints(kind).items():
+    for name, hint in get_type_hints(kind).items():
         value = record[name]
         shape = getattr(hint, "dim_str", "").split()
         if is_dataclass(hint):
@@ -81,12 +81,8 @@ def _scalars_of(kind: type[Kind]) -> Callable[[Any], Kind]:
     def keep(self: Any, record: Any) -> None:
         self.record = record
 
-    names = {name: field(name) for name in _hints(kind)}
+    names = {name: field(name) for name in get_type_hints(kind)}
     return type(kind.__name__, (kind,), {"__init__": keep, **names})
-
-
-def _hints(kind: type) -> dict[str, Any]:
-    return get_type_hints(kind)
 
 
 def _entry(hint: Any) -> tuple[Any, ...]:
