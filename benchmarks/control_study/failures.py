@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid import load_robot
-from phasmid.control import Command, LocomotionEngine, SafeController, Sequencer
+from phasmid.control import Command, LocomotionEngine, SafetyFilter, Sequencer
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
@@ -38,7 +38,7 @@ def measure(joints: str, leg: str, joint: str) -> Case:
     velocity = engine.largest_velocity((1.0, 0.0, 0.0)).velocity[0] / 2
     run = drive(
         Scenario().replace(robot=ROBOT, drive=joints, duration=ENDS, record_interval_ms=20),
-        SafeController(Sequencer(engine, robot), robot),
+        SafetyFilter(Sequencer(engine, robot), robot),
         Command(velocity=(velocity, 0.0, 0.0)),
         faults=[f"{leg}.{joint} dead at {DIES:g} s"],
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +9,9 @@ import pytest
 
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
-from phasmid.control.dynamics.cones import Programme
-from phasmid.control.dynamics.effort import EffortSettings, FeedForward
+from phasmid.control.feed_forward.feed_forward import FeedForward
+from phasmid.control.feed_forward.settings import FeedForwardSettings
+from phasmid.control.feed_forward.state import Motion
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, share_load
 from phasmid.robot import Robot, load_robot, preset_names
@@ -24,7 +24,7 @@ def robot_called(name: str) -> Robot:
 
 
 def states(robot: Robot, count: int, *, spread: float = 0.3):
-    """Random states near the neutral stance, in order of `FeedForward.update`."""
+    """Random states near the neutral stance, in order of `FeedForward.solve`."""
     rng = np.random.default_rng(7)
     legs = len(robot.legs)
     for _ in range(count):
@@ -42,13 +42,13 @@ def states(robot: Robot, count: int, *, spread: float = 0.3):
         yield R, w, dw, a, q, qd, qdd, share, normals
 
 
-def batch_answer(robot, state, model, *, rotor=0.0):
+def batch_answer(robot, state, model, *, armature=0.0):
     """Torques and forces by `phasmid.dynamics` and `phasmid.forces`."""
     R, w, dw, a, q, qd, qdd, share, normals = state
     body = dynamics.BodyMotion(np.zeros(3), R, np.zeros(3), w, a, dw)
     torque, wrench = dynamics.inverse_dynamics(robot, body, q, qd, qdd)
     J = R @ robot.arrays.R_body_hip @ kinematics.jacobian(robot.arrays, q)
-    joints = JointLoad(J, torque + rotor * qdd)
+    joints = JointLoad(J, torque + armature * qdd)
     feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T
     contacts = Contacts(feet, share, normals, 100.0)
     force = share_load(contacts, wrench, model, joints=joints)
@@ -61,26 +61,26 @@ def test_an_instant_has_the_torques_and_forces_of_the_batch(name: str, model: st
     # Both solve the same equations; forces reach 1e3 N where legs are nearly stretched, so that
     # round-off of 2e-16 times a condition number of up to 1e3 stays below 1e-9 of the largest.
     robot = robot_called(name)
-    settings = EffortSettings(force_model=model, friction=10.0, friction_used=1.0)
+    settings = FeedForwardSettings(force_model=model, friction=10.0, friction_used=1.0)
     # Servos without limits, and feet that may pull: what is made least is all that counts.
     servo = replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)
-    feed = FeedForward(replace(robot, servo=servo), settings, rotor=0.01)
-    feed.friction = np.inf
+    feed = FeedForward(replace(robot, servo=servo), settings, armature=0.01)
+    feed.parameters.friction = np.inf
     for state in states(robot, 40):
-        torque, force, _, _ = batch_answer(robot, state, model, rotor=0.01)
-        effort = feed.update(*state)
+        torque, force, _, _ = batch_answer(robot, state, model, armature=0.01)
+        effort = feed.solve(Motion(*state[:7]), *state[7:])
         scale = max(1.0, np.abs(force).max())
-        np.testing.assert_allclose(effort.force, force, rtol=0, atol=1e-9 * scale)
-        np.testing.assert_allclose(effort.torque, torque, rtol=0, atol=1e-9 * scale)
+        np.testing.assert_allclose(effort.foot_force, force, rtol=0, atol=1e-9 * scale)
+        np.testing.assert_allclose(effort.joint_torque, torque, rtol=0, atol=1e-9 * scale)
 
 
 def standing(robot: Robot, **motion):
-    """The robot at its neutral stance, in order of `FeedForward.update`, with some motion."""
+    """The robot at its neutral stance, in order of `FeedForward.solve`, with some motion."""
     legs = len(robot.legs)
     feet = np.array([leg.neutral_foot for leg in robot.legs])
     q, still = kinematics.joint_angles(robot.arrays, feet), np.zeros((legs, 3))
     state = {
-        "rotation": np.eye(3),
+        "R_world_body": np.eye(3),
         "angular_velocity": np.zeros(3),
         "angular_acceleration": np.zeros(3),
         "acceleration": np.zeros(3),
@@ -88,8 +88,15 @@ def standing(robot: Robot, **motion):
         "qd": still,
         "qdd": still,
         "share": np.ones(legs),
+        "normals": np.tile([0.0, 0.0, 1.0], (legs, 1)),
     }
     return {name: np.array(value) for name, value in (state | motion).items()}
+
+
+def solve(feed: FeedForward, motion):
+    """The answer to a motion that `standing` made."""
+    values = list(motion.values())
+    return feed.solve(Motion(*values[:7]), *values[7:])
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -97,10 +104,11 @@ def test_the_feet_give_the_weight_and_the_acceleration(name: str) -> None:
     # Nothing turns: sum F = m (a + g), to round-off of 20 links' weights of up to 50 N.
     robot = robot_called(name)
     a = np.array([0.3, -0.2, 0.4])
-    settings = EffortSettings(friction=10.0)
-    effort = FeedForward(robot, settings).update(**standing(robot, acceleration=a))
+    settings = FeedForwardSettings(friction=10.0)
+    feed = FeedForward(robot, settings)
+    effort = solve(feed, standing(robot, acceleration=a))
     expected = robot.mass * (a + np.array([0.0, 0.0, 9.81]))
-    np.testing.assert_allclose(effort.force.sum(axis=0), expected, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(effort.foot_force.sum(axis=0), expected, rtol=0, atol=1e-10)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -108,17 +116,17 @@ def test_the_joints_power_and_the_feet_s_make_the_energy_grow(name: str) -> None
     # tau . qd + sum F . v_foot = d (T + V) / dt. The central difference over 2 h = 2e-5 s misses
     # by h² / 6 of a third derivative of up to 1e5 W/s², 2e-6 W, and 1e-16 E / h = 1e-9 W.
     robot, h = robot_called(name), 1e-5
-    settings = EffortSettings(friction=10.0, friction_used=1.0)
+    settings = FeedForwardSettings(friction=10.0, friction_used=1.0)
     feed = FeedForward(
         replace(robot, servo=replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)),
         settings,
-        rotor=0.0,
+        armature=0.0,
     )
-    feed.friction = np.inf
+    feed.parameters.friction = np.inf
     for state in states(robot, 5):
         R, w, dw, a, q, qd, qdd, _, _ = state
         v = np.array([0.1, -0.2, 0.05])
-        effort = feed.update(*state)
+        effort = feed.solve(Motion(*state[:7]), *state[7:])
 
         def energy(t: float, R=R, w=w, dw=dw, a=a, q=q, qd=qd, qdd=qdd, v=v) -> float:
             turn = w * t + dw * t**2 / 2
@@ -139,7 +147,7 @@ def test_the_joints_power_and_the_feet_s_make_the_energy_grow(name: str) -> None
         feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T
         J = R @ robot.arrays.R_body_hip @ kinematics.jacobian(robot.arrays, q)
         speed = v + np.cross(w, feet) + (J @ qd[..., None])[..., 0]
-        power = np.sum(effort.torque * qd) + np.sum(effort.force * speed)
+        power = np.sum(effort.joint_torque * qd) + np.sum(effort.foot_force * speed)
         growth = (energy(h) - energy(-h)) / (2 * h)
         assert power == pytest.approx(growth, abs=2e-5)
 
@@ -149,15 +157,16 @@ def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:
     # those of the two cones, to 1e-6 of it, to which the solver is right.
     robot, mu = load_robot("phantomx-paper"), 0.25
     state = standing(robot, acceleration=[0.5, 0.3, 0.0])
-    settings = EffortSettings("minimum-torque", friction=mu, friction_used=1.0)
-    effort = FeedForward(robot, settings, rotor=0.0).update(**state)
-    free = FeedForward(robot, replace(settings, friction=10.0), rotor=0.0).update(**state)
+    settings = FeedForwardSettings("minimum-torque", friction=mu, friction_used=1.0)
+    effort = solve(FeedForward(robot, settings, armature=0.0), state)
+    free = solve(FeedForward(robot, replace(settings, friction=10.0), armature=0.0), state)
     assert free.friction > mu
     assert effort.friction <= mu * (1 + 1e-9)
-    assert (effort.part, effort.remark) == (1.0, "")
-    args = [*state.values(), np.tile([0, 0, 1.0], (6, 1))]
-    _, _, wrench, feet = batch_answer(robot, args, "minimum-torque")
-    given = np.concatenate([effort.force.sum(axis=0), np.cross(feet, effort.force).sum(axis=0)])
+    assert effort.motion_scale == 1.0
+    _, _, wrench, feet = batch_answer(robot, list(state.values()), "minimum-torque")
+    given = np.concatenate(
+        [effort.foot_force.sum(axis=0), np.cross(feet, effort.foot_force).sum(axis=0)]
+    )
     np.testing.assert_allclose(given, wrench, rtol=0, atol=1e-7)
 
     def cost(torque):
@@ -174,53 +183,39 @@ def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:
         contacts = Contacts(feet, state["share"], friction=mu * inner)
         force = share_load(contacts, wrench, FrictionCone("minimum-torque"), joints=joints)
         bounds.append(cost(joints.with_ground(force)))
-    assert bounds[0] * (1 - 1e-6) <= cost(effort.torque) <= bounds[1] * (1 + 1e-6)
+    assert bounds[0] * (1 - 1e-6) <= cost(effort.joint_torque) <= bounds[1] * (1 + 1e-6)
 
 
-def test_a_programme_knows_nothing_of_those_before_it() -> None:
-    # Else a walk would not be the same again, nor as machine code makes it. Slopes of 40 deg and
-    # torques of a hundredth leave nothing within the limits; then the same again is as at first.
+def test_a_programme_is_independent_of_those_before_it() -> None:
+    # Slopes of 40 deg leave nothing within the limits; the next motion is as with a new solver.
     robot, rng = load_robot("phantomx-paper"), np.random.default_rng(5)
-    settings = EffortSettings("minimum-torque", friction=0.25, friction_used=1.0)
-    motions = [standing(robot, acceleration=a) for a in rng.uniform(-0.8, 0.8, (20, 3))]
+    settings = FeedForwardSettings("minimum-torque", friction=0.25, friction_used=1.0)
+    motions = [standing(robot, acceleration=a) for a in rng.uniform(-0.8, 0.8, (5, 3))]
     s = np.radians(40)
     R = np.array([[np.cos(s), 0, np.sin(s)], [0, 1, 0], [-np.sin(s), 0, np.cos(s)]])
-    steep = standing(robot, rotation=R, normals=np.tile(R[:, 2], (6, 1)))
-    feed, parts = FeedForward(robot, settings), []
+    steep = standing(robot, R_world_body=R, normals=np.tile(R[:, 2], (6, 1)))
+    feed = FeedForward(robot, settings)
     for motion in motions:
-        wanted = FeedForward(robot, settings).update(**motion)
-        for _ in range(2):
-            parts.append(feed.update(**steep).part)
-            found = feed.update(**motion)
-            assert found.force.tobytes() == wanted.force.tobytes()
-            assert found.torque.tobytes() == wanted.torque.tobytes()
-    assert set(parts) == {0.0}
-    # Nor does a limit above its upper one, which the solver refuses before it begins, leave the
-    # answer of before: neither of a programme that was asked nor of one that was not.
-    for programme in (feed._programmes[6], Programme(6)):
-        programme.row[:] = feed._programmes[6].row
-        good, upper = programme.row.copy(), programme._upper.copy()
-        programme._upper[-1] = programme._lower[-1] - 1.0
-        assert programme.solve() is None
-        programme._upper[:] = upper
-        assert np.array_equal(programme.row, good)
-        assert programme.solve().tobytes() == feed._programmes[6].solve().tobytes()
-    # What the solver keeps has no copy, and a programme that was asked has one all the same.
-    asked = feed._programmes[6]
-    assert copy.deepcopy(asked).row.shape == asked.row.shape
+        expected = solve(FeedForward(robot, settings), motion)
+        assert solve(feed, steep).motion_scale == 0.0
+        result = solve(feed, motion)
+        assert result.foot_force.tobytes() == expected.foot_force.tobytes()
+        assert result.joint_torque.tobytes() == expected.joint_torque.tobytes()
 
 
 def test_round_off_takes_nothing_of_a_motion_that_can_be_had() -> None:
     # The solver is right to 1e-6 or so; a motion of which it leaves out less is had, and a walk
     # that takes its speed back for what is left out must not do so for nothing.
     robot, rng = load_robot("phantomx-paper"), np.random.default_rng(11)
-    feed = FeedForward(robot, EffortSettings("minimum-torque", friction=0.25, friction_used=1.0))
+    feed = FeedForward(
+        robot, FeedForwardSettings("minimum-torque", friction=0.25, friction_used=1.0)
+    )
     asked = 0
     for _ in range(200):
         acceleration, share = rng.uniform(-0.8, 0.8, 3), rng.uniform(0.001, 1.0, 6)
-        effort = feed.update(**standing(robot, acceleration=acceleration, share=share))
+        effort = solve(feed, standing(robot, acceleration=acceleration, share=share))
         asked += effort.friction > 0.25 * (1 - 1e-9)
-        assert effort.part == 1.0 or effort.part < 1.0 - 1e-6
+        assert effort.motion_scale == 1.0 or effort.motion_scale < 1.0 - 1e-6
     # Many of them have needed the programme: their forces lie on the edge of a cone.
     assert asked > 50
 
@@ -229,45 +224,49 @@ def test_of_too_much_acceleration_as_much_is_given_as_friction_allows() -> None:
     # Level ground: sum of tangential forces = m a, of normal ones = m g, so that a part s of
     # a = 6 m/s² is possible where s a <= mu g; the pyramid takes cos(pi/8) of mu at the least.
     robot = load_robot("phantomx-paper")
-    settings = EffortSettings(friction=0.5, friction_used=0.6)
-    effort = FeedForward(robot, settings).update(**standing(robot, acceleration=[6.0, 0, 0]))
+    settings = FeedForwardSettings(friction=0.5, friction_used=0.6)
+    feed = FeedForward(robot, settings)
+    effort = solve(feed, standing(robot, acceleration=[6.0, 0, 0]))
     most = 0.3 * 9.81 / 6.0
-    assert np.cos(np.pi / 8) * most * (1 - 1e-3) <= effort.part <= most * (1 + 1e-6)
+    assert np.cos(np.pi / 8) * most * (1 - 1e-3) <= effort.motion_scale <= most * (1 + 1e-6)
     assert effort.friction <= 0.3 * (1 + 1e-6)
-    assert effort.remark == "the feet need a friction of 0.61 of 0.30."
+    assert feed.limit_reason == "the feet need a friction of 0.61 of 0.30."
 
 
 def test_a_slope_too_steep_for_friction_is_told_before_the_robot_slides() -> None:
     # On a slope of angle s the feet at rest need tan s: tan 20 deg = 0.36.
     robot, s = load_robot("phantomx-paper"), np.radians(20)
     R = np.array([[np.cos(s), 0, np.sin(s)], [0, 1, 0], [-np.sin(s), 0, np.cos(s)]])
-    state = standing(robot, rotation=R, normals=np.tile(R[:, 2], (6, 1)))
+    state = standing(robot, R_world_body=R, normals=np.tile(R[:, 2], (6, 1)))
     for friction, part in ((0.5, 1.0), (0.3, 0.0)):
-        settings = EffortSettings(friction=friction, friction_used=1.0)
-        effort = FeedForward(robot, settings).update(**state)
-        assert effort.part == part
-    assert effort.remark == "the feet need a friction of 0.36 of 0.30."
+        settings = FeedForwardSettings(friction=friction, friction_used=1.0)
+        feed = FeedForward(robot, settings)
+        effort = solve(feed, state)
+        assert effort.motion_scale == part
+    assert feed.limit_reason == "the feet need a friction of 0.36 of 0.30."
 
 
 def test_a_load_beyond_the_servos_is_told_with_its_joint() -> None:
     robot = load_robot("phantomx-paper")
     heavy = replace(robot, body=replace(robot.body, mass=20.0))
-    effort = FeedForward(heavy).update(**standing(heavy))
-    worst = int(np.argmax(np.abs(effort.torque)))
+    feed = FeedForward(heavy)
+    effort = solve(feed, standing(heavy))
+    worst = int(np.argmax(np.abs(effort.joint_torque)))
     joint = f"{robot.legs[worst // 3].name}.{['coxa', 'femur', 'tibia'][worst % 3]}"
-    needed = np.abs(effort.torque).max()
-    assert effort.part == 0.0
-    assert effort.demand == pytest.approx(needed / 1.5)
-    assert effort.remark == f"{joint} needs {needed:.2f} N·m of 1.50."
+    needed = np.abs(effort.joint_torque).max()
+    assert effort.motion_scale == 0.0
+    assert effort.torque_utilisation == pytest.approx(needed / 1.5)
+    assert feed.limit_reason == f"{joint} needs {needed:.2f} N·m of 1.50."
 
 
 def test_two_feet_cannot_carry_a_robot_and_it_is_told() -> None:
     robot = load_robot("phantomx-paper")
     share = np.array([1.0, 0, 0, 0, 0, 1.0])
-    effort = FeedForward(robot).update(**standing(robot, share=share))
-    assert np.isfinite(effort.force).all()
-    assert np.isfinite(effort.torque).all()
-    assert effort.remark == (
+    feed = FeedForward(robot)
+    effort = solve(feed, standing(robot, share=share))
+    assert np.isfinite(effort.foot_force).all()
+    assert np.isfinite(effort.joint_torque).all()
+    assert feed.limit_reason == (
         "the standing feet cannot carry the robot: fewer than three, or on one line."
     )
 
@@ -288,5 +287,5 @@ def test_two_feet_cannot_carry_a_robot_and_it_is_told() -> None:
 )
 def test_settings_that_cannot_be_are_refused(changes: dict, message: str) -> None:
     with pytest.raises(InvalidInput) as caught:
-        EffortSettings(**changes)
+        FeedForwardSettings(**changes)
     assert caught.value.what == message

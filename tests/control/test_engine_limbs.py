@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from phasmid.control import limbs
-from phasmid.control.records import fill
-from phasmid.control.state import MODEL, model_of
+from phasmid.control.records import fill, view_of
+from phasmid.control.state import MODEL, Model, model_of
 from phasmid.gait import support_margin
 from phasmid.kinematics import (
     centre_of_mass,
@@ -65,7 +65,7 @@ def test_the_centre_of_mass_is_that_of_kinematics(robot):
     q = angles(robot, np.random.default_rng(3), 20)
     model = model_of(robot, 1.0, 0.98, 0.02)
     record = np.zeros(1, MODEL)[0]
-    fill(record, model, len(robot.legs))
+    fill(view_of(record, Model, len(robot.legs)), model)
     for angle, want in zip(q, centre_of_mass(robot, q), strict=True):
         moment = model.body_moment.copy()
         for leg in range(len(angle)):

@@ -9,8 +9,8 @@ import pytest
 
 import phasmid
 from phasmid.control import Command, EngineSettings, LocomotionEngine, Observation
-from phasmid.control.dynamics.cones import Programme
-from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.feed_forward.contact_force_qp import ContactForceQP
+from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.errors import InvalidInput
 from phasmid.simulation.tracking import Tracking, track
 
@@ -55,7 +55,7 @@ def test_the_feet_s_shares_are_those_of_feet_that_stand_and_do_not_jump_while_th
     engine = LocomotionEngine(ROBOT, gait=gait)
     before, stood = np.ones(6), np.ones(6, dtype=bool)
     for _ in updates(engine, 800, Command(velocity=(0.05, 0.0, 0.0))):
-        stands, share = engine.state.leg == 0, engine.dynamics.share
+        stands, share = engine.state.leg == 0, engine.feed_forward.state.load_share
         assert not np.any(share[~stands])
         # One that stands without a share had hardly any, and enough others carry the robot.
         assert before[stands & stood & (share == 0)].max(initial=0.0) < 0.01
@@ -69,16 +69,16 @@ def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull(monkeypatch
     # On waves of 20 mm lifts wait, and the cheapest forces of feet with a thousandth of their share
     # often pull. To have none takes no programme, and nothing of what the feet give in all: the
     # load, to 1e-9 of it.
-    asked, solve = [], Programme.solve
+    solved, solve = [], ContactForceQP.solve
 
-    def noted(programme):
-        asked.append(programme)
-        return solve(programme)
+    def noted(qp):
+        solved.append(qp)
+        return solve(qp)
 
-    monkeypatch.setattr(Programme, "solve", noted)
+    monkeypatch.setattr(ContactForceQP, "solve", noted)
     engine = LocomotionEngine(phasmid.load_robot("phantomx-ax"))
-    dynamics, state, free = engine.dynamics, engine.state, 0
-    needs, force = dynamics.feed._needs, dynamics.feed.force
+    loads, state, free = engine.feed_forward.state, engine.state, 0
+    needs, force = loads.required, loads.foot_force
     limit = engine.largest_velocity((1.0, 0.2, 0.5))
     command = Command(velocity=tuple(0.7 * v for v in limit.velocity))
     level = {"orientation": np.array([1.0, 0, 0, 0]), "acceleration": np.array([0, 0, 9.81])}
@@ -88,17 +88,17 @@ def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull(monkeypatch
         touch = z < 0.005 * (np.sin(40.0 * x) + np.sin(31.0 * y)) + 1e-4
         engine.update(Observation(0.005 * k, state.q[0].copy(), contact=touch, **level), command)
         assert force[:, 2].min() >= -1e-9
-        assert not np.any(force[dynamics.share == 0])
-        free += np.any((state.leg == 0) & (dynamics.share == 0))
+        assert not np.any(force[loads.load_share == 0])
+        free += np.any((state.leg == 0) & (loads.load_share == 0))
         wrench = np.concatenate([force.sum(axis=0), np.cross(needs.foot, force).sum(axis=0)])
         np.testing.assert_allclose(wrench, needs.wrench, rtol=0, atol=1e-9 * needs.wrench[2])
     assert free > 50
-    assert len(asked) < 25
+    assert len(solved) < 25
 
 
 def test_too_little_friction_slows_the_robot_down_and_is_told() -> None:
     # At rest nothing is needed; on a slope of 20 deg 0.36 is, of which 0.3 is relied upon.
-    settings = EngineSettings(effort=EffortSettings(friction=0.3, friction_used=1.0))
+    settings = EngineSettings(feed_forward=FeedForwardSettings(friction=0.3, friction_used=1.0))
     engine = LocomotionEngine(ROBOT, settings)
     command = Command(velocity=(0.05, 0.0, 0.0))
     list(updates(engine, 50, command))
@@ -106,7 +106,7 @@ def test_too_little_friction_slows_the_robot_down_and_is_told() -> None:
     engine.order.plane[:] = np.sin(np.radians(20)), 0.0, np.cos(np.radians(20)), 0.0
     list(updates(engine, 200, command))
     assert any("the feet need a friction of 0.36 of 0.30" in said for _, said in engine.events)
-    assert engine.dynamics.velocity_share < 0.2
+    assert engine.feed_forward.velocity_scale < 0.2
 
 
 def test_a_robot_too_heavy_for_its_servos_says_so_before_it_walks() -> None:

@@ -9,8 +9,8 @@ import pytest
 from phasmid import load_robot
 from phasmid.control import Command, JointTargets, Observation, Posture
 from phasmid.control.loads import AMBIENT
-from phasmid.control.safe import BRAKING, SafeController
-from phasmid.control.safety import Guard, Mode, SafetySettings
+from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
+from phasmid.control.safety_filter import BRAKING, SafetyFilter
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.kinematics import rpy_quaternion
 from sequence_runs import DT, Still
@@ -30,18 +30,18 @@ def watch(changes, commands, seconds):
         seconds: How long.
 
     Returns:
-        The guard, and for each look its time, the mode, and the command that a controller is told.
+        The monitor, and the time, mode and passed command of each look.
     """
-    guard = Guard(ROBOT)
-    guard.reset(Observation(0.0, HOME))
+    monitor = SafetyMonitor(ROBOT)
+    monitor.reset(Observation(0.0, HOME))
     seen = []
     for k in range(1, round(seconds / DT) + 1):
         time = k * DT
         observation = replace(Observation(time, HOME), **changes(time))
-        told, command = guard.check(observation, commands(time))
+        told, command = monitor.check(observation, commands(time))
         assert np.isfinite(told.joint_position).all()
-        seen.append((observation.time, guard.mode, command))
-    return guard, seen
+        seen.append((observation.time, monitor.mode, command))
+    return monitor, seen
 
 
 def tilted(degrees):
@@ -54,7 +54,7 @@ def first(seen, mode):
 
 
 def test_where_nothing_is_wrong_observation_and_command_pass_as_they_are():
-    guard = Guard(ROBOT)
+    monitor = SafetyMonitor(ROBOT)
     observation = Observation(
         1.0,
         HOME,
@@ -62,12 +62,12 @@ def test_where_nothing_is_wrong_observation_and_command_pass_as_they_are():
         orientation=tilted(10),
         angular_velocity=np.full(3, 0.1),
     )
-    guard.reset(observation)
-    told, command = guard.check(replace(observation, time=1.005), AHEAD)
+    monitor.reset(observation)
+    told, command = monitor.check(replace(observation, time=1.005), AHEAD)
     assert command is AHEAD
     assert told.joint_position is HOME
-    assert guard.mode is Mode.FREE
-    assert guard.events == []
+    assert monitor.mode is Mode.FREE
+    assert monitor.events == []
 
 
 NAN = np.full((6, 3), math.nan)
@@ -117,12 +117,12 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_each_reason_has_its_answer_and_its_event(case):
     changes, mode, sentence = CASES[case]
-    guard, seen = watch(changes, lambda _: AHEAD, 3.0)
+    monitor, seen = watch(changes, lambda _: AHEAD, 3.0)
     assert max(m for _, m, _ in seen) == mode
-    texts = [text for _, text in guard.events]
+    texts = [text for _, text in monitor.events]
     assert texts == [sentence]
     if mode is not Mode.FREE:
-        assert guard.events[0][0] == first(seen, mode)
+        assert monitor.events[0][0] == first(seen, mode)
     goal = {Mode.FREE: 0.1, Mode.HOLD: 0.0}.get(mode, 0.0)
     if case == "a servo at its limit":
         goal = 0.1 * SETTINGS.slow_factor
@@ -131,10 +131,10 @@ def test_each_reason_has_its_answer_and_its_event(case):
 
 def test_the_tilt_that_counts_is_the_one_that_a_turning_body_will_have():
     """Tilted by 20 degrees and turning at w it is where 20 degrees plus w times the time are."""
-    guard = Guard(ROBOT)
-    time = guard.tip_time
+    monitor = SafetyMonitor(ROBOT)
+    time = monitor.tip_time
     rate = np.array([0.5 / time, 0.0, 0.0])
-    _, tilt = guard._look(HOME, HOME, HOME, tilted(20), rate, time)
+    _, tilt = monitor._validate(HOME, HOME, HOME, tilted(20), rate, time)
     # The vertical goes along its tangent.
     assert tilt == pytest.approx(math.radians(20) + math.atan(0.5), abs=1e-12)
 
@@ -143,7 +143,7 @@ def test_a_velocity_is_taken_back_over_the_set_time_and_given_back_likewise():
     def changes(t):
         return {"orientation": tilted(40 if 1 < t <= 1.5 else 0)}
 
-    guard, seen = watch(changes, lambda _: AHEAD, 5.0)
+    monitor, seen = watch(changes, lambda _: AHEAD, 5.0)
     speed = np.array([command.velocity[0] for _, _, command in seen])
     assert np.abs(np.diff(speed)).max() <= 0.1 * DT / SETTINGS.slow_time + 1e-12
     assert speed.min() == 0
@@ -152,7 +152,7 @@ def test_a_velocity_is_taken_back_over_the_set_time_and_given_back_likewise():
     assert height.min() == pytest.approx(-SETTINGS.crouch)
     assert height[-1] == 0
     # Let go when the reason has been gone for the clear time.
-    (start, _), (end, text) = guard.events
+    (start, _), (end, text) = monitor.events
     assert text == "the body tilts no more: all is well again."
     assert end - start == pytest.approx(0.5 + SETTINGS.clear_time, abs=3 * DT)
 
@@ -161,13 +161,13 @@ def test_old_commands_stop_the_robot_and_then_make_it_sit_until_there_are_new_on
     def commands(t):
         return replace(AHEAD, time=1.0 if 1 < t <= 9 else t)
 
-    guard, seen = watch(lambda _: {}, commands, 12.0)
+    monitor, seen = watch(lambda _: {}, commands, 12.0)
     assert first(seen, Mode.SLOW) == pytest.approx(1.0 + SETTINGS.command_time, abs=2 * DT)
     assert first(seen, Mode.SIT) == pytest.approx(1.0 + SETTINGS.sit_time, abs=2 * DT)
     assert all((c.posture is Posture.PACKED) == (m is Mode.SIT) for _, m, c in seen)
     assert seen[-1][1] is Mode.FREE
     assert seen[-1][2].velocity == AHEAD.velocity
-    assert [text for _, text in guard.events] == [
+    assert [text for _, text in monitor.events] == [
         "no command for 0.5 s: the robot stops.",
         "no command for 5 s: the robot sits down.",
         "there are commands again: all is well again.",
@@ -175,11 +175,11 @@ def test_old_commands_stop_the_robot_and_then_make_it_sit_until_there_are_new_on
 
 
 def test_a_gap_in_what_sensors_tell_stops_the_robot():
-    guard = Guard(ROBOT)
-    guard.reset(Observation(0.0, HOME))
-    guard.check(Observation(0.3, HOME), AHEAD)
-    assert guard.mode is Mode.SLOW
-    assert guard.events == [(0.3, "sensors told nothing for 0.3 s: the robot stops.")]
+    monitor = SafetyMonitor(ROBOT)
+    monitor.reset(Observation(0.0, HOME))
+    monitor.check(Observation(0.3, HOME), AHEAD)
+    assert monitor.mode is Mode.SLOW
+    assert monitor.events == [(0.3, "sensors told nothing for 0.3 s: the robot stops.")]
 
 
 def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
@@ -190,13 +190,13 @@ def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
     # From the equation of warming, T = P R (1 - exp(-t / R C)).
     R, C = servo.thermal_resistance, servo.heat_capacity
     expected = -R * C * math.log(1 - rise / (power * R))
-    guard, seen = watch(
+    monitor, seen = watch(
         lambda _: {"joint_load": np.full((6, 3), 0.8)}, lambda _: AHEAD, expected + 2
     )
     # Looked at every tenth of a second, by steps of the Euler method.
     assert first(seen, Mode.SIT) == pytest.approx(expected, rel=0.01)
     assert "servo right_front.coxa is as warm as 65 °C: the robot sits down." in [
-        text for _, text in guard.events
+        text for _, text in monitor.events
     ]
 
 
@@ -209,11 +209,11 @@ def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
     ],
 )
 def test_what_no_robot_of_this_size_could_do_is_brought_into_range(given, field, expected):
-    guard = Guard(ROBOT)
-    guard.reset(Observation(0.0, HOME))
-    _, command = guard.check(Observation(DT, HOME), given)
+    monitor = SafetyMonitor(ROBOT)
+    monitor.reset(Observation(0.0, HOME))
+    _, command = monitor.check(Observation(DT, HOME), given)
     assert getattr(command, field) != getattr(given, field)
-    assert [text for _, text in guard.events] == [expected]
+    assert [text for _, text in monitor.events] == [expected]
 
 
 class Wild:
@@ -244,7 +244,7 @@ def test_targets_that_no_servo_can_be_given_never_leave_the_controller(wrong, wh
             q[2, 1] = wrong
         return q, 0 * q
 
-    safe = SafeController(Wild(targets), ROBOT)
+    safe = SafetyFilter(Wild(targets), ROBOT)
     safe.reset(Observation(0.0, HOME))
     q = [safe.update(Observation(k * DT, HOME), AHEAD).position for k in range(1, 30)]
     limits = ROBOT.arrays.joint_limits
@@ -259,7 +259,7 @@ def test_a_robot_that_falls_is_held_still_without_a_jump_and_begins_anew():
         return HOME + 0.1 * np.sin(time), np.full(HOME.shape, 0.1 * np.cos(time))
 
     wild = Wild(targets)
-    safe = SafeController(wild, ROBOT)
+    safe = SafetyFilter(wild, ROBOT)
     safe.reset(Observation(0.0, HOME))
     told = []
     for k in range(1, 800):
@@ -276,7 +276,7 @@ def test_a_robot_that_falls_is_held_still_without_a_jump_and_begins_anew():
 
 
 def test_a_still_controller_within_safety_passes_its_own_targets():
-    safe = SafeController(Still(), ROBOT)
+    safe = SafetyFilter(Still(), ROBOT)
     safe.reset(Observation(0.0, HOME))
     targets = safe.update(Observation(DT, HOME), AHEAD)
     assert targets.position is safe.controller.q
@@ -294,7 +294,7 @@ def test_torques_pass_and_one_that_is_not_finite_is_the_last_that_was():
             return JointTargets(self.q_now, 0 * HOME, self.now)
 
     strong = Strong()
-    safe = SafeController(strong, ROBOT)
+    safe = SafetyFilter(strong, ROBOT)
     safe.reset(Observation(0.0, HOME))
     assert safe.update(Observation(DT, HOME), AHEAD).torque is torque
     strong.now = np.where(np.arange(3) == 1, math.nan, 2 * torque)
@@ -306,7 +306,7 @@ def test_torques_pass_and_one_that_is_not_finite_is_the_last_that_was():
     strong.now, strong.q_now = torque, HOME - [0.0, 1.0, 0.0]
     assert safe.update(Observation(3 * DT, HOME), AHEAD).torque is torque
     held = safe.update(Observation(4 * DT, HOME, orientation=tilted(60)), AHEAD)
-    assert safe.guard.mode is Mode.HOLD
+    assert safe.monitor.mode is Mode.HOLD
     assert held.torque is torque
 
 
@@ -321,7 +321,7 @@ def test_what_a_controller_said_before_it_began_anew_is_kept():
                 self.events.append((observation.time, "it goes."))
             return super().update(observation, command)
 
-    safe = SafeController(Telling(), ROBOT)
+    safe = SafetyFilter(Telling(), ROBOT)
     safe.reset(Observation(0.0, HOME))
     for k in range(1, 400):
         tilt = tilted(60 if k == 20 else 0)
@@ -342,7 +342,7 @@ def test_what_a_controller_says_is_taken_once():
             self.events.append((observation.time, "a step."))
             return super().update(observation, command)
 
-    safe = SafeController(Talking(), ROBOT)
+    safe = SafetyFilter(Talking(), ROBOT)
     observation = Observation(0.0, HOME)
     safe.reset(observation)
     for k in range(1, 4):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.control.dynamics.servo_goal import goal_memory, goal_numbers, goals_for_torque
+from phasmid.control.feed_forward.servo_goal import goal_memory, goal_numbers, goals_for_torque
 from phasmid.robot import load_robot
 from simulation.servo_bench import Bench
 

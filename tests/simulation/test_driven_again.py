@@ -10,7 +10,7 @@ from phasmid.control import (
     CommandScript,
     LocomotionEngine,
     Player,
-    SafeController,
+    SafetyFilter,
     SafetySettings,
     Sequencer,
 )
@@ -55,7 +55,7 @@ def test_a_played_walk_is_run_again_too():
 def test_an_engine_within_sequences_and_safety_of_ones_own_is_run_again_too():
     robot, settings = PAPER.load_robot(), SafetySettings(command_time=0.1)
     engine = LocomotionEngine(robot, step_height=0.02)
-    controller = SafeController(Sequencer(engine, robot), robot, settings)
+    controller = SafetyFilter(Sequencer(engine, robot), robot, settings)
     script = CommandScript(command=[{"ahead": 0.05}])
     run = drive(PAPER.replace(duration=0.5), controller, script)
     assert replay(run).equal

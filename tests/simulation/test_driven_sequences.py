@@ -11,7 +11,7 @@ from phasmid.control import (
     CommandScript,
     LocomotionEngine,
     Posture,
-    SafeController,
+    SafetyFilter,
     Sequencer,
 )
 from phasmid.control.sequences import Stage
@@ -26,7 +26,7 @@ UP, LIE = Command(posture=Posture.STANDING), Command(posture=Posture.PACKED)
 
 
 def controller():
-    return SafeController(Sequencer(LocomotionEngine(ROBOT), ROBOT), ROBOT)
+    return SafetyFilter(Sequencer(LocomotionEngine(ROBOT), ROBOT), ROBOT)
 
 
 def scenario(kind, duration, **fields):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from phasmid import load_scenario
-from phasmid.control import SafeController
+from phasmid.control import SafetyFilter
 from phasmid.control.sequences import Stage as Sequence
 from phasmid.dynamics import BodyMotion
 from phasmid.dynamics.floating_base import momentum
@@ -95,7 +95,7 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
     assert live.now == pytest.approx(1.5, abs=1e-9)
     assert live.trouble is None
     run, controller = live.run, live.driving.controller
-    assert isinstance(controller, SafeController)
+    assert isinstance(controller, SafetyFilter)
     assert len(run.asked) <= 1
     assert not controller.events
     assert not controller.controller.events

@@ -5,8 +5,8 @@ from phasmid.control.controller import Controller
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.observation import Observation
 from phasmid.control.player import Player
-from phasmid.control.safe import SafeController
-from phasmid.control.safety import Guard, Mode, SafetySettings
+from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
+from phasmid.control.safety_filter import SafetyFilter
 from phasmid.control.script import CommandScript, load_script, script_from_text
 from phasmid.control.sequences import Sequencer, SequenceSettings
 from phasmid.control.settings import EngineSettings
@@ -18,7 +18,7 @@ __all__ = [
     "CommandScript",
     "Controller",
     "EngineSettings",
-    "Guard",
+    "SafetyMonitor",
     "JointTargets",
     "LegCommand",
     "Limit",
@@ -29,7 +29,7 @@ __all__ = [
     "Posture",
     "load_script",
     "script_from_text",
-    "SafeController",
+    "SafetyFilter",
     "SafetySettings",
     "SequenceSettings",
     "Sequencer",

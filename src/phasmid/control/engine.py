@@ -90,7 +90,7 @@ class LocomotionEngine:
             )
         # Compilers are loaded by who walks, not by who names a command.
         from phasmid.control import limits, step
-        from phasmid.control.dynamics.stage import DynamicsStage
+        from phasmid.control.feed_forward.feed_forward import FeedForward
         from phasmid.control.regions import Regions
 
         self._step, self._limits = step, limits
@@ -115,15 +115,15 @@ class LocomotionEngine:
         self._at_home = np.array(robot.arrays.neutral_foot)
         self._belly = Belly(robot, self._model.height)
         self._regions = Regions(memory.models[0])
-        self.dynamics: DynamicsStage | None = None
+        self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
-            self.dynamics = DynamicsStage(robot, settings.effort, settings.update_period)
+            self.feed_forward = FeedForward(robot, settings.feed_forward, settings.update_period)
         self.feel: FeelStage | None = None
         if settings.feeling:
             from phasmid.control.feel.stage import FeelStage
 
             self.feel = FeelStage(robot, settings.senses, settings.update_period)
-        self.admitted, self.had = np.zeros(3), math.nan
+        self.feasible_velocity, self.applied_scale = np.zeros(3), math.nan
         self._start()
 
     # What a user calls
@@ -159,9 +159,11 @@ class LocomotionEngine:
         if self.feel is not None and self._feels:
             for sentence in self.feel.update(observation, self.memory):
                 self._remarks.events.append((float(self.state.clock.time), sentence))
-        if self.dynamics is not None and self.dynamics.velocity_share != self.had:
-            self.had = self.dynamics.velocity_share
-            self.order.velocity[:] = self._wanted.velocity[:] = self.had * self.admitted
+        if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
+            self.applied_scale = self.feed_forward.velocity_scale
+            self.order.velocity[:] = self._wanted.velocity[:] = (
+                self.applied_scale * self.feasible_velocity
+            )
         memory = self.memory
         code = self._step.tick(
             memory.states,
@@ -176,9 +178,9 @@ class LocomotionEngine:
             # What was admitted regarded the old gait too, or a way that is closed now.
             self._take(command)
         state, torque, remark = self.state, None, ""
-        if self.dynamics is not None:
-            torque = self.dynamics.update(memory)
-            remark = self.dynamics.effort.remark
+        if self.feed_forward is not None:
+            torque = self.feed_forward.update(memory)
+            remark = self.feed_forward.limit_reason
         self._remarks.of_update(code, remark)
         motion = state.q[:2].copy()
         if state.clock.time_scale != 1.0:
@@ -326,8 +328,8 @@ class LocomotionEngine:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._command = None
         self._resting, self._changing = True, False
-        if self.dynamics is not None:
-            self.dynamics.reset()
+        if self.feed_forward is not None:
+            self.feed_forward.reset()
         self._remarks.forget()
         self._edge.forget()
         # What the robot can feel is known by its first observation.
@@ -386,8 +388,8 @@ class LocomotionEngine:
             self._remarks.tell(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
-        order.velocity[:] = wanted.velocity[:] = self.admitted[:] = share * asked
-        self.had = math.nan
+        order.velocity[:] = wanted.velocity[:] = self.feasible_velocity[:] = share * asked
+        self.applied_scale = math.nan
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""

@@ -38,7 +38,7 @@ def add_loads(
     Args:
         load: Outputs of the servos now.
         since: For how long [s].
-        loads: As in `phasmid.control.safety.Guard`, changed.
+        loads: As in `phasmid.control.safety.SafetyMonitor`, changed.
         heating: See there.
     """
     most, power, resistance, capacity = heating[0], heating[1], heating[2], heating[3]

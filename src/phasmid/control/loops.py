@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from phasmid.compiled import is_compiled
-from phasmid.control.dynamics.stage import weigh
+from phasmid.control.feed_forward.feed_forward import compute_feed_forward
 from phasmid.control.feel.stage import feel_order
 from phasmid.control.step import tick
 
-LOOPS = tick, feel_order, weigh
+LOOPS = tick, feel_order, compute_feed_forward
 """The engine's update, what feels the ground, and what weighs the motion."""
 
 

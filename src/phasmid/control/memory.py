@@ -35,11 +35,11 @@ class Memory:
         self.states, self.orders = np.zeros(2, STATE), np.zeros(2, ORDER)
         self.models, self.tunings = np.zeros(1, MODEL), np.zeros(1, TUNING)
         self.clear_state()
-        fill(self.models[0], model, legs)
-        fill(self.tunings[0], tuning, legs)
         self.state: State = view_of(self.states[0], State, legs)
         self.order, self.wanted = (view_of(order, Order, legs) for order in self.orders)
         self.model: Model = view_of(self.models[0], Model, legs)
+        fill(self.model, model)
+        fill(view_of(self.tunings[0], Tuning, legs), tuning)
         for order in (self.order, self.wanted):
             clear(order)
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar, cast, get_type_hints
 
 import numpy as np
 
@@ -26,63 +25,63 @@ def record_of(kind: type) -> np.dtype[Any]:
 
 
 def view_of(record: Any, kind: type[Kind], leg_count: int) -> Kind:
-    """Return the fields of a record as arrays that share its memory, without absent legs.
+    """Return an instance of a dataclass whose fields share the memory of a record.
+
+    Arrays leave out absent legs; numbers are read and written through properties.
 
     Args:
         record: Of the dtype that `record_of` returns.
         kind: The dataclass.
         leg_count: Number of legs.
     """
-    parts = {}
+    view: Kind = object.__new__(_view_type(cast(Any, kind)))
+    parts: dict[str, Any] = {"_record": record}
     for name, hint in get_type_hints(kind).items():
-        value = record[name]
         shape = getattr(hint, "dim_str", "").split()
         if is_dataclass(hint):
             assert isinstance(hint, type)
-            value = _scalars_of(hint)(value)
+            parts[name] = view_of(record[name], hint, leg_count)
         elif "legs" in shape:
-            value = value[(slice(None),) * shape.index("legs") + (slice(leg_count),)]
-        elif hint in (float, int):
-            value = hint(value)
-        parts[name] = value
-    return kind(**parts)
+            trimmed = (slice(None),) * shape.index("legs") + (slice(leg_count),)
+            parts[name] = record[name][trimmed]
+        elif hint not in (float, int):
+            parts[name] = record[name]
+    vars(view).update(parts)
+    return view
 
 
-def fill(record: Any, values: Any, leg_count: int) -> None:
-    """Copy the fields of a dataclass into a record.
+def fill(view: Any, values: Any) -> None:
+    """Copy the fields of one instance of a dataclass into another, which may be a view.
 
     Args:
-        record: Written.
-        values: Instance of the record's dataclass, with arrays of its own.
-        leg_count: Number of legs.
+        view: Written.
+        values: Instance of the same dataclass.
     """
-    view = view_of(record, type(values), leg_count)
     for name in (field.name for field in fields(values)):
         value = getattr(values, name)
-        if isinstance(value, np.ndarray):
+        if is_dataclass(value):
+            fill(getattr(view, name), value)
+        elif isinstance(value, np.ndarray):
             getattr(view, name)[...] = value
         else:
-            record[name] = value
+            setattr(view, name, value)
 
 
 @cache
-def _scalars_of(kind: type[Kind]) -> Callable[[Any], Kind]:
-    """Return a subclass whose attributes read and write the fields of one record."""
+def _view_type(kind: Any) -> Any:
+    """Return a subclass whose numbers are read from and written to a record."""
 
     def field(name: str) -> property:
         def read(self: Any) -> Any:
-            return self.record[name]
+            return self._record[name]
 
         def write(self: Any, value: Any) -> None:
-            self.record[name] = value
+            self._record[name] = value
 
         return property(read, write)
 
-    def keep(self: Any, record: Any) -> None:
-        self.record = record
-
-    names = {name: field(name) for name in get_type_hints(kind)}
-    return type(kind.__name__, (kind,), {"__init__": keep, **names})
+    numbers = [name for name, hint in get_type_hints(kind).items() if hint in (float, int)]
+    return type(kind.__name__, (kind,), {name: field(name) for name in numbers})
 
 
 def _entry(hint: Any) -> tuple[Any, ...]:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 
 from phasmid.arguments import check_number, check_type
-from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.feel import FeelSettings
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
@@ -47,7 +47,7 @@ class EngineSettings:
         patience: Time for which a lift waits for support before feet are put in order [s].
         dynamics: ``feed-forward``: targets come with the torques that the motion takes, and the
             velocity is taken back where ground or servos cannot give them; ``none``: without.
-        effort: How the forces of the feet are chosen then, and within which limits.
+        feed_forward: How the forces of the feet are chosen then, and within which limits.
         feeling: Whether it feels the ground; if not it trusts its plan, as on level ground.
         senses: How it feels it.
 
@@ -75,14 +75,20 @@ class EngineSettings:
     landing_speed: float = 0.2
     patience: float = 1.0
     dynamics: str = "feed-forward"
-    effort: EffortSettings = field(default_factory=EffortSettings)
+    feed_forward: FeedForwardSettings = field(default_factory=FeedForwardSettings)
     feeling: bool = True
     senses: FeelSettings = field(default_factory=FeelSettings)
 
     def __post_init__(self) -> None:
         if self.gait is not None:
             check_type("gait", self.gait, (str, Gait), "the name of a gait, or a Gait")
-        check_type("effort", self.effort, (EffortSettings,), "EffortSettings", "EffortSettings()")
+        check_type(
+            "feed_forward",
+            self.feed_forward,
+            (FeedForwardSettings,),
+            "FeedForwardSettings",
+            "FeedForwardSettings()",
+        )
         check_type("feeling", self.feeling, (bool,), "true or false")
         check_type("senses", self.senses, (FeelSettings,), "FeelSettings", "FeelSettings(level=0)")
         if self.dynamics not in DYNAMICS:

@@ -20,7 +20,7 @@ from phasmid.control import (
     LocomotionEngine,
     Observation,
     Player,
-    SafeController,
+    SafetyFilter,
     SafetySettings,
     Sequencer,
     script_from_text,
@@ -348,7 +348,7 @@ class Driving:
         return later
 
 
-def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True) -> SafeController:
+def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True) -> SafetyFilter:
     """The controller that a scenario has where nobody gives one.
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, in
@@ -377,7 +377,7 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
     usual = SafetySettings().observation_time
     # Updates that are rarer than that are no gap.
     safety = SafetySettings(observation_time=max(usual, MISSED / rate))
-    return SafeController(sequencer, robot, safety)
+    return SafetyFilter(sequencer, robot, safety)
 
 
 def _shortfall(run: DrivenRun) -> Trouble | None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.dynamics.servo_goal import SLOW
+from phasmid.control.feed_forward.servo_goal import SLOW
 from phasmid.errors import PhasmidError
 from phasmid.motion import Motion
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains

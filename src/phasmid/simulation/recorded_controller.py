@@ -11,12 +11,12 @@ from phasmid.control import (
     EngineSettings,
     LocomotionEngine,
     Player,
-    SafeController,
+    SafetyFilter,
     SafetySettings,
     Sequencer,
     SequenceSettings,
 )
-from phasmid.control.dynamics.settings import EffortSettings
+from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.feel.settings import FeelSettings
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
@@ -31,7 +31,7 @@ SETTINGS = {
     kind.__name__: kind
     for kind in (
         EngineSettings,
-        EffortSettings,
+        FeedForwardSettings,
         FeelSettings,
         Gait,
         SafetySettings,
@@ -50,7 +50,7 @@ def controller_attributes(controller: Controller, *, own: bool) -> dict[str, str
     """
     if own:
         return {"controller": OWN}
-    if type(controller) in (SafeController, Sequencer):
+    if type(controller) in (SafetyFilter, Sequencer):
         return _wrapped(controller)
     kind = type(controller)
     if kind is LocomotionEngine:
@@ -65,9 +65,9 @@ def controller_attributes(controller: Controller, *, own: bool) -> dict[str, str
 def _wrapped(controller: Any) -> dict[str, str]:
     """What a recording tells of a controller within safety, sequences or both."""
     around = []
-    while type(controller) in (SafeController, Sequencer):
-        if type(controller) is SafeController:
-            around.append(_told(controller.guard.settings))
+    while type(controller) in (SafetyFilter, Sequencer):
+        if type(controller) is SafetyFilter:
+            around.append(_told(controller.monitor.settings))
             controller = controller.controller
         else:
             around.append(_told(controller.settings))
@@ -103,7 +103,7 @@ def recorded_controller(recording: Recording, scenario: Scenario) -> Controller 
         if found and isinstance(outer, SequenceSettings):
             found = Sequencer(found, scenario.load_robot(), outer)
         elif found and isinstance(outer, SafetySettings):
-            found = SafeController(found, scenario.load_robot(), outer)
+            found = SafetyFilter(found, scenario.load_robot(), outer)
         else:
             found = None
     if found:

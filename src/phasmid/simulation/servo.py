@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled
-from phasmid.control.dynamics.servo_goal import (
+from phasmid.control.feed_forward.servo_goal import (
     FULL_PUNCH,
     FULL_PWM,
     goal_memory,

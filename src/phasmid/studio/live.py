@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from phasmid.control import Command, LocomotionEngine, Player, SafeController, Sequencer
+from phasmid.control import Command, LocomotionEngine, Player, SafetyFilter, Sequencer
 from phasmid.control.sequences import Stage as Sequence
 from phasmid.errors import InvalidGait
 from phasmid.motion import Walk, plan
@@ -70,7 +70,7 @@ class LiveRobot:
         self._engine: LocomotionEngine | None = None
         self._sequencer: Sequencer | None = None
         self.walk: Walk | None = None
-        controller: Player | SafeController
+        controller: Player | SafetyFilter
         if setting.walks == "the plan":
             self.walk = plan(scenario)
             controller = Player(self.walk, rate=rate)
@@ -283,6 +283,6 @@ class LiveRobot:
 
     def take_events(self) -> list[tuple[float, str]]:
         """What the controller has said since it was asked last: times [s] and sentences."""
-        if isinstance(self._controller, SafeController):
+        if isinstance(self._controller, SafetyFilter):
             return self._controller.take_events()
         return []

@@ -1,7 +1,7 @@
-"""How the standing feet share a load at one instant, as loops for the compiler.
+"""Load sharing of the stance feet at one instant, for cost functions without limits.
 
-It is `forces.share_load` for the members of the family without limits. Where the feet cannot give
-the load, because fewer than three stand or all on one line, they give the nearest one.
+The same as `forces.share_load`; used once per update. Where the feet cannot give the load, because
+fewer than three stand or all on one line, the nearest load is shared.
 """
 
 from __future__ import annotations
@@ -11,60 +11,44 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.dynamics.instant import Needs, needs_size
-from phasmid.control.dynamics.settings import MINIMUM_TORQUE, WEIGHTED
-from phasmid.control.views import take
+from phasmid.control.feed_forward.settings import MINIMUM_TORQUE, WEIGHTED
+from phasmid.control.feed_forward.state import Parameters, State
+
+NEGLIGIBLE = 1e-9
+"""A foot with a smaller share of the load carries nothing."""
 
 
-def _space_in(
-    row: np.ndarray, legs: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What `find_effort` works in, after the needs: D, c, limits, forces and torques."""
-    D, a = take(row, needs_size(legs), (legs, 3, 3))
-    c, a = take(row, a, (legs, 3))
-    limits, a = take(row, a, (2, legs, 3))
-    force, a = take(row, a, (legs, 3))
-    torque, a = take(row, a, (legs, 3))
-    return D, c, limits, force, torque
+@internal
+def share_load(state: State, robot: Parameters) -> None:
+    """Write the foot forces that give the required wrench at the least cost.
 
+    Writes `foot_force`, `inverse_cost`, `cost_gradient` and `missing`.
 
-space_in = internal(_space_in)
-
-
-def _share_forces(
-    needs: Needs,
-    share: np.ndarray,
-    normals: np.ndarray,
-    cost: int,
-    option: float,
-    D: np.ndarray,
-    c: np.ndarray,
-    force: np.ndarray,
-) -> float:
-    legs = share.shape[0]
-    # Moments are counted over a length of the robot's own, so that all six pivots are alike.
+    Args:
+        state: With `required`, `load_share` and `normals`.
+        robot: Cost function.
+    """
+    required, D, c, force = (
+        state.required,
+        state.inverse_cost,
+        state.cost_gradient,
+        state.foot_force,
+    )
+    legs = state.leg_count
+    # Moments are divided by the robot's size, so that the six pivots are of the same order.
     size = 0.0
     for leg in range(legs):
         for i in range(3):
-            size = max(size, abs(needs.foot[leg, i]))
+            size = max(size, abs(required.foot[leg, i]))
     unit = 1.0 / size if size > 0.0 else 1.0
     S, rest, wrench = np.zeros((6, 6)), np.empty(6), np.empty(6)
     A, AD = np.zeros((6, 3)), np.empty((6, 3))
     for i in range(3):
-        wrench[i], wrench[3 + i] = needs.wrench[i], unit * needs.wrench[3 + i]
+        wrench[i], wrench[3 + i] = required.wrench[i], unit * required.wrench[3 + i]
     rest[:] = wrench
     for leg in range(legs):
-        _cost_of(
-            needs.jacobian[leg],
-            needs.torque[leg],
-            normals[leg],
-            share[leg],
-            cost,
-            option,
-            D[leg],
-            c[leg],
-        )
-        grasp_of(needs.foot[leg], unit, A)
+        _set_cost(state, robot, leg)
+        grasp_of(required.foot[leg], unit, A)
         for i in range(6):
             for k in range(3):
                 AD[i, k] = A[i, 0] * D[leg, 0, k] + A[i, 1] * D[leg, 1, k] + A[i, 2] * D[leg, 2, k]
@@ -78,14 +62,14 @@ def _share_forces(
         largest = max(largest, abs(wrench[i]))
     missing = 0.0
     multipliers, change = np.zeros(6), np.empty(6)
-    # The second and third time it is refinement: near stretched legs the system is ill-conditioned.
+    # Two passes of refinement: near stretched legs the system is ill-conditioned.
     for _ in range(3):
         _solve(S, rest, change)
         for i in range(6):
             multipliers[i] += change[i]
             rest[i] = wrench[i]
         for leg in range(legs):
-            grasp_of(needs.foot[leg], unit, A)
+            grasp_of(required.foot[leg], unit, A)
             x, y, z = c[leg, 0], c[leg, 1], c[leg, 2]
             for i in range(6):
                 x += A[i, 0] * multipliers[i]
@@ -101,12 +85,12 @@ def _share_forces(
             missing = max(missing, abs(rest[i]) / largest)
         if missing < 1e-14:
             break
-    return missing
+    state.missing = missing
 
 
 @internal
 def grasp_of(foot: np.ndarray, unit: float, A: np.ndarray) -> None:
-    """What one foot's force gives: force, and moment times the unit."""
+    """Write the wrench of a unit force at a foot; moments are multiplied by `unit`."""
     x, y, z = unit * foot[0], unit * foot[1], unit * foot[2]
     A[0, 0] = A[1, 1] = A[2, 2] = 1.0
     A[3, 1], A[3, 2] = -z, y
@@ -115,22 +99,16 @@ def grasp_of(foot: np.ndarray, unit: float, A: np.ndarray) -> None:
 
 
 @internal
-def _cost_of(
-    J: np.ndarray,
-    torque: np.ndarray,
-    n: np.ndarray,
-    share: float,
-    cost: int,
-    option: float,
-    D: np.ndarray,
-    c: np.ndarray,
-) -> None:
-    """The inverse D of a foot's cost, times its share, and the cost's linear gain c."""
+def _set_cost(state: State, robot: Parameters, leg: int) -> None:
+    """Write the inverse D of a foot's cost matrix times its share, and the linear part c."""
+    J, torque, n = state.required.jacobian[leg], state.required.torque[leg], state.normals[leg]
+    D, c, share = state.inverse_cost[leg], state.cost_gradient[leg], state.load_share[leg]
+    option = robot.cost_option
     c[:] = 0.0
     D[:] = 0.0
-    if share < 1e-9:
+    if share < NEGLIGIBLE:
         return
-    if cost == MINIMUM_TORQUE:
+    if robot.cost == MINIMUM_TORQUE:
         h00 = J[0, 0] * J[0, 0] + J[0, 1] * J[0, 1] + J[0, 2] * J[0, 2] + option * option
         h11 = J[1, 0] * J[1, 0] + J[1, 1] * J[1, 1] + J[1, 2] * J[1, 2] + option * option
         h22 = J[2, 0] * J[2, 0] + J[2, 1] * J[2, 1] + J[2, 2] * J[2, 2] + option * option
@@ -147,7 +125,7 @@ def _cost_of(
         for i in range(3):
             c[i] = J[i, 0] * torque[0] + J[i, 1] * torque[1] + J[i, 2] * torque[2]
         return
-    across = 1.0 / option if cost == WEIGHTED else 1.0
+    across = 1.0 / option if robot.cost == WEIGHTED else 1.0
     for i in range(3):
         for j in range(3):
             D[i, j] = share * (1.0 - across) * n[i] * n[j]
@@ -156,7 +134,7 @@ def _cost_of(
 
 @internal
 def _factorise(S: np.ndarray) -> None:
-    """Cholesky's factor of a symmetric matrix in place of its lower half."""
+    """Replace the lower half of a symmetric matrix by its Cholesky factor."""
     largest = 1e-300
     for i in range(6):
         largest = max(largest, S[i, i])
@@ -176,7 +154,7 @@ def _factorise(S: np.ndarray) -> None:
 
 @internal
 def _solve(factor: np.ndarray, right: np.ndarray, x: np.ndarray) -> None:
-    """The solution of the factorised equations."""
+    """Solve the factorised equations."""
     for i in range(6):
         value = right[i]
         for k in range(i):
@@ -190,22 +168,28 @@ def _solve(factor: np.ndarray, right: np.ndarray, x: np.ndarray) -> None:
         x[i] = value / factor[i, i]
 
 
-def _load_joints(needs: Needs, force: np.ndarray, torque: np.ndarray) -> None:
-    J = needs.jacobian
-    for leg in range(force.shape[0]):
+@internal
+def load_joints(state: State) -> None:
+    """Write the joint torques of motion and foot forces, friction and torque utilisation."""
+    required, force, torque = state.required, state.foot_force, state.joint_torque
+    J = required.jacobian
+    for leg in range(state.leg_count):
         x, y, z = force[leg, 0], force[leg, 1], force[leg, 2]
         for k in range(3):
             held = J[leg, 0, k] * x + J[leg, 1, k] * y + J[leg, 2, k] * z
-            torque[leg, k] = needs.torque[leg, k] - held
+            torque[leg, k] = required.torque[leg, k] - held
+    state.friction = friction_of(state)
+    state.torque_utilisation = utilisation_of(state)
 
 
-def _friction_needed(force: np.ndarray, normals: np.ndarray, share: np.ndarray) -> float:
+@internal
+def friction_of(state: State) -> float:
+    """Return the coefficient of friction that the feet need; infinite where one would pull."""
     worst = 0.0
-    for leg in range(force.shape[0]):
-        if share[leg] < 1e-9:
+    for leg in range(state.leg_count):
+        if state.load_share[leg] < NEGLIGIBLE:
             continue
-        n = normals[leg]
-        f = force[leg]
+        n, f = state.normals[leg], state.foot_force[leg]
         up = f[0] * n[0] + f[1] * n[1] + f[2] * n[2]
         square = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] - up * up
         along = math.sqrt(max(square, 0.0))
@@ -216,25 +200,13 @@ def _friction_needed(force: np.ndarray, normals: np.ndarray, share: np.ndarray) 
     return worst
 
 
-def _demand_of(torque: np.ndarray, limits: np.ndarray) -> float:
+@internal
+def utilisation_of(state: State) -> float:
+    """Return the largest joint torque as a part of what its servo gives at its speed."""
     worst = 0.0
-    for leg in range(torque.shape[0]):
+    for leg in range(state.leg_count):
         for k in range(3):
-            value = torque[leg, k]
-            limit = limits[1, leg, k] if value > 0.0 else limits[0, leg, k]
+            value = state.joint_torque[leg, k]
+            limit = state.torque_limits[1 if value > 0.0 else 0, leg, k]
             worst = max(worst, value / limit if limit != 0.0 else np.inf)
     return worst
-
-
-share_forces = internal(_share_forces)
-"""Fill the forces of the ground on the feet [N] that give `Needs.wrench` and cost least, and each
-foot's D and c of its cost; returns the part of the wrench that is missing."""
-
-load_joints = internal(_load_joints)
-"""Fill the joint torques [N·m] that motion and foot forces need."""
-
-friction_needed = internal(_friction_needed)
-"""The least coefficient of friction with which all feet hold; infinite where one would pull."""
-
-demand_of = internal(_demand_of)
-"""The largest torque as a part of what its servo gives at its speed."""

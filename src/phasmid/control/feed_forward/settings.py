@@ -13,7 +13,7 @@ MINIMUM_NORM, WEIGHTED, MINIMUM_TORQUE = 0, 1, 2
 
 
 @dataclass(frozen=True)
-class EffortSettings:
+class FeedForwardSettings:
     """How foot forces are chosen, and within which limits.
 
     Attributes:

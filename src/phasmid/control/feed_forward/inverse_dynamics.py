@@ -1,137 +1,31 @@
-"""Inverse dynamics of the whole robot for one instant, as loops for the compiler.
+"""Inverse dynamics of the whole robot at one instant, with feet and Jacobians.
 
-It is `dynamics.inverse_dynamics` without feet on the ground, with feet and Jacobians beside it,
-for a controller that asks once per update and cannot wait for array operations.
+The same as `dynamics.inverse_dynamics` without feet on the ground; used once per update.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
-from phasmid.compiled import compiled, internal
-from phasmid.control.views import take
-from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.robot import Robot
-
-
-class Masses(NamedTuple):
-    """What the loops have to know of a robot with L legs.
-
-    Attributes:
-        lengths: Of the links [m], shape (L, 3).
-        mass: Of the links [kg], shape (L, 3).
-        first: Their first moments about their frames' origins [kg·m], shape (L, 3, 3).
-        second: Their inertias about these origins [kg·m²], shape (L, 3, 3, 3).
-        R_body_hip: Shape (L, 3, 3).
-        p_body_hip: [m], shape (L, 3).
-        trunk_mass: [kg], shape (1,).
-        trunk_first: [kg·m], shape (3,).
-        trunk_second: [kg·m²], shape (3, 3).
-        rotor: Inertia of each joint's rotor, seen at the joint [kg·m²], shape (1,).
-    """
-
-    lengths: Float[np.ndarray, "legs 3"]
-    mass: Float[np.ndarray, "legs 3"]
-    first: Float[np.ndarray, "legs 3 3"]
-    second: Float[np.ndarray, "legs 3 3 3"]
-    R_body_hip: Float[np.ndarray, "legs 3 3"]
-    p_body_hip: Float[np.ndarray, "legs 3"]
-    trunk_mass: Float[np.ndarray, "1"]
-    trunk_first: Float[np.ndarray, "3"]
-    trunk_second: Float[np.ndarray, "3 3"]
-    rotor: Float[np.ndarray, "1"]
-
-
-class Needs(NamedTuple):
-    """What a motion needs at one instant; arrays that `find_needs` fills.
-
-    Attributes:
-        torque: Joint torques without the ground [N·m], shape (L, 3).
-        wrench: Force [N] and moment about the body's origin [N·m] that the feet must give, in the
-            axes of the world, shape (6,).
-        foot: Feet from the body's origin, in the axes of the world [m], shape (L, 3).
-        jacobian: d foot / d q in these axes [m/rad], shape (L, 3, 3).
-    """
-
-    torque: Float[np.ndarray, "legs 3"]
-    wrench: Float[np.ndarray, "6"]
-    foot: Float[np.ndarray, "legs 3"]
-    jacobian: Float[np.ndarray, "legs 3 3"]
-
-
-def packed(robot: Robot, *, rotor: float = 0.0) -> Float[np.ndarray, " numbers"]:
-    """The numbers of a robot in one row, as `unpack` takes them: few arrays are quicker to call.
-
-    Args:
-        robot: The robot, L legs.
-        rotor: Inertia of each joint's rotor, seen at the joint [kg·m²].
-    """
-    arrays, body = robot.arrays, robot.body
-    first, second = moments_about_origin(arrays.mass, arrays.com, arrays.inertia)
-    trunk = moments_about_origin(np.array(body.mass), body.com, body.inertia)
-    legs = arrays.lengths, arrays.mass, first, second, arrays.R_body_hip, arrays.p_body_hip
-    parts = (*legs, body.mass, *trunk, rotor)
-    return np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in parts])
-
-
-def _unpack(row: np.ndarray, legs: int) -> Masses:
-    lengths, a = take(row, 0, (legs, 3))
-    mass, a = take(row, a, (legs, 3))
-    first, a = take(row, a, (legs, 3, 3))
-    second, a = take(row, a, (legs, 3, 3, 3))
-    R_body_hip, a = take(row, a, (legs, 3, 3))
-    p_body_hip, a = take(row, a, (legs, 3))
-    trunk_mass, a = take(row, a, (1,))
-    trunk_first, a = take(row, a, (3,))
-    trunk_second, a = take(row, a, (3, 3))
-    rotor, a = take(row, a, (1,))
-    return Masses(
-        lengths,
-        mass,
-        first,
-        second,
-        R_body_hip,
-        p_body_hip,
-        trunk_mass,
-        trunk_first,
-        trunk_second,
-        rotor,
-    )
+from phasmid.compiled import internal
+from phasmid.control.feed_forward.state import InverseDynamics, Motion, Parameters
 
 
 @internal
-def needs_size(legs: int) -> int:
-    """How many numbers the needs of a robot are.
+def solve_inverse_dynamics(robot: Parameters, motion: Motion, result: InverseDynamics) -> None:
+    """Fill in the forces that a motion requires, by recursion from the trunk to the feet and back.
 
     Args:
-        legs: Number of its legs.
+        robot: Masses and lengths.
+        motion: Motion at one instant.
+        result: Written.
     """
-    return 15 * legs + 6
-
-
-def _needs_in(row: np.ndarray, legs: int) -> Needs:
-    torque, a = take(row, 0, (legs, 3))
-    foot, a = take(row, a, (legs, 3))
-    jacobian, a = take(row, a, (legs, 3, 3))
-    wrench, a = take(row, a, (6,))
-    return Needs(torque, wrench, foot, jacobian)
-
-
-def _find_needs(
-    masses: Masses,
-    R: np.ndarray,
-    w: np.ndarray,
-    dw: np.ndarray,
-    felt: np.ndarray,
-    q: np.ndarray,
-    qd: np.ndarray,
-    qdd: np.ndarray,
-    needs: Needs,
-) -> None:
+    R, w, dw = motion.R_world_body, motion.angular_velocity, motion.angular_acceleration
+    q, qd, qdd, felt = motion.q, motion.qd, motion.qdd, np.empty(3)
+    felt[0], felt[1] = motion.acceleration[0], motion.acceleration[1]
+    felt[2] = motion.acceleration[2] + robot.gravity
     trunk_f, trunk_n, base = np.empty(3), np.empty(3), np.empty((3, 3))
     # Columns of base: w, dw and the felt acceleration in the body's axes.
     for i in range(3):
@@ -142,9 +36,9 @@ def _find_needs(
     d0, d1, d2 = base[0, 1], base[1, 1], base[2, 1]
     a0, a1, a2 = base[0, 2], base[1, 2], base[2, 2]
     _newton_euler(
-        masses.trunk_mass[0],
-        masses.trunk_first,
-        masses.trunk_second,
+        robot.trunk_mass,
+        robot.trunk_moment,
+        robot.trunk_inertia,
         w0,
         w1,
         w2,
@@ -159,9 +53,9 @@ def _find_needs(
     )
     f, n = np.empty((3, 3)), np.empty((3, 3))
     turn, hip = np.empty((3, 2)), np.empty((3, 3))
-    for leg in range(q.shape[0]):
-        B, p = masses.R_body_hip[leg], masses.p_body_hip[leg]
-        coxa, femur, tibia = masses.lengths[leg]
+    for leg in range(robot.leg_count):
+        B, p = robot.R_body_hip[leg], robot.p_body_hip[leg]
+        coxa, femur, tibia = robot.lengths[leg]
         # The hip's acceleration, then all in the hip's axes.
         along = w0 * p[0] + w1 * p[1] + w2 * p[2]
         square = w0 * w0 + w1 * w1 + w2 * w2
@@ -178,7 +72,7 @@ def _find_needs(
         for k in range(3):
             c, s = math.cos(q[leg, k]), math.sin(q[leg, k])
             turn[k, 0], turn[k, 1] = c, s
-            start = 0.0 if k == 0 else masses.lengths[leg, k - 1]
+            start = 0.0 if k == 0 else robot.lengths[leg, k - 1]
             ax -= start * (y * y + z * z)
             ay += start * (dz + x * y)
             az += start * (x * z - dy)
@@ -194,9 +88,9 @@ def _find_needs(
             dx, dy, dz = dx + y * rate, dy - x * rate, dz + qdd[leg, k]
             z += rate
             _newton_euler(
-                masses.mass[leg, k],
-                masses.first[leg, k],
-                masses.second[leg, k],
+                robot.link_mass[leg, k],
+                robot.link_moment[leg, k],
+                robot.link_inertia[leg, k],
                 x,
                 y,
                 z,
@@ -214,7 +108,7 @@ def _find_needs(
             k = 2 - back
             fx, fy, fz = fx + f[k, 0], fy + f[k, 1], fz + f[k, 2]
             nx, ny, nz = nx + n[k, 0], ny + n[k, 1], nz + n[k, 2]
-            needs.torque[leg, k] = nz + masses.rotor[0] * qdd[leg, k]
+            result.torque[leg, k] = nz + robot.armature * qdd[leg, k]
             c, s = turn[k, 0], turn[k, 1]
             fx, fy = c * fx - s * fy, s * fx + c * fy
             nx, ny = c * nx - s * ny, s * nx + c * ny
@@ -222,7 +116,7 @@ def _find_needs(
                 fy, fz = -fz, fy
                 ny, nz = -nz, ny
             if k > 0:
-                start = masses.lengths[leg, k - 1]
+                start = robot.lengths[leg, k - 1]
                 ny -= start * fz
                 nz += start * fy
         g0 = B[0, 0] * fx + B[0, 1] * fy + B[0, 2] * fz
@@ -248,12 +142,12 @@ def _find_needs(
             u1 = R[i, 0] * B[0, 1] + R[i, 1] * B[1, 1] + R[i, 2] * B[2, 1]
             u2 = R[i, 0] * B[0, 2] + R[i, 1] * B[1, 2] + R[i, 2] * B[2, 2]
             at = R[i, 0] * p[0] + R[i, 1] * p[1] + R[i, 2] * p[2]
-            needs.foot[leg, i] = at + u0 * reach * c1 + u1 * reach * s1 + u2 * up
+            result.foot[leg, i] = at + u0 * reach * c1 + u1 * reach * s1 + u2 * up
             for k in range(3):
-                needs.jacobian[leg, i, k] = u0 * hip[0, k] + u1 * hip[1, k] + u2 * hip[2, k]
+                result.jacobian[leg, i, k] = u0 * hip[0, k] + u1 * hip[1, k] + u2 * hip[2, k]
     for i in range(3):
-        needs.wrench[i] = R[i, 0] * trunk_f[0] + R[i, 1] * trunk_f[1] + R[i, 2] * trunk_f[2]
-        needs.wrench[3 + i] = R[i, 0] * trunk_n[0] + R[i, 1] * trunk_n[1] + R[i, 2] * trunk_n[2]
+        result.wrench[i] = R[i, 0] * trunk_f[0] + R[i, 1] * trunk_f[1] + R[i, 2] * trunk_f[2]
+        result.wrench[3 + i] = R[i, 0] * trunk_n[0] + R[i, 1] * trunk_n[1] + R[i, 2] * trunk_n[2]
 
 
 @internal
@@ -289,14 +183,3 @@ def _newton_euler(
     moment[0] = u + y * r - z * q + c1 * az - c2 * ay
     moment[1] = v + z * p - x * r + c2 * ax - c0 * az
     moment[2] = t + x * q - y * p + c0 * ay - c1 * ax
-
-
-find_needs = compiled(_find_needs)
-"""Fill `Needs` from the trunk's rotation, angular velocity and acceleration, and the acceleration
-of its origin minus gravity's, all in the axes of the world, and the joints' motion."""
-
-unpack = internal(_unpack)
-"""Views of the numbers of a robot."""
-
-needs_in = internal(_needs_in)
-"""Views of needs that lie in one row."""

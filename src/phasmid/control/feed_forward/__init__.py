@@ -1,0 +1,1 @@
+"""Feed-forward torques of the commanded motion within friction and servo limits."""

@@ -1,0 +1,287 @@
+"""Feed-forward torque of the engine's motion, and slower motion where limits forbid all of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.compiled import compiled, internal
+from phasmid.control import state as engine
+from phasmid.control.feed_forward.contact_force_qp import (
+    ContactForceQP,
+    apply_solution,
+    write_qp,
+)
+from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
+from phasmid.control.feed_forward.load_sharing import NEGLIGIBLE, load_joints, share_load
+from phasmid.control.feed_forward.settings import FeedForwardSettings
+from phasmid.control.feed_forward.state import (
+    PARAMETERS,
+    STATE,
+    Motion,
+    Parameters,
+    State,
+    parameters_of,
+)
+from phasmid.control.memory import Memory
+from phasmid.control.records import fill, view_of
+from phasmid.control.state import STANCE, WALKING
+from phasmid.robot import JOINTS, Robot
+from phasmid.units import STANDARD_GRAVITY
+
+MISSING = 1e-6
+"""Part of the load that may be missing without an event."""
+
+WHOLE = 1.0 - 1e-6
+"""Part of the motion that counts as all of it: round-off of the programme slows nothing down."""
+
+LEAST_SHARE = 1e-3
+"""Load share of a foot that is about to lift or has just landed. Feet that all have this share
+carry the whole load."""
+
+SLOWER, FASTER = 2.0, 0.25
+"""Rates at which the velocity is reduced while limits forbid it, and restored [1/s]."""
+
+
+@internal
+def update_load_shares(
+    reference: engine.State, order: engine.Order, state: State, robot: Parameters
+) -> None:
+    """Advance the load shares, which move smoothly after touchdown and before lift-off.
+
+    Args:
+        reference: Gait phases and stance of the engine.
+        order: Phases at which the legs lift, and the ground's plane.
+        state: `load_share`, `time_since_touchdown` and `normals` are written.
+        robot: Transfer time and update period.
+    """
+    clock, transfer, dt = reference.clock, robot.load_transfer, robot.update_period
+    for leg in range(state.leg_count):
+        for i in range(3):
+            state.normals[leg, i] = order.plane[i]
+        if reference.leg[leg] != STANCE:
+            state.time_since_touchdown[leg] = state.load_share[leg] = 0.0
+            continue
+        state.time_since_touchdown[leg] += dt
+        share = 1.0
+        if transfer > 0.0:
+            time = min(state.time_since_touchdown[leg], transfer)
+            if clock.mode == WALKING:
+                time = min(time, (order.offsets[leg] - clock.phase) % 1.0 * order.gait[1])
+            x = time / transfer
+            # Zero slope and curvature at both ends.
+            share = x * x * x * (10.0 + x * (6.0 * x - 15.0))
+            # A lift may come earlier or later than the gait schedules it.
+            most, before = 2.0 * dt / transfer, state.load_share[leg]
+            share = min(max(share, before - most), before + most)
+        state.load_share[leg] = max(share, LEAST_SHARE)
+
+
+@internal
+def set_motion(reference: engine.State, motion: Motion) -> None:
+    """Write the engine's motion, whose time may run slower than the clock."""
+    rate, trunk = reference.clock.time_scale, reference.trunk
+    for i in range(3):
+        for k in range(3):
+            motion.R_world_body[i, k] = reference.body[i, k]
+        motion.angular_velocity[i] = rate * trunk[2, i]
+        motion.angular_acceleration[i] = rate * rate * trunk[4, i]
+        motion.acceleration[i] = rate * rate * trunk[3, i]
+        for leg in range(reference.leg_count):
+            motion.q[leg, i] = reference.q[0, leg, i]
+            motion.qd[leg, i] = rate * reference.q[1, leg, i]
+            motion.qdd[leg, i] = rate * rate * reference.q[2, leg, i]
+
+
+@internal
+def solve(state: State, robot: Parameters) -> None:
+    """Write the cheapest foot forces of the motion, torques, friction and torque utilisation."""
+    solve_inverse_dynamics(robot, state.motion, state.required)
+    for leg in range(state.leg_count):
+        for k in range(3):
+            loss = robot.torque_drop * state.motion.qd[leg, k]
+            state.torque_limits[1, leg, k] = max(robot.stall_torque - max(loss, 0.0), 0.0)
+            state.torque_limits[0, leg, k] = min(-robot.stall_torque - min(loss, 0.0), 0.0)
+    share_load(state, robot)
+    load_joints(state)
+    state.motion_scale = 1.0
+
+
+@internal
+def release_pulling_feet(state: State) -> bool:
+    """Set the share of feet to 0 that have the least share and would pull; True if any does."""
+    pulls = False
+    for leg in range(state.leg_count):
+        n, f = state.normals[leg], state.foot_force[leg]
+        normal_force = f[0] * n[0] + f[1] * n[1] + f[2] * n[2]
+        if state.load_share[leg] == LEAST_SHARE and normal_force < 0.0:
+            state.load_share[leg] = 0.0
+            pulls = True
+    return pulls
+
+
+@compiled
+def solve_feed_forward(states: np.ndarray, robots: np.ndarray) -> None:
+    """Write the feed-forward of the motion in the first of `states`; see `solve`."""
+    solve(states[0], robots[0])
+
+
+@compiled
+def compute_feed_forward(
+    engine_states: np.ndarray, orders: np.ndarray, states: np.ndarray, robots: np.ndarray
+) -> None:
+    """Write the feed-forward of the engine's present motion.
+
+    Args:
+        engine_states: States of the locomotion engine; the first is read.
+        orders: Its orders; the first is read.
+        states: State of the feed-forward stage, changed, shape (1,).
+        robots: Parameters of the robot, shape (1,).
+    """
+    reference, state, robot = engine_states[0], states[0], robots[0]
+    update_load_shares(reference, orders[0], state, robot)
+    set_motion(reference, state.motion)
+    solve(state, robot)
+    if math.isinf(state.friction) and release_pulling_feet(state):
+        share_load(state, robot)
+        load_joints(state)
+        if (
+            not state.missing <= MISSING
+            or math.isinf(state.friction)
+            or state.torque_utilisation > 1.0
+        ):
+            # The other feet cannot carry the robot, pull themselves, or need too much torque.
+            for leg in range(state.leg_count):
+                if state.load_share[leg] == 0.0 and reference.leg[leg] == STANCE:
+                    state.load_share[leg] = LEAST_SHARE
+            share_load(state, robot)
+            load_joints(state)
+
+
+class FeedForward:
+    """Feed-forward torques of a motion, with foot forces within friction and torque limits.
+
+    Args:
+        robot: The robot, L legs.
+        settings: Force model and limits.
+        update_period: Time from one update to the next [s].
+        gravity: Acceleration of free fall [m/s²].
+        armature: Inertia of each joint's rotor, seen at the joint [kg·m²]; None for the servo's.
+
+    Attributes:
+        state: Motion, loads and result of the last update.
+        parameters: Parameters of the robot; limits may be changed at any time.
+        velocity_scale: Part of the feasible velocity that limits have allowed so far.
+        limit_reason: Sentence on the limit that the last motion exceeds; empty where none.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        settings: FeedForwardSettings | None = None,
+        update_period: float = 0.005,
+        *,
+        gravity: float = STANDARD_GRAVITY,
+        armature: float | None = None,
+    ) -> None:
+        legs = len(robot.legs)
+        self._states, self._robots = np.zeros(1, STATE), np.zeros(1, PARAMETERS)
+        self.state: State = view_of(self._states[0], State, legs)
+        self.parameters: Parameters = view_of(self._robots[0], Parameters, legs)
+        settings = settings or FeedForwardSettings()
+        fill(self.parameters, parameters_of(robot, settings, update_period, gravity, armature))
+        self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
+        self._states["leg_count"] = legs
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin with all feet on the ground and carrying."""
+        self.state.load_share[:] = 1.0
+        self.state.time_since_touchdown[:] = self.parameters.load_transfer
+        self.velocity_scale, self.limit_reason = 1.0, ""
+
+    def update(self, memory: Memory) -> Float[np.ndarray, "legs 3"]:
+        """Return the joint torques of the engine's present motion [N·m], shape (L, 3).
+
+        Args:
+            memory: Records of the engine.
+        """
+        compute_feed_forward(memory.states, memory.orders, self._states, self._robots)
+        self._apply_limits()
+        dt = self.parameters.update_period
+        if self.state.motion_scale < 1.0:
+            self.velocity_scale *= 1.0 - SLOWER * dt
+        else:
+            self.velocity_scale = min(1.0, self.velocity_scale + FASTER * dt)
+        return self.state.joint_torque.copy()
+
+    def solve(
+        self,
+        motion: Motion,
+        load_share: Float[np.ndarray, " legs"],
+        normals: Float[np.ndarray, "legs 3"],
+    ) -> State:
+        """Return the state with forces and torques of one motion.
+
+        Args:
+            motion: Motion at one instant.
+            load_share: Part of its full share of the load that each foot carries, shape (L,).
+            normals: Ground normals under the feet, world axes, shape (L, 3).
+        """
+        fill(self.state.motion, motion)
+        self.state.load_share[:], self.state.normals[:] = load_share, normals
+        solve_feed_forward(self._states, self._robots)
+        self._apply_limits()
+        return self.state
+
+    def _apply_limits(self) -> None:
+        """Reduce motion and forces to what friction and servos allow, and say why."""
+        state, robot = self.state, self.parameters
+        self.limit_reason = ""
+        # Written so that NaN exceeds every limit.
+        if (
+            state.friction <= robot.friction
+            and state.torque_utilisation <= 1.0
+            and state.missing <= MISSING
+        ):
+            return
+        self.limit_reason, x = self._reason(), None
+        count = int(np.count_nonzero(state.load_share >= NEGLIGIBLE))
+        if state.missing <= MISSING and count:
+            qp = ContactForceQP(count)
+            scale = write_qp(self._states, self._robots, qp.A, qp.lower, qp.upper, qp.W)
+            x = qp.solve() if scale > 0.0 else None
+        if x is None:
+            # Where no limit but the pyramid inside the cone is exceeded, the motion is feasible.
+            state.motion_scale = 0.0 if self.limit_reason else 1.0
+            return
+        part = max(1.0 - float(x[-1]), 0.0)
+        if part >= WHOLE:
+            part, self.limit_reason = 1.0, ""
+        apply_solution(self._states, x, qp.W, scale, part)
+
+    def _reason(self) -> str:
+        """Return a sentence on the limit that the cheapest forces exceed."""
+        state, most = self.state, self.parameters.friction
+        if state.missing > MISSING:
+            return "the standing feet cannot carry the robot: fewer than three, or on one line."
+        # Load along the ground and across it, on a plane with the feet's mean normal.
+        n, load = state.normals.mean(axis=0), state.required.wrench[:3]
+        up = float(load @ n) / max(float(np.linalg.norm(n)), 1e-12)
+        along = math.sqrt(max(float(load @ load) - up * up, 0.0))
+        if along > most * up:
+            needed = f"{along / up:.2f}" if up > 0.0 else "any amount"
+            return f"the feet need a friction of {needed} of {most:.2f}."
+        torque, limits = state.joint_torque, state.torque_limits
+        if state.torque_utilisation > 1.0:
+            limit = np.where(torque > 0.0, limits[1], -limits[0]).ravel()
+            worst = int(np.argmax(np.abs(torque).ravel() / np.maximum(limit, 1e-12)))
+            needed = f"{abs(float(torque.flat[worst])):.2f}"
+            return f"{self._names[worst]} needs {needed} N·m of {limit[worst]:.2f}."
+        if math.isinf(state.friction):
+            return "a foot would have to pull at the ground."
+        if state.friction > most:
+            return f"a foot needs a friction of {state.friction:.2f} of {most:.2f}."
+        return ""
