@@ -69,7 +69,7 @@ def update_time(name: str) -> float:
     engine = core_engine(load_robot(name))
     limit = engine.largest_velocity((1.0, 0.2, 0.5))
     command = Command(velocity=tuple(0.7 * v for v in limit.velocity), pose=(0, 0, 0.01, 0, 0, 0))
-    observation, best = Observation(0.0, engine.state.q[0].copy()), np.inf
+    observation, best = Observation(0.0, engine.state.q.copy()), np.inf
     for _ in range(100):
         began = time.perf_counter()
         for _ in range(100):

@@ -41,7 +41,7 @@ def walk_once():
     legs = len(robot.legs)
     observation = Observation(
         0.0,
-        engine.state.q[0].copy(),
+        engine.state.q.copy(),
         contact=np.ones(legs, dtype=bool),
         joint_load=np.zeros((legs, 3)),
         orientation=np.array([1.0, 0.0, 0.0, 0.0]),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from phasmid.control import Command, LocomotionEngine, Observation
-from phasmid.control.state import HELD, STANCE
+from phasmid.control.types import LegPhase
 from phasmid.gait import GAITS, support_margin
 from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position
 
@@ -60,7 +60,7 @@ def drive(engine, commands, duration):
     dt = engine.settings.update_period
     rows = {name: [] for name in ("q", "qd", "leg", "body", "place", "path", "velocity", "slow")}
     rest, now = list(commands), Command()
-    q = engine.state.q[0].copy()
+    q = engine.state.q.copy()
     for k in range(round(duration / dt)):
         while rest and rest[0][0] <= k * dt + 1e-9:
             now = rest.pop(0)[1]
@@ -69,14 +69,16 @@ def drive(engine, commands, duration):
         s = engine.state
         rows["q"].append(q)
         rows["qd"].append(targets.velocity)
-        rows["leg"].append(s.leg.copy())
-        rows["body"].append(s.body.copy())
-        rows["place"].append(s.trunk[0].copy())
+        rows["leg"].append(s.leg_phase.copy())
+        rows["body"].append(s.R_odom_body.copy())
+        rows["place"].append(s.body_position.copy())
         rows["path"].append(s.path.copy())
-        rows["velocity"].append(s.speed[2].copy())
+        rows["velocity"].append(s.velocity_filter[2].copy())
         rows["slow"].append(s.clock.time_scale)
     rows = {name: np.array(values) for name, values in rows.items()}
-    return Seen(engine.robot, dt, stance=rows["leg"] == STANCE, events=engine.events.copy(), **rows)
+    return Seen(
+        engine.robot, dt, stance=rows["leg"] == LegPhase.STANCE, events=engine.events.copy(), **rows
+    )
 
 
 def random_commands(robot, rng, duration):
@@ -108,7 +110,7 @@ def random_commands(robot, rng, duration):
 def worst(seen):
     """The numbers that a test looks at."""
     limits = seen.robot.arrays.joint_limits
-    air = seen.leg == HELD
+    air = seen.leg == LegPhase.HELD
     out = np.maximum(limits[..., 0] - seen.q, seen.q - limits[..., 1])
     return {
         "slip": seen.slip,

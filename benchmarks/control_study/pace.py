@@ -79,13 +79,13 @@ def _walk(robot: Robot, ground, settings) -> np.ndarray:
         "acceleration": np.array([0.0, 0.0, 9.80665]),
     }
     engine.reset(
-        Observation(now, engine.state.q[0].copy(), contact=np.ones(legs, dtype=bool), **sensors)
+        Observation(now, engine.state.q.copy(), contact=np.ones(legs, dtype=bool), **sensors)
     )
     for n in range(UPDATES):
         now += engine.settings.update_period
         x, y, z = engine.state.foot.T
         touch = z - ground(x, y) < TOUCH
-        told = Observation(now, engine.state.q[0].copy(), contact=touch, **sensors)
+        told = Observation(now, engine.state.q.copy(), contact=touch, **sensors)
         began = time.perf_counter()
         engine.update(told, command)
         took[n] = time.perf_counter() - began

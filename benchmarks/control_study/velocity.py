@@ -67,7 +67,7 @@ def measure(
     """Walk one way."""
     kind, dynamics, _ = DRIVES[joints]
     engine = LocomotionEngine(load_robot(ROBOT), gait=gait, dynamics=dynamics, feeling=False)
-    period = float(engine.order.gait[1])
+    period = float(engine.reference.period)
     largest = engine.largest_velocity(tuple(direction))
     velocity = tuple(share * part for part in largest.velocity)
     duration = math.ceil(10 * (max(START, period) + CYCLES * period)) / 10

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from phasmid.control import Command, Observation
-from phasmid.control.belly import CLEARANCE, Belly
+from phasmid.control.body_clearance import CLEARANCE, Belly
 from phasmid.control.engine import LocomotionEngine
 from phasmid.robot import load_robot
 
@@ -40,12 +40,12 @@ def test_as_much_of_a_pose_as_keeps_the_trunk_above_the_ground():
 def test_the_engine_lowers_the_body_no_farther_than_to_its_clearance():
     """Low and tilted, each of which alone the legs and the ground allow."""
     engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
-    q = engine.state.q[0].copy()
+    q = engine.state.q.copy()
     command = Command(pose=(0.0, 0.0, -0.0568, -0.311, 0.3745, -0.4686))
     for k in range(600):
         engine.update(Observation(time=0.005 * k, joint_position=q), command)
     assert any("too near to the ground" in sentence for _, sentence in engine.events)
     belly = Belly(ROBOT, engine._model.height)
     assert belly.lowest(np.array(command.pose)) < 0.0
-    assert belly.lowest(engine.state.pose[3]) >= CLEARANCE - 1e-6
-    assert belly.lowest(engine.state.pose[3]) < CLEARANCE + 0.002
+    assert belly.lowest(engine.state.pose_filter[3]) >= CLEARANCE - 1e-6
+    assert belly.lowest(engine.state.pose_filter[3]) < CLEARANCE + 0.002

@@ -5,9 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.control.bounds import AT_ENOUGH, AT_PLANNED, ENOUGH, PLANNED, is_within, reach_bounds
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.reach import room_of
+from phasmid.control.foothold_region import joint_limit_margin
+from phasmid.control.reach_bounds import (
+    AT_ENOUGH,
+    AT_PLANNED,
+    ENOUGH,
+    PLANNED,
+    is_within,
+    reach_bounds,
+)
 from phasmid.robot import load_robot, preset_names
 
 ROUND_OFF = 1e-10
@@ -19,14 +26,14 @@ def engine_of(name, **settings):
     return LocomotionEngine(load_robot(name), feeling=False, dynamics="none", **settings)
 
 
-def compare(model, tuning, count=2000):
+def compare(model, parameters, count=2000):
     """How many of random places are within, by each share; fails where angles tell otherwise."""
     far = model.lengths.sum(axis=1).max()
     places = np.random.default_rng(1).uniform(-far, far, (count, 3))
     within, q = np.zeros(2, int), np.empty(3)
     for leg in range(len(model.lengths)):
         for p in places:
-            room = room_of(model, tuning, leg, p, q)
+            room = joint_limit_margin(model, parameters, leg, p, q)
             for at, share in ((AT_PLANNED, PLANNED), (AT_ENOUGH, ENOUGH)):
                 found = is_within(model.lengths, model.reach, at, leg, *p)
                 within[at] += found
@@ -37,7 +44,7 @@ def compare(model, tuning, count=2000):
 @pytest.mark.parametrize("name", preset_names())
 def test_a_place_is_within_where_its_angles_keep_the_margins(name):
     engine = engine_of(name)
-    planned, enough = compare(engine.memory.model, engine.memory.tuning)
+    planned, enough = compare(engine.memory.model, engine.memory.parameters)
     # Wider margins leave less.
     assert 100 < planned < enough
 
@@ -49,11 +56,11 @@ def test_a_place_is_within_where_its_angles_keep_the_margins(name):
 def test_joints_that_turn_far_or_hardly_are_told_as_well(joint, low, high):
     """Up to three turns, beyond half a turn to one side, narrow, and on one side of zero."""
     engine = engine_of("phantomx-ax", joint_margin=0.1)
-    model, tuning = engine.memory.model, engine.memory.tuning
+    model, parameters = engine.memory.model, engine.memory.parameters
     limits = model.limits.copy()
     limits[:, joint] = low, high
-    reach = reach_bounds(model.lengths, limits, tuning.stretch, tuning.joint_margin)
-    within = compare(replace(model, limits=limits, reach=reach), tuning, count=500)
+    reach = reach_bounds(model.lengths, limits, parameters.stretch, parameters.joint_margin)
+    within = compare(replace(model, limits=limits, reach=reach), parameters, count=500)
     # A knee bends to one side alone, and by 0.4 rad where the leg is stretched to 0.98.
     none = joint == 2 and low > -0.6
     assert within[AT_PLANNED] == 0 if none else (within > 0).all()
@@ -61,7 +68,7 @@ def test_joints_that_turn_far_or_hardly_are_told_as_well(joint, low, high):
 
 def test_a_leg_without_a_margin_of_stretch_reaches_up_to_its_length():
     engine = engine_of("phantomx-ax", stretch=1.0, joint_margin=0.0)
-    assert (compare(engine.memory.model, engine.memory.tuning) > 100).all()
+    assert (compare(engine.memory.model, engine.memory.parameters) > 100).all()
 
 
 def test_a_place_that_is_no_number_is_not_within():

@@ -5,7 +5,7 @@ import pytest
 
 from phasmid.control import limbs
 from phasmid.control.records import fill, view_of
-from phasmid.control.state import MODEL, Model, model_of
+from phasmid.control.types import MODEL, Model, model_of
 from phasmid.gait import support_margin
 from phasmid.kinematics import (
     centre_of_mass,

@@ -9,8 +9,8 @@ import pytest
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
 from phasmid.control.feet import land_here
-from phasmid.control.state import PROBING, STANCE, SWING
-from phasmid.control.step import tick
+from phasmid.control.types import LegPhase
+from phasmid.control.update import advance_engine
 from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, load_gait
 from phasmid.kinematics import neutral_feet
@@ -93,7 +93,7 @@ def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():
     engine = engine_of("phantomx-ax")
     limit = np.array(engine.largest_velocity((1.0, 0.5, 2.0)).velocity)
     drive(engine, [(0.0, Command(velocity=(2.0, 1.0, 4.0)))], 0.01)
-    given = engine.order.velocity
+    given = engine.reference.velocity
     np.testing.assert_allclose(given / given[0], [1.0, 0.5, 2.0], rtol=1e-12)
     # Found by halving, to a part in 250 of it.
     np.testing.assert_allclose(given, limit, rtol=6e-3)
@@ -160,9 +160,9 @@ def test_well_beyond_the_largest_velocity_something_binds(gait):
     for direction in DIRECTIONS[:4]:
         limit = engine.largest_velocity(direction, gait=gait)
         asked = tuple(1.15 * v for v in limit.velocity)
-        engine._pattern.write(engine._wanted, gait, None, frozenset())
-        engine._wanted.step[0] = engine.settings.step_height
-        assert engine._share(engine._wanted, np.array(asked), 1.0) < 0.9
+        engine._pattern.write(engine._next_reference, gait, None, frozenset())
+        engine._next_reference.step_height = engine.settings.step_height
+        assert engine._share(engine._next_reference, np.array(asked), 1.0) < 0.9
 
 
 def test_a_robot_walks_on_five_legs_and_on_six_again():
@@ -188,14 +188,16 @@ def test_contact_in_the_second_half_of_a_swing_ends_it_there():
     engine = engine_of("phantomx-ax")
     command = Command(velocity=(0.1, 0.0, 0.0))
     drive(engine, [(0.0, command)], 2.0)
-    while not 0.7 < engine.state.swing[0, 0] / max(engine.state.swing[0, 1], 1e-9) < 0.75:
-        engine.update(Observation(0.0, engine.state.q[0]), command)
+    while (
+        not 0.7 < engine.state.swing_elapsed[0] / max(engine.state.swing_duration[0], 1e-9) < 0.75
+    ):
+        engine.update(Observation(0.0, engine.state.q), command)
     height = float(engine.state.foot[0, 2])
-    engine.order.touch[0] = 1
+    engine.reference.contact[0] = 1
     drive(engine, [(0.0, command)], 0.03)
-    assert engine.state.leg[0] == 0
+    assert engine.state.leg_phase[0] == 0
     assert 0 < height - engine.state.foot[0, 2] < 0.006
-    engine.order.touch[0] = -1
+    engine.reference.contact[0] = -1
 
 
 def test_a_robot_that_stands_does_not_step_for_what_it_learns_of_the_ground():
@@ -219,47 +221,52 @@ def stopped_twice(touch, retreat=0.0):
     engine = core_engine(load_robot("phantomx-ax"))
     engine._start()
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    swinging = np.flatnonzero(engine.state.leg == SWING)
+    swinging = np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)
     assert len(swinging) == 3
     if retreat:
         # Drawing back a foot does not rise besides.
-        engine.state.retreat[swinging], engine.state.swing[swinging, 2] = retreat, 0.0
+        engine.state.manoeuvre[swinging], engine.state.swing_height[swinging] = retreat, 0.0
     # A standing leg that may not go on.
-    stays = int(np.flatnonzero(engine.state.leg == STANCE)[0])
+    stays = int(np.flatnonzero(engine.state.leg_phase == LegPhase.STANCE)[0])
     memory = engine.memory
     limits = memory.model.limits[stays].copy()
     doings = []
     for _ in range(2):
         memory.model.limits[stays] = limits + 9.0
-        engine.order.touch[swinging] = touch
-        q = engine.state.q[0].copy()
-        assert tick(memory.states, memory.orders, memory.models, memory.tunings, 0.005) == 3
-        np.testing.assert_array_equal(engine.state.q[0], q)
-        doings.append(engine.state.leg[swinging].tolist())
+        engine.reference.contact[swinging] = touch
+        q = engine.state.q.copy()
+        assert (
+            advance_engine(
+                memory.states, memory.references, memory.models, memory.parameter_records, 0.005
+            )
+            == 3
+        )
+        np.testing.assert_array_equal(engine.state.q, q)
+        doings.append(engine.state.leg_phase[swinging].tolist())
     memory.model.limits[stays] = limits
     return doings
 
 
 def test_a_foot_that_cannot_go_on_goes_straight_then_stands_or_looks_for_the_ground():
-    for touch, then in ((1, STANCE), (0, PROBING), (-1, PROBING)):
-        assert stopped_twice(touch) == [[SWING] * 3, [then] * 3]
+    for touch, then in ((1, LegPhase.STANCE), (0, LegPhase.PROBING), (-1, LegPhase.PROBING)):
+        assert stopped_twice(touch) == [[LegPhase.SWING] * 3, [then] * 3]
     # So does one that draws back, which goes straight anyhow.
-    assert stopped_twice(1, retreat=1.0) == [[SWING] * 3, [STANCE] * 3]
+    assert stopped_twice(1, retreat=1.0) == [[LegPhase.SWING] * 3, [LegPhase.STANCE] * 3]
 
 
 @numba.njit
-def land(states, models, orders, tunings, leg):
-    land_here(states[0], models[0], orders[0], tunings[0], leg)
+def land(states, models, references, parameter_records, leg):
+    land_here(states[0], models[0], references[0], parameter_records[0], leg)
 
 
 @pytest.mark.parametrize(("touch", "least", "most"), [(-1, -1e-9, 1e-9), (0, -0.06, -0.02)])
 def test_a_foot_that_nobody_feels_goes_down_to_the_ground_and_no_deeper(touch, least, most):
     engine = core_engine(load_robot("phantomx-ax"))
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    memory, leg = engine.memory, int(np.flatnonzero(engine.state.leg == SWING)[0])
-    memory.order.touch[leg] = touch
-    land(memory.states, memory.models, memory.orders, memory.tunings, leg)
-    assert least <= engine.state.landing[leg, 2] <= most
+    memory, leg = engine.memory, int(np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)[0])
+    memory.reference.contact[leg] = touch
+    land(memory.states, memory.models, memory.references, memory.parameter_records, leg)
+    assert least <= engine.state.touchdown[leg, 2] <= most
 
 
 def test_a_robot_with_more_legs_than_a_record_has_is_refused():

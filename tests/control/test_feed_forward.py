@@ -19,7 +19,7 @@ ROBOT = phasmid.load_robot("phantomx-paper")
 
 def updates(engine: LocomotionEngine, count: int, command: Command):
     for k in range(count):
-        seen = Observation(0.005 * k, np.array(engine.state.q[0]))
+        seen = Observation(0.005 * k, np.array(engine.state.q))
         yield engine.update(seen, command)
 
 
@@ -55,7 +55,7 @@ def test_the_feet_s_shares_are_those_of_feet_that_stand_and_do_not_jump_while_th
     engine = LocomotionEngine(ROBOT, gait=gait)
     before, stood = np.ones(6), np.ones(6, dtype=bool)
     for _ in updates(engine, 800, Command(velocity=(0.05, 0.0, 0.0))):
-        stands, share = engine.state.leg == 0, engine.feed_forward.state.load_share
+        stands, share = engine.state.leg_phase == 0, engine.feed_forward.state.load_share
         assert not np.any(share[~stands])
         # One that stands without a share had hardly any, and enough others carry the robot.
         assert before[stands & stood & (share == 0)].max(initial=0.0) < 0.01
@@ -82,14 +82,14 @@ def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull(monkeypatch
     limit = engine.largest_velocity((1.0, 0.2, 0.5))
     command = Command(velocity=tuple(0.7 * v for v in limit.velocity))
     level = {"orientation": np.array([1.0, 0, 0, 0]), "acceleration": np.array([0, 0, 9.81])}
-    engine.reset(Observation(0.0, state.q[0].copy(), contact=np.ones(6, dtype=bool), **level))
+    engine.reset(Observation(0.0, state.q.copy(), contact=np.ones(6, dtype=bool), **level))
     for k in range(1, 1000):
         x, y, z = state.foot.T
         touch = z < 0.005 * (np.sin(40.0 * x) + np.sin(31.0 * y)) + 1e-4
-        engine.update(Observation(0.005 * k, state.q[0].copy(), contact=touch, **level), command)
+        engine.update(Observation(0.005 * k, state.q.copy(), contact=touch, **level), command)
         assert force[:, 2].min() >= -1e-9
         assert not np.any(force[loads.load_share == 0])
-        free += np.any((state.leg == 0) & (loads.load_share == 0))
+        free += np.any((state.leg_phase == 0) & (loads.load_share == 0))
         wrench = np.concatenate([force.sum(axis=0), np.cross(needs.foot, force).sum(axis=0)])
         np.testing.assert_allclose(wrench, needs.wrench, rtol=0, atol=1e-9 * needs.wrench[2])
     assert free > 50
@@ -103,7 +103,7 @@ def test_too_little_friction_slows_the_robot_down_and_is_told() -> None:
     command = Command(velocity=(0.05, 0.0, 0.0))
     list(updates(engine, 50, command))
     assert engine.events == []
-    engine.order.plane[:] = np.sin(np.radians(20)), 0.0, np.cos(np.radians(20)), 0.0
+    engine.reference.ground_normal[:] = np.sin(np.radians(20)), 0.0, np.cos(np.radians(20)), 0.0
     list(updates(engine, 200, command))
     assert any("the feet need a friction of 0.36 of 0.30" in said for _, said in engine.events)
     assert engine.feed_forward.velocity_scale < 0.2

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.reach import DIRECTIONS, NEAR, bound_region, edge_of, room_of
+from phasmid.control.foothold_region import (
+    DIRECTIONS,
+    NEAR,
+    bound_region,
+    joint_limit_margin,
+    region_edge,
+)
 from phasmid.kinematics import hip_from_body, quaternion_rotation, rpy_quaternion
 from phasmid.robot import load_robot, preset_names
 
@@ -32,10 +38,11 @@ def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
     edge to it: rays with such spots are few, and left out.
     """
     engine = engine_of(name)
-    model, tuning = engine.memory.model, engine.memory.tuning
+    model, parameters = engine.memory.model, engine.memory.parameters
     q, found = np.empty(3), 0
     rooms = np.vectorize(
-        lambda leg, r: room_of(model, tuning, leg, starts[leg] + r * way, q), otypes=[float]
+        lambda leg, r: joint_limit_margin(model, parameters, leg, starts[leg] + r * way, q),
+        otypes=[float],
     )
     starts = hip_from_body(engine.robot, model.neutral)
     rng = np.random.default_rng(1)
@@ -44,7 +51,7 @@ def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
         for _ in range(12):
             way = rng.normal(size=3) * [1.0, 1.0, 0.1]
             way /= np.linalg.norm(way)
-            edge = edge_of(model.lengths, model.reach, leg, start, way)
+            edge = region_edge(model.lengths, model.reach, leg, start, way)
             at = np.arange(0.0, far, 1e-3)
             too_far = rooms(leg, at) < 1
             if np.abs(np.diff(too_far)).sum() > 1:
@@ -65,7 +72,7 @@ def test_a_foot_reaches_all_of_its_region(name, pose):
     A place that is `share` of the way to a half-plane's edge has all the room that is planned.
     """
     engine = engine_of(name)
-    model, tuning = engine.memory.model, engine.memory.tuning
+    model, parameters = engine.memory.model, engine.memory.parameters
     region, q = np.zeros((DIRECTIONS, 3)), np.empty(3)
     R = quaternion_rotation(rpy_quaternion(*(np.array(angle) for angle in pose[3:])))
     for leg in range(len(engine.robot.legs)):
@@ -80,4 +87,4 @@ def test_a_foot_reaches_all_of_its_region(name, pose):
             foot = np.append(model.neutral[leg, :2] + 0.95 * reach * way, -model.height)
             body = np.tile(R.T @ (foot - pose[:3]), (len(engine.robot.legs), 1))
             p_hip = hip_from_body(engine.robot, body)[leg]
-            assert reach < 1e-6 or room_of(model, tuning, leg, p_hip, q) > 0.9
+            assert reach < 1e-6 or joint_limit_margin(model, parameters, leg, p_hip, q) > 0.9

@@ -10,27 +10,19 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_type
-from phasmid.control.belly import Belly
+from phasmid.control.blocked_directions import UNKNOWN, Edge
+from phasmid.control.body_clearance import Belly
 from phasmid.control.catching import come_down
 from phasmid.control.command import Command
-from phasmid.control.edge import UNKNOWN, Edge
-from phasmid.control.memory import Memory, clear, new_order
+from phasmid.control.event_log import Remarks
+from phasmid.control.memory import Memory, clear, new_reference
 from phasmid.control.observation import Observation
 from phasmid.control.pattern import Pattern
-from phasmid.control.records import MAX_LEGS
-from phasmid.control.remarks import Remarks
+from phasmid.control.records import MAX_LEGS, record_behind
 from phasmid.control.settings import EngineSettings
-from phasmid.control.state import (
-    HELD,
-    STANCE,
-    STILL,
-    Order,
-    State,
-    model_of,
-    tuning_of,
-)
 from phasmid.control.targets import JointTargets
-from phasmid.control.verdict import Limit, reason_of
+from phasmid.control.types import LegPhase, Reference, State, model_of, parameters_of
+from phasmid.control.verdict import Limit, limiting_constraint
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
 from phasmid.kinematics import body_from_hip, foot_position
@@ -58,7 +50,7 @@ class LocomotionEngine:
         feel: The stage that feels the ground; None: it does not.
         dynamics: The stage that finds torques; None: it does not.
         admitted: The velocity that the robot can keep to, shape (3,).
-        had: Part of it that is in the order; NaN: it is to be written anew.
+        had: Part of it that is in the reference; NaN: it is to be written anew.
 
     Raises:
         InvalidInput: A setting is out of range.
@@ -88,24 +80,24 @@ class LocomotionEngine:
                 f"{MAX_LEGS} legs or fewer.",
                 hint="phasmid walk, which plans walks for any number of legs",
             )
-        # Compilers are loaded by who walks, not by who names a command.
-        from phasmid.control import limits, step
+        # Lazy import: numba takes 0.6 s.
+        from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
         from phasmid.control.regions import Regions
 
-        self._step, self._limits = step, limits
+        self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
         memory = self.memory = Memory(
             model_of(robot, settings.joint_speed_share, settings.stretch, settings.joint_margin),
-            tuning_of(settings, SWAY_BANDWIDTH),
+            parameters_of(settings, SWAY_BANDWIDTH),
         )
         self._model = memory.model
         # What compiled functions take.
-        self._records = memory.models[0], memory.tunings[0]
+        self._records = memory.models[0], memory.parameter_records[0]
         self.state: State = memory.state
-        self.order: Order = memory.order
-        self._wanted = memory.wanted
+        self.reference: Reference = memory.reference
+        self._next_reference = memory.next_reference
         self._verdict = np.zeros(4)
         self._remarks = Remarks(self.state, robot.leg_names)
         self._edge = Edge(self.state)
@@ -161,19 +153,19 @@ class LocomotionEngine:
                 self._remarks.events.append((float(self.state.clock.time), sentence))
         if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
             self.applied_scale = self.feed_forward.velocity_scale
-            self.order.velocity[:] = self._wanted.velocity[:] = (
+            self.reference.velocity[:] = self._next_reference.velocity[:] = (
                 self.applied_scale * self.feasible_velocity
             )
         memory = self.memory
-        code = self._step.tick(
+        code = self._update.advance_engine(
             memory.states,
-            memory.orders,
+            memory.references,
             memory.models,
-            memory.tunings,
+            memory.parameter_records,
             self.settings.update_period,
         )
-        changed = self._changing and self.order.gait[3] == 0.0
-        rests = bool(self.state.clock.mode == STILL)
+        changed = self._changing and not self.reference.gait_pending
+        rests = bool(self.state.clock.gait_running == 0)
         if changed or self._resting != rests or self._edge.is_found():
             # What was admitted regarded the old gait too, or a way that is closed now.
             self._take(command)
@@ -182,10 +174,7 @@ class LocomotionEngine:
             torque = self.feed_forward.update(memory)
             remark = self.feed_forward.limit_reason
         self._remarks.of_update(code, remark)
-        motion = state.q[:2].copy()
-        if state.clock.time_scale != 1.0:
-            motion[1] *= state.clock.time_scale
-        return JointTargets(motion[0], motion[1], torque)
+        return JointTargets(state.q.copy(), state.clock.time_scale * state.qd, torque)
 
     @property
     def events(self) -> list[tuple[float, str]]:
@@ -230,15 +219,15 @@ class LocomotionEngine:
                 "direction is (0, 0, 0), which is none; it must be ahead, left and turn.",
                 hint="(1, 0, 0)",
             )
-        order = new_order(len(self.robot.legs))
-        shift = self._pattern.write(order, gait, period, lost_legs)
-        order.step[0] = self.settings.step_height if step_height is None else step_height
-        order.pose[:] = pose
-        order.pose[:2] += shift
+        reference = new_reference(len(self.robot.legs))
+        shift = self._pattern.write(reference, gait, period, lost_legs)
+        reference.step_height = self.settings.step_height if step_height is None else step_height
+        reference.pose[:] = pose
+        reference.pose[:2] += shift
         unit = velocity / size
-        share = self._share(order, unit, 100.0)
-        found = unit * share
-        return Limit(tuple(float(x) for x in found), *reason_of(self._verdict, self.robot))  # type: ignore[arg-type]
+        share = self._share(reference, unit, 100.0)
+        vx, vy, wz = (float(x) for x in unit * share)
+        return Limit((vx, vy, wz), *limiting_constraint(self._verdict, self.robot))
 
     def telemetry(self) -> dict[str, Any]:
         """Numbers of the last update by channel name, to be recorded."""
@@ -246,9 +235,9 @@ class LocomotionEngine:
         clock = state.clock
         phase, slow, margin = clock.phase, clock.time_scale, clock.support_margin
         return {
-            "stance": state.leg == STANCE,
+            "stance": state.leg_phase == LegPhase.STANCE,
             "velocity_command": np.array(self._asked),
-            "velocity_reference": slow * state.speed[2],
+            "velocity_reference": slow * state.velocity_filter[2],
             "slow_down": slow,
             "support_margin": margin,
             "gait_phase": phase,
@@ -269,10 +258,11 @@ class LocomotionEngine:
         clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
         # The ground is where the feet are on average; odom begins under the body.
         ground = float(feet[:, 2].mean())
-        state.pose[:, 2] = -ground - self._model.height
-        self.order.plane[:] = 0.0, 0.0, 1.0, 0.0
+        state.pose_filter[:, 2] = -ground - self._model.height
+        self.reference.ground_normal[:] = 0.0, 0.0, 1.0
+        self.reference.ground_height = 0.0
         state.foot[:] = feet - [0.0, 0.0, ground]
-        state.line[0], state.landing[:], state.sought[2] = state.foot, state.foot, state.foot
+        state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
         if self._place() != 0:
             raise InvalidInput("a foot stands where its leg cannot walk from.")
 
@@ -294,21 +284,24 @@ class LocomotionEngine:
         """
         self.fold(leg, q)
         state = self.state
-        state.leg[leg] = HELD
+        state.leg_phase[leg] = LegPhase.HELD
         # Its folding is over.
-        state.swing[leg, :2] = 1.0
-        state.q[0, leg], state.q[1:, leg] = q, 0.0
-        self.order.used[leg] = self._wanted.used[leg] = False
+        state.swing_elapsed[leg] = state.swing_duration[leg] = 1.0
+        state.q[leg] = q
+        state.qd[leg] = state.qdd[leg] = 0.0
+        self.reference.used[leg] = self._next_reference.used[leg] = False
         self._place()
 
     def catch(self) -> None:
         """Let all feet that swing come down from where they are, at once and without a jump."""
-        come_down(self.state, self.order, self.settings.landing_depth)
+        come_down(self.state, self.reference, self.settings.landing_depth)
 
     @property
     def is_standing(self) -> bool:
         """Whether all feet stand, near to their neutral places, and the body rests over them."""
-        return bool(self.state.clock.mode == STILL and np.abs(self.state.speed).max() < 1e-4)
+        return bool(
+            self.state.clock.gait_running == 0 and np.abs(self.state.velocity_filter).max() < 1e-4
+        )
 
     @property
     def is_lame(self) -> bool:
@@ -321,7 +314,9 @@ class LocomotionEngine:
         """Bend the legs to where the state says that body and feet are; 0: they reach it."""
         memory = self.memory
         return int(
-            self._step.tick(memory.states, memory.orders, memory.models, memory.tunings, 0.0)
+            self._update.advance_engine(
+                memory.states, memory.references, memory.models, memory.parameter_records, 0.0
+            )
         )
 
     def _start(self) -> None:
@@ -334,40 +329,45 @@ class LocomotionEngine:
         self._edge.forget()
         # What the robot can feel is known by its first observation.
         self._feels = False
-        for order in (self.order, self._wanted):
-            clear(order)
-            self._pattern.write(order, None, None, frozenset())
-            order.step[0] = self.settings.step_height
+        for reference in (self.reference, self._next_reference):
+            clear(reference)
+            self._pattern.write(reference, None, None, frozenset())
+            reference.step_height = self.settings.step_height
         neutral = body_from_hip(self.robot, self._at_home)
         self.stand(neutral)
 
     def _take(self, command: Command) -> None:
-        """Write the order for a command, with a velocity that can be kept to."""
-        order, wanted = self.order, self._wanted
+        """Write the reference for a command, with a velocity that can be kept to."""
+        reference, next_reference = self.reference, self._next_reference
         self._command = command
         try:
-            shift = self._pattern.write(wanted, command.gait, command.period, command.lost_legs)
+            shift = self._pattern.write(
+                next_reference, command.gait, command.period, command.lost_legs
+            )
         except InvalidGait as error:
             if not command.lost_legs:
                 raise
             # Robots that cannot walk any more stand as they did.
             self._remarks.tell("lame", True, f"stands: {error.what}")
             self._asked = command.velocity
-            order.velocity[:] = wanted.velocity[:] = 0.0
+            reference.velocity[:] = next_reference.velocity[:] = 0.0
             return
         self._remarks.tell("lame", False, "")
         height = command.step_height
-        order.step[0] = wanted.step[0] = self.settings.step_height if height is None else height
-        resting = bool(self.state.clock.mode == STILL)
+        reference.step_height = next_reference.step_height = (
+            self.settings.step_height if height is None else height
+        )
+        resting = bool(self.state.clock.gait_running == 0)
         self._resting = resting
         standing = resting and not any(command.velocity)
         self._set_pose(np.array(command.pose, dtype=float), shift, standing)
         differs = (
-            not np.array_equal(wanted.gait[:3], order.gait[:3])
-            or not np.array_equal(wanted.offsets, order.offsets)
-            or not np.array_equal(wanted.used, order.used)
+            (next_reference.duty_factor, next_reference.period, next_reference.sway)
+            != (reference.duty_factor, reference.period, reference.sway)
+            or not np.array_equal(next_reference.lift_phase, reference.lift_phase)
+            or not np.array_equal(next_reference.used, reference.used)
         )
-        order.gait[3] = 1.0 if differs else 0.0
+        reference.gait_pending = int(differs)
         self._changing = differs
         asked = np.array(command.velocity, dtype=float)
         self._asked = command.velocity
@@ -378,60 +378,56 @@ class LocomotionEngine:
         if stops:
             share = 0.0
         elif asked.any():
-            share = self._share(wanted, asked, 1.0)
-            reason = reason_of(self._verdict, self.robot)[0]
+            share = self._share(next_reference, asked, 1.0)
+            reason = limiting_constraint(self._verdict, self.robot)[0]
             if differs:
-                before = self._share(order, asked, 1.0)
+                before = self._share(reference, asked, 1.0)
                 if before < share:
                     # What is left of the gait, or of the step, that is being given up.
-                    share, reason = before, reason_of(self._verdict, self.robot)[0]
+                    share, reason = before, limiting_constraint(self._verdict, self.robot)[0]
             self._remarks.tell(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
-        order.velocity[:] = wanted.velocity[:] = self.feasible_velocity[:] = share * asked
+        reference.velocity[:] = next_reference.velocity[:] = self.feasible_velocity[:] = (
+            share * asked
+        )
         self.applied_scale = math.nan
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the pose, or as much of it as the robot can stand or step in."""
-        wanted = self._wanted
+        next_reference = self._next_reference
         share, base = 1.0, np.zeros(6)
         base[:2] = shift
         if pose.any():
-            gait = wanted.gait.copy()
+            stepping = self.memory.references[1].copy()
             if standing:
-                gait[0], gait[2] = 1.0, 0.0
+                stepping["duty_factor"], stepping["sway"] = 1.0, 0.0
             share = float(
                 self._limits.share_of_pose(
                     *self._records,
-                    wanted.used,
-                    wanted.offsets,
-                    gait,
-                    float(wanted.step[0]),
+                    stepping,
                     base,
                     pose,
                     self._verdict,
                 )
             )
-            reason = reason_of(self._verdict, self.robot)[0]
+            reason = limiting_constraint(self._verdict, self.robot)[0]
             above = self._belly.share(base, pose)
             if above < share:
                 share, reason = above, "the trunk would come too near to the ground"
             self._remarks.tell(
                 "posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}"
             )
-        self.order.pose[:] = wanted.pose[:] = base + share * pose
+        self.reference.pose[:] = next_reference.pose[:] = base + share * pose
 
-    def _share(self, order: Order, velocity: np.ndarray, most: float) -> float:
-        region = self._regions.at(order.pose)
+    def _share(self, reference: Reference, velocity: np.ndarray, most: float) -> float:
+        region = self._regions.at(reference.pose)
         return float(
             self._limits.share_of_velocity(
                 *self._records,
                 region,
-                order.used,
-                order.offsets,
-                order.gait,
-                float(order.step[0]),
-                order.pose,
+                record_behind(reference),
+                reference.pose,
                 velocity,
                 most,
                 self._verdict,

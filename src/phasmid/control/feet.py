@@ -7,35 +7,28 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.clock import lift_off
-from phasmid.control.elsewhere import (
-    GAVE_UP,
-    HERE,
-    RETURNED,
+from phasmid.control.foothold_region import is_reached, region_share
+from phasmid.control.foothold_search import (
     end_search,
-    goes_back,
-    is_looking,
-    looks_elsewhere,
+    is_returning,
+    is_searching,
     set_search,
+    start_search,
 )
-from phasmid.control.governor import is_landing
-from phasmid.control.reach import is_reached, within
-from phasmid.control.state import (
-    HELD,
-    LOWERED,
-    OBSTACLE,
-    PROBING,
-    SETTLING,
-    STANCE,
-    STILL,
-    SWING,
+from phasmid.control.gait_scheduler import lift_off
+from phasmid.control.reference_governor import is_foothold
+from phasmid.control.swing import advance_quintic, raise_foot, stop_foot
+from phasmid.control.trunk import approach, integrate_twist
+from phasmid.control.types import (
+    Contact,
+    LegPhase,
+    Manoeuvre,
     Model,
-    Order,
+    Parameters,
+    Reference,
+    SearchStage,
     State,
-    Tuning,
 )
-from phasmid.control.swing import plant, raise_foot, steer
-from phasmid.control.trunk import approach, ride
 
 STOPS = 0.08
 """For as long the body goes on at its speed that is to come to rest [s]."""
@@ -72,43 +65,47 @@ least so far down [m]."""
 
 @internal
 def choose_landing(
-    state: State, model: Model, order: Order, tuning: Tuning, leg: int, left: float
+    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int, left: float
 ) -> None:
     """Write where a foot shall land: amid its next stance it is neutral, if the body goes on so."""
     mean, then, goal, ways = np.empty(3), np.empty(3), np.empty(3), np.empty((3, 3))
-    v, there, kept, rest = state.speed[2].copy(), ways[0], ways[1], ways[2]
+    v, there, kept, rest = state.velocity_filter[2].copy(), ways[0], ways[1], ways[2]
     for i in range(3):
-        goal[i] = state.clock.velocity_share * order.velocity[i]
-        if goes_back(state, leg):
+        goal[i] = state.clock.velocity_share * reference.velocity[i]
+        if is_returning(state, leg):
             # So does the body.
-            goal[i] = state.speed[0, i]
-    approach(v, goal, 0, model.radius, tuning.acceleration * left)
+            goal[i] = state.velocity_filter[0, i]
+    approach(v, goal, 0, model.radius, parameters.acceleration * left)
     for i in range(3):
-        mean[i] = (v[i] + state.speed[2, i]) / 2
-    ride(state.path, mean, left, there)
+        mean[i] = (v[i] + state.velocity_filter[2, i]) / 2
+    integrate_twist(state.path, mean, left, there)
     # That the walk may become faster until then is not certain.
-    ride(state.path, state.speed[2], left, kept)
+    integrate_twist(state.path, state.velocity_filter[2], left, kept)
     # Nor that it goes on at all: in its usual pose a robot has that room within its limits.
-    poses = np.abs(state.pose[0]).max() > POSED or np.abs(state.pose[3]).max() > POSED
+    poses = np.abs(state.pose_filter[0]).max() > POSED or np.abs(state.pose_filter[3]).max() > POSED
     if poses:
-        ride(state.path, state.speed[2], min(left, STOPS), rest)
+        integrate_twist(state.path, state.velocity_filter[2], min(left, STOPS), rest)
     else:
         ways = ways[:2]
-    ride(there, v, order.gait[0] * order.gait[1] / 2, then)
+    integrate_twist(there, v, reference.duty_factor * reference.period / 2, then)
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
     c, s = math.cos(then[2]), math.sin(then[2])
     x, y = then[0] + c * nx - s * ny - there[0], then[1] + s * nx + c * ny - there[1]
     c, s = math.cos(there[2]), math.sin(there[2])
     dx, dy = c * x + s * y - nx, c * y - s * x - ny
-    if is_looking(state, leg):
-        x, y = state.sought[0, leg, 0] - there[0], state.sought[0, leg, 1] - there[1]
+    if is_searching(state, leg):
+        x, y = state.search_goal[leg, 0] - there[0], state.search_goal[leg, 1] - there[1]
         dx, dy = c * x + s * y - nx, c * y - s * x - ny
-    share, g, z = within(state.region[leg], dx, dy, 0.0), state.ground[3], order.landing[leg]
+    share, g, z = (
+        region_share(state.region[leg], dx, dy, 0.0),
+        state.ground_filter[3],
+        reference.touchdown_height[leg],
+    )
     c, s = math.cos(there[2]), math.sin(there[2])
     flat = not math.isfinite(z)
     # From the neutral place towards the body, where it will be.
-    inward_x = state.pose[0, 0] + state.sway[3, 0] - nx
-    inward_y = state.pose[0, 1] + state.sway[3, 1] - ny
+    inward_x = state.pose_filter[0, 0] + state.sway_filter[3, 0] - nx
+    inward_y = state.pose_filter[0, 1] + state.sway_filter[3, 1] - ny
     size = max(math.sqrt(inward_x * inward_x + inward_y * inward_y), 1e-6)
     for attempt in range(4 + TRIES + 1):
         # The region is round about what is reached; near its corners it is asked for itself.
@@ -117,21 +114,21 @@ def choose_landing(
         x, y = there[0] + c * px - s * py, there[1] + s * px + c * py
         if flat:
             z = g[0] + g[1] * x + g[2] * y
-        if is_landing(state, model, leg, ways, x, y, z):
+        if is_foothold(state, model, leg, ways, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
-    state.landing[leg, 0], state.landing[leg, 1], state.landing[leg, 2] = x, y, z
+    state.touchdown[leg, 0], state.touchdown[leg, 1], state.touchdown[leg, 2] = x, y, z
 
 
 @internal
 def above(state: State, leg: int) -> float:
     """How far a foot is over the ground that is believed [m]."""
-    g, foot = state.ground[3], state.foot[leg]
+    g, foot = state.ground_filter[3], state.foot[leg]
     return float(foot[2] - (g[0] + g[1] * foot[0] + g[2] * foot[1]))
 
 
 @internal
-def look_down(state: State, model: Model, tuning: Tuning, leg: int, depth: float) -> None:
+def probe_down(state: State, model: Model, parameters: Parameters, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down, by a depth or as far as its leg reaches [m]."""
     foot = state.foot[leg]
     for _ in range(4):
@@ -140,152 +137,200 @@ def look_down(state: State, model: Model, tuning: Tuning, leg: int, depth: float
         depth *= 0.7
     else:
         depth = 0.0
-    state.landing[leg, 2] = foot[2] - depth
-    state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
-    state.swing[leg, 1] = max(1.875 * depth / tuning.landing_speed, 0.05)
+    state.touchdown[leg, 2] = foot[2] - depth
+    state.time_without_contact[leg] = 0.0
+    state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
+    state.swing_duration[leg] = max(1.875 * depth / parameters.landing_speed, 0.05)
 
 
 @internal
-def land_here(state: State, model: Model, order: Order, tuning: Tuning, leg: int) -> None:
+def land_here(
+    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int
+) -> None:
     """Let a foot go straight down from rest, and beyond the ground where it feels for it."""
-    plant(state, leg)
-    state.leg[leg] = PROBING
+    stop_foot(state, leg)
+    state.leg_phase[leg] = LegPhase.PROBING
     # What has stopped it here would stop it on its way elsewhere.
-    set_search(state, leg, HERE)
+    set_search(state, leg, SearchStage.LAND_HERE)
     depth = above(state, leg)
-    if order.touch[leg] >= 0:
-        depth += tuning.landing_depth
-    look_down(state, model, tuning, leg, max(depth, 0.0))
+    if reference.contact[leg] >= 0:
+        depth += parameters.landing_depth
+    probe_down(state, model, parameters, leg, max(depth, 0.0))
 
 
 @internal
-def end_swing(state: State, model: Model, order: Order, tuning: Tuning, leg: int) -> None:
+def end_swing(
+    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int
+) -> None:
     """Let a foot stand at the end of its curve, or go on down where it feels no ground."""
     for i in range(3):
-        state.foot[leg, i] = state.landing[leg, i]
-    if state.leg[leg] == SWING and order.touch[leg] == 0 and tuning.landing_depth > 0:
-        plant(state, leg)
-        state.leg[leg] = PROBING
+        state.foot[leg, i] = state.touchdown[leg, i]
+    if (
+        state.leg_phase[leg] == LegPhase.SWING
+        and reference.contact[leg] == 0
+        and parameters.landing_depth > 0
+    ):
+        stop_foot(state, leg)
+        state.leg_phase[leg] = LegPhase.PROBING
         # Where it has met obstacles it lands above the ground that is believed.
-        look_down(state, model, tuning, leg, max(above(state, leg), 0.0) + tuning.landing_depth)
+        probe_down(
+            state, model, parameters, leg, max(above(state, leg), 0.0) + parameters.landing_depth
+        )
         return
-    missed = state.leg[leg] == PROBING and order.touch[leg] == 0 and order.used[leg] == 1
-    if missed and state.search[leg] < RETURNED:
-        if looks_elsewhere(state, order, leg):
+    missed = (
+        state.leg_phase[leg] == LegPhase.PROBING
+        and reference.contact[leg] == 0
+        and reference.used[leg] == 1
+    )
+    if missed and state.search_stage[leg] < SearchStage.RETURNED:
+        if start_search(state, reference, leg):
             return
-        set_search(state, leg, GAVE_UP)
-    settled = state.leg[leg] == SETTLING
+        set_search(state, leg, SearchStage.GAVE_UP)
+    settled = state.leg_phase[leg] == LegPhase.SETTLING
     end_search(state, leg, settled)
-    plant(state, leg)
-    state.leg[leg] = STANCE
-    state.swing[leg] = 0.0
-    if settled and order.sag[leg] > PRESSED:
+    stop_foot(state, leg)
+    state.leg_phase[leg] = LegPhase.STANCE
+    end_of_swing(state, leg)
+    if settled and reference.foot_sag[leg] > PRESSED:
         # Body and leg give way, so that it has met the ground above where it is told to be; it goes
         # on there, and so takes its part of the load.
-        press(state, leg, order.sag[leg])
+        press(state, leg, reference.foot_sag[leg])
+
+
+@internal
+def end_of_swing(state: State, leg: int) -> None:
+    """Clear the times and the height of a foot's swing."""
+    state.swing_elapsed[leg] = state.swing_duration[leg] = 0.0
+    state.swing_height[leg] = state.time_without_contact[leg] = 0.0
 
 
 @internal
 def press(state: State, leg: int, depth: float) -> None:
     """Let a standing foot go down."""
-    state.landing[leg, 2] = state.foot[leg, 2] - depth
-    state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = 0.0, PRESS, 0.0
+    state.touchdown[leg, 2] = state.foot[leg, 2] - depth
+    state.swing_elapsed[leg], state.swing_duration[leg], state.swing_height[leg] = 0.0, PRESS, 0.0
 
 
 @internal
 def draw_back(state: State, leg: int) -> None:
     """Let a swinging foot go back and up from what it has met, with the motion that it has."""
-    foot, landing = state.foot[leg], state.landing[leg]
+    foot, landing = state.foot[leg], state.touchdown[leg]
     dx, dy = foot[0] - landing[0], foot[1] - landing[1]
     size = max(math.sqrt(dx * dx + dy * dy), 1e-6)
     landing[0], landing[1] = foot[0] + BACK * dx / size, foot[1] + BACK * dy / size
     landing[2] = foot[2] + BACK_RISE
-    state.retreat[leg] = 1.0
-    state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = 0.0, BACK_TIME, 0.0
+    state.manoeuvre[leg] = Manoeuvre.DRAW_BACK
+    state.swing_elapsed[leg], state.swing_duration[leg], state.swing_height[leg] = (
+        0.0,
+        BACK_TIME,
+        0.0,
+    )
     for i in range(3):
-        state.line[0, leg, i] = foot[i]
-        for k in range(2):
-            state.line[1 + k, leg, i] = state.motion[k, leg, i]
+        state.line_position[leg, i] = foot[i]
+        state.line_velocity[leg, i] = state.foot_velocity[leg, i]
+        state.line_acceleration[leg, i] = state.foot_acceleration[leg, i]
 
 
 @internal
 def stop_at_contact(state: State, leg: int) -> None:
     """Bring a foot to rest a little beyond its contact, without a jump of its velocity."""
     for i in range(3):
-        state.line[0, leg, i] = state.foot[leg, i]
-        state.line[1, leg, i] = state.motion[0, leg, i]
-        state.line[2, leg, i] = state.motion[1, leg, i]
-        state.landing[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.motion[0, leg, i]
-    state.swing[leg, 0], state.swing[leg, 1], state.swing[leg, 2] = 0.0, SETTLE, 0.0
-    state.retreat[leg] = 0.0
+        state.line_position[leg, i] = state.foot[leg, i]
+        state.line_velocity[leg, i] = state.foot_velocity[leg, i]
+        state.line_acceleration[leg, i] = state.foot_acceleration[leg, i]
+        state.touchdown[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.foot_velocity[leg, i]
+    state.swing_elapsed[leg], state.swing_duration[leg], state.swing_height[leg] = 0.0, SETTLE, 0.0
+    state.manoeuvre[leg] = Manoeuvre.NONE
 
 
 @internal
 def has_lost_ground(
-    state: State, model: Model, order: Order, tuning: Tuning, leg: int, h: float
+    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int, h: float
 ) -> bool:
     """Return whether a stance foot has had no contact for `LOST_AFTER` and can be lowered."""
-    if order.touch[leg] != 0 or state.clock.mode == STILL:
-        state.swing[leg, 2] = 0.0
+    if reference.contact[leg] != 0 or state.clock.gait_running == 0:
+        state.time_without_contact[leg] = 0.0
         return False
-    # In stance this element counts the time without contact.
-    state.swing[leg, 2] += h
-    if state.swing[leg, 2] < LOST_AFTER:
+    state.time_without_contact[leg] += h
+    if state.time_without_contact[leg] < LOST_AFTER:
         return False
     foot = state.foot[leg]
-    if above(state, leg) < -tuning.landing_depth:
+    if above(state, leg) < -parameters.landing_depth:
         return False
     return bool(is_reached(state, model, leg, foot[0], foot[1], foot[2] - LEAST_DEPTH))
 
 
 @internal
-def move_feet(state: State, model: Model, order: Order, tuning: Tuning, h: float) -> None:
+def move_feet(
+    state: State, model: Model, reference: Reference, parameters: Parameters, h: float
+) -> None:
     """Let the feet that are in the air go on."""
     for leg in range(state.leg_count):
-        doing = state.leg[leg]
-        swing = state.swing[leg]
-        stands = doing == STANCE and order.touch[leg] != 0 and state.search[leg] != RETURNED
-        if doing == HELD or stands:
-            set_search(state, leg, 0.0)
-        if doing == STANCE and swing[0] >= swing[1]:
-            if not has_lost_ground(state, model, order, tuning, leg, h):
+        doing = state.leg_phase[leg]
+        stands = (
+            doing == LegPhase.STANCE
+            and reference.contact[leg] != 0
+            and state.search_stage[leg] != SearchStage.RETURNED
+        )
+        if doing == LegPhase.HELD or stands:
+            set_search(state, leg, SearchStage.NONE)
+        if doing == LegPhase.STANCE and state.swing_elapsed[leg] >= state.swing_duration[leg]:
+            if not has_lost_ground(state, model, reference, parameters, leg, h):
                 continue
-            plant(state, leg)
-            look_down(state, model, tuning, leg, above(state, leg) + tuning.landing_depth)
-            state.retreat[leg] = LOWERED
-        if doing == HELD:
+            stop_foot(state, leg)
+            probe_down(state, model, parameters, leg, above(state, leg) + parameters.landing_depth)
+            state.manoeuvre[leg] = Manoeuvre.LOWER
+        if doing == LegPhase.HELD:
             continue
-        before = swing[0]
-        swing[0] += h
-        part = swing[0] / swing[1]
-        if not order.used[leg] and doing == SWING and 0.5 <= part < 0.9:
-            state.leg[leg] = HELD
-            swing[0], swing[1] = 0.0, FOLD
+        before = state.swing_elapsed[leg]
+        state.swing_elapsed[leg] += h
+        part = state.swing_elapsed[leg] / state.swing_duration[leg]
+        if not reference.used[leg] and doing == LegPhase.SWING and 0.5 <= part < 0.9:
+            state.leg_phase[leg] = LegPhase.HELD
+            state.swing_elapsed[leg], state.swing_duration[leg] = 0.0, FOLD
             continue
-        if order.touch[leg] == OBSTACLE and doing == SWING:
+        if reference.contact[leg] == Contact.OBSTACLE and doing == LegPhase.SWING:
             draw_back(state, leg)
-            before, swing[0] = 0.0, h
-        retreats = doing == SWING and state.retreat[leg] != 0.0
-        if retreats and swing[0] >= swing[1] - 1e-9:
+            before, state.swing_elapsed[leg] = 0.0, h
+        retreats = doing == LegPhase.SWING and state.manoeuvre[leg] != Manoeuvre.NONE
+        if retreats and state.swing_elapsed[leg] >= state.swing_duration[leg] - 1e-9:
             # Then it steps over the obstacle, or elsewhere.
-            ago = swing[0] - swing[1]
-            time = (1.0 - order.gait[0]) * order.gait[1]
-            lift_off(state, model, order, leg, ago, time)
+            ago = state.swing_elapsed[leg] - state.swing_duration[leg]
+            time = (1.0 - reference.duty_factor) * reference.period
+            lift_off(state, model, reference, leg, ago, time)
             before, retreats = ago - h, False
             part = ago / time
-        lowered = doing == STANCE and state.retreat[leg] == LOWERED
-        met = order.touch[leg] == 1 and doing in (SWING, PROBING) and not retreats
+        lowered = doing == LegPhase.STANCE and state.manoeuvre[leg] == Manoeuvre.LOWER
+        met = (
+            reference.contact[leg] == 1
+            and doing in (LegPhase.SWING, LegPhase.PROBING)
+            and not retreats
+        )
         # Without knowledge of its contact a stance foot goes no deeper.
-        met = met or (lowered and (order.touch[leg] != 0 or state.clock.mode == STILL))
-        if met and (doing != SWING or part > tuning.lowest_lift):
+        met = met or (lowered and (reference.contact[leg] != 0 or state.clock.gait_running == 0))
+        if met and (doing != LegPhase.SWING or part > parameters.lowest_lift):
             stop_at_contact(state, leg)
             if not lowered:
-                state.leg[leg] = SETTLING
-            before, swing[0] = 0.0, h
-        elif doing == SWING and part < FROZEN and not retreats:
-            choose_landing(state, model, order, tuning, leg, swing[1] - swing[0])
-        if swing[0] > swing[1] - 1e-9:
-            end_swing(state, model, order, tuning, leg)
+                state.leg_phase[leg] = LegPhase.SETTLING
+            before, state.swing_elapsed[leg] = 0.0, h
+        elif doing == LegPhase.SWING and part < FROZEN and not retreats:
+            choose_landing(
+                state,
+                model,
+                reference,
+                parameters,
+                leg,
+                state.swing_duration[leg] - state.swing_elapsed[leg],
+            )
+        if state.swing_elapsed[leg] > state.swing_duration[leg] - 1e-9:
+            end_swing(state, model, reference, parameters, leg)
             continue
-        steer(state.line, leg, state.landing[leg], swing[1] - before, swing[0] - before)
+        advance_quintic(
+            state.line_position[leg],
+            state.line_velocity[leg],
+            state.line_acceleration[leg],
+            state.touchdown[leg],
+            state.swing_duration[leg] - before,
+            state.swing_elapsed[leg] - before,
+        )
         raise_foot(state, leg)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.state import Model
+from phasmid.control.types import Model
 
 Triple = tuple[float, float, float]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from phasmid.compiled import is_compiled
 from phasmid.control.feed_forward.feed_forward import compute_feed_forward
 from phasmid.control.feel.stage import feel_order
-from phasmid.control.step import tick
+from phasmid.control.update import advance_engine
 
-LOOPS = tick, feel_order, compute_feed_forward
+LOOPS = advance_engine, feel_order, compute_feed_forward
 """The engine's update, what feels the ground, and what weighs the motion."""
 
 

@@ -7,7 +7,16 @@ from typing import Any
 import numpy as np
 
 from phasmid.control.records import fill, view_of
-from phasmid.control.state import MODEL, ORDER, STATE, TUNING, Model, Order, State, Tuning
+from phasmid.control.types import (
+    MODEL,
+    PARAMETERS,
+    REFERENCE,
+    STATE,
+    Model,
+    Parameters,
+    Reference,
+    State,
+)
 
 
 class Memory:
@@ -15,33 +24,35 @@ class Memory:
 
     Args:
         model: The robot.
-        tuning: The settings.
+        parameters: The settings.
 
     Attributes:
         states: The state, and one to try in, shape (2,).
-        orders: What is to be done, and the same with the gait that is wanted, shape (2,).
+        references: What is to be done, and the same with the gait that is next_reference, shape (2,).
         models: The robot, shape (1,).
-        tunings: The settings, shape (1,).
+        parameter_records: The settings, shape (1,).
         state: View of the first of `states`.
-        order: View of the first of `orders`.
-        wanted: View of the second of `orders`.
+        reference: View of the first of `references`.
+        next_reference: View of the second of `references`.
         model: View of the first of `models`.
-        tuning: The settings.
+        parameters: The settings.
     """
 
-    def __init__(self, model: Model, tuning: Tuning) -> None:
+    def __init__(self, model: Model, parameters: Parameters) -> None:
         legs = self._legs = model.leg_count
-        self.tuning = tuning
-        self.states, self.orders = np.zeros(2, STATE), np.zeros(2, ORDER)
-        self.models, self.tunings = np.zeros(1, MODEL), np.zeros(1, TUNING)
+        self.parameters = parameters
+        self.states, self.references = np.zeros(2, STATE), np.zeros(2, REFERENCE)
+        self.models, self.parameter_records = np.zeros(1, MODEL), np.zeros(1, PARAMETERS)
         self.clear_state()
         self.state: State = view_of(self.states[0], State, legs)
-        self.order, self.wanted = (view_of(order, Order, legs) for order in self.orders)
+        self.reference, self.next_reference = (
+            view_of(reference, Reference, legs) for reference in self.references
+        )
         self.model: Model = view_of(self.models[0], Model, legs)
         fill(self.model, model)
-        fill(view_of(self.tunings[0], Tuning, legs), tuning)
-        for order in (self.order, self.wanted):
-            clear(order)
+        fill(view_of(self.parameter_records[0], Parameters, legs), parameters)
+        for reference in (self.reference, self.next_reference):
+            clear(reference)
 
     def clear_state(self) -> None:
         """Set all numbers of the state to zero, but the number of legs."""
@@ -49,24 +60,32 @@ class Memory:
         self.states["leg_count"] = self._legs
 
 
-def clear(order: Order) -> None:
-    """Make an order one to stand, on level ground of which nothing is felt."""
-    order.velocity[:] = order.pose[:] = order.correction[:] = order.offsets[:] = 0.0
-    order.gait[:] = 1.0, 1.0, 0.0, 0.0
-    order.step[:] = 0.0
-    order.used[:] = 1
-    order.touch[:] = -1
-    order.plane[:] = 0.0, 0.0, 1.0, 0.0
-    order.landing[:] = np.nan
-    order.foot_offset[:] = 0.0
-    order.sag[:] = 0.0
+def clear(reference: Reference) -> None:
+    """Make an reference one to stand, on level ground of which nothing is felt."""
+    reference.velocity[:] = reference.pose[:] = reference.pose_correction[:] = reference.lift_phase[
+        :
+    ] = 0.0
+    reference.duty_factor, reference.period, reference.sway, reference.gait_pending = (
+        1.0,
+        1.0,
+        0.0,
+        0,
+    )
+    reference.step_height = 0.0
+    reference.used[:] = 1
+    reference.contact[:] = -1
+    reference.ground_normal[:] = 0.0, 0.0, 1.0
+    reference.ground_height = 0.0
+    reference.touchdown_height[:] = np.nan
+    reference.foot_offset[:] = 0.0
+    reference.foot_sag[:] = 0.0
 
 
-def new_order(legs: int) -> Order:
+def new_reference(legs: int) -> Reference:
     """An order to stand."""
-    order = view_of(np.zeros(1, ORDER)[0], Order, legs)
-    clear(order)
-    return order
+    reference = view_of(np.zeros(1, REFERENCE)[0], Reference, legs)
+    clear(reference)
+    return reference
 
 
 def unwrapped(function: Any) -> Any:

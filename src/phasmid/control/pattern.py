@@ -1,4 +1,4 @@
-"""Which legs lift when, as the engine's orders tell it, with all legs or without lost ones."""
+"""Which legs lift when, as the engine's references tell it, with all legs or without lost ones."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.settings import EngineSettings
-from phasmid.control.state import Model, Order
+from phasmid.control.types import Model, Reference
 from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
 from phasmid.kinematics import centre_of_mass, joint_angles
@@ -38,12 +38,16 @@ class Pattern:
         self.gait = self._chosen(settings.gait)
 
     def write(
-        self, order: Order, gait: str | Gait | None, period: float | None, lost: frozenset[int]
+        self,
+        reference: Reference,
+        gait: str | Gait | None,
+        period: float | None,
+        lost: frozenset[int],
     ) -> Float[np.ndarray, "2"]:
         """Write which legs lift when; how far the body stands aside for that [m], shape (2,).
 
         Args:
-            order: Its gait, phases and used legs are written.
+            reference: Its gait, phases and used legs are written.
             gait: Its name, or the gait; None: the engine's own.
             period: Time of a cycle [s]; None: as the engine is set.
             lost: Numbers of legs that are not walked on.
@@ -69,8 +73,12 @@ class Pattern:
             used[:] = 0
             used[limp.indices] = 1
             offsets[limp.indices] = chosen.offsets
-        order.offsets[:], order.used[:] = offsets, used
-        order.gait[:3] = chosen.duty_factor, period, chosen.sway
+        reference.lift_phase[:], reference.used[:] = offsets, used
+        reference.duty_factor, reference.period, reference.sway = (
+            chosen.duty_factor,
+            period,
+            chosen.sway,
+        )
         return shift
 
     def _chosen(self, gait: str | Gait | None) -> Gait:

@@ -27,7 +27,7 @@ def record_of(kind: type) -> np.dtype[Any]:
 def view_of(record: Any, kind: type[Kind], leg_count: int) -> Kind:
     """Return an instance of a dataclass whose fields share the memory of a record.
 
-    Arrays leave out absent legs; numbers are read and written through properties.
+    Arrays leave out absent legs. Assignment to a field writes into the record.
 
     Args:
         record: Of the dtype that `record_of` returns.
@@ -48,6 +48,11 @@ def view_of(record: Any, kind: type[Kind], leg_count: int) -> Kind:
             parts[name] = record[name]
     vars(view).update(parts)
     return view
+
+
+def record_behind(view: Any) -> Any:
+    """Return the record whose memory a view shares."""
+    return view._record
 
 
 def fill(view: Any, values: Any) -> None:
@@ -72,16 +77,17 @@ def _view_type(kind: Any) -> Any:
     """Return a subclass whose numbers are read from and written to a record."""
 
     def field(name: str) -> property:
-        def read(self: Any) -> Any:
-            return self._record[name]
+        return property(lambda self: self._record[name])
 
-        def write(self: Any, value: Any) -> None:
+    def assign(self: Any, name: str, value: Any) -> None:
+        if name in numbers:
             self._record[name] = value
-
-        return property(read, write)
+        else:
+            getattr(self, name)[...] = value
 
     numbers = [name for name, hint in get_type_hints(kind).items() if hint in (float, int)]
-    return type(kind.__name__, (kind,), {name: field(name) for name in numbers})
+    members = {name: field(name) for name in numbers}
+    return type(kind.__name__, (kind,), {**members, "__setattr__": assign})
 
 
 def _entry(hint: Any) -> tuple[Any, ...]:

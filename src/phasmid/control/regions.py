@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.reach import bound_region
-from phasmid.control.state import DIRECTIONS
+from phasmid.control.foothold_region import bound_region
+from phasmid.control.types import DIRECTIONS
 
 KEPT = 8
 """For how many poses they are kept."""

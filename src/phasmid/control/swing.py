@@ -6,7 +6,7 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.limbs import foot_of
-from phasmid.control.state import RISES, Model, State, Tuning
+from phasmid.control.types import Manoeuvre, Model, Parameters, State
 
 FREE = 0.15
 """Part of a swing at each of its ends in which a foot comes to its curve wholly."""
@@ -16,30 +16,38 @@ SOFT = 0.06
 
 
 @internal
-def steer(line: np.ndarray, leg: int, goal: np.ndarray, left: float, h: float) -> None:
+def advance_quintic(
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    goal: np.ndarray,
+    left: float,
+    h: float,
+) -> None:
     """Move a foot's place, velocity and acceleration along the quintic to rest at a goal.
 
     The quintic begins at what they are, so that it is one curve for as long as the goal stays, and
     another one without a jump where it moves.
 
     Args:
-        line: Place, velocity and acceleration of the feet, changed, shape (3, L, 3).
-        leg: The foot's index.
-        goal: Where it comes to rest [m], shape (3,).
-        left: After what time [s].
+        position: Position, changed, shape (3,).
+        velocity: Velocity, changed, shape (3,).
+        acceleration: Acceleration, changed, shape (3,).
+        goal: Where it comes to rest, shape (3,).
+        left: Time until then [s].
         h: Step of time, less than that [s].
     """
     t = left
     for i in range(3):
-        p, v, a = line[0, leg, i], line[1, leg, i], line[2, leg, i]
+        p, v, a = position[i], velocity[i], acceleration[i]
         # Of p + v t + a t²/2 + b t³ + c t⁴ + d t⁵ all is at rest at the goal after t.
         gap = goal[i] - p
         b = (20 * gap - 12 * v * t - 3 * a * t * t) / (2 * t**3)
         c = (-30 * gap + 16 * v * t + 3 * a * t * t) / (2 * t**4)
         d = (12 * gap - 6 * v * t - a * t * t) / (2 * t**5)
-        line[0, leg, i] = p + h * (v + h * (a / 2 + h * (b + h * (c + h * d))))
-        line[1, leg, i] = v + h * (a + h * (3 * b + h * (4 * c + h * 5 * d)))
-        line[2, leg, i] = a + h * (6 * b + h * (12 * c + h * 20 * d))
+        position[i] = p + h * (v + h * (a / 2 + h * (b + h * (c + h * d))))
+        velocity[i] = v + h * (a + h * (3 * b + h * (4 * c + h * 5 * d)))
+        acceleration[i] = a + h * (6 * b + h * (12 * c + h * 20 * d))
 
 
 @internal
@@ -71,7 +79,7 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
 
 
 @internal
-def yield_to_limits(state: State, model: Model, tuning: Tuning, leg: int) -> bool:
+def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg: int) -> bool:
     """Let the joints of a swinging leg come near their limits softly, and no nearer.
 
     Amid a swing a foot may leave its curve where a joint does not let it go on along that. Angles,
@@ -80,29 +88,30 @@ def yield_to_limits(state: State, model: Model, tuning: Tuning, leg: int) -> boo
     Args:
         state: Where the engine is; the leg's joints are changed.
         model: The robot.
-        tuning: The margins.
+        parameters: The margins.
         leg: The leg's index.
 
     Returns:
         Whether the joints are within their limits.
     """
-    part, time, q = state.swing[leg, 0] / state.swing[leg, 1], state.swing[leg, 1], state.q
+    time, q, qd, qdd = state.swing_duration[leg], state.q[leg], state.qd[leg], state.qdd[leg]
+    part = state.swing_elapsed[leg] / time
     # What goes down straight, or back, began in the air.
-    begun = part if state.swing[leg, 2] > 0.0 or state.retreat[leg] == RISES else 1.0
+    begun = part if state.swing_height[leg] > 0.0 or state.manoeuvre[leg] == Manoeuvre.RISE else 1.0
     end = min(min(begun, 1.0 - part) / FREE, 1.0)
     w, wd, wdd = blend(end, FREE * time)
     if part > 0.5:
         wd = -wd
     for k in range(3):
         low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
-        edge = min(tuning.joint_margin, (high - low) / 8)
+        edge = min(parameters.joint_margin, (high - low) / 8)
         soft = min(SOFT, (high - low) / 8)
         for sign in (-1.0, 1.0):
             # y: how deep the joint is in the soft zone; e: how much it comes back from there.
-            y = sign * q[0, leg, k] - (sign * (high if sign > 0 else low) - edge / 4 - soft)
+            y = sign * q[k] - (sign * (high if sign > 0 else low) - edge / 4 - soft)
             if y <= 0.0:
                 continue
-            yd, ydd = sign * q[1, leg, k], sign * q[2, leg, k]
+            yd, ydd = sign * qd[k], sign * qdd[k]
             u = 1.0 + (y / soft) ** 3
             e, ed, edd = (
                 y - y * u ** (-1 / 3),
@@ -110,10 +119,10 @@ def yield_to_limits(state: State, model: Model, tuning: Tuning, leg: int) -> boo
                 4 * y * y / soft**3 * u ** (-7 / 3),
             )
             edd, ed = edd * yd * yd + ed * ydd, ed * yd
-            q[0, leg, k] -= sign * w * e
-            q[1, leg, k] -= sign * (w * ed + wd * e)
-            q[2, leg, k] -= sign * (w * edd + 2 * wd * ed + wdd * e)
-        if not (low + edge / 5 <= q[0, leg, k] <= high - edge / 5):
+            q[k] -= sign * w * e
+            qd[k] -= sign * (w * ed + wd * e)
+            qdd[k] -= sign * (w * edd + 2 * wd * ed + wdd * e)
+        if not (low + edge / 5 <= q[k] <= high - edge / 5):
             return False
     return True
 
@@ -121,60 +130,68 @@ def yield_to_limits(state: State, model: Model, tuning: Tuning, leg: int) -> boo
 @internal
 def raise_foot(state: State, leg: int) -> None:
     """Write a swinging foot's place and motion in odom: its line and its lift above it."""
-    s = state.swing[leg, 0] / state.swing[leg, 1]
-    z, v, a = lift(min(s, 1.0), state.swing[leg, 1], state.swing[leg, 2])
+    s = state.swing_elapsed[leg] / state.swing_duration[leg]
+    z, v, a = lift(min(s, 1.0), state.swing_duration[leg], state.swing_height[leg])
     for i in range(3):
-        state.foot[leg, i] = state.line[0, leg, i]
-        state.motion[0, leg, i] = state.line[1, leg, i]
-        state.motion[1, leg, i] = state.line[2, leg, i]
+        state.foot[leg, i] = state.line_position[leg, i]
+        state.foot_velocity[leg, i] = state.line_velocity[leg, i]
+        state.foot_acceleration[leg, i] = state.line_acceleration[leg, i]
     state.foot[leg, 2] += z
-    state.motion[0, leg, 2] += v
-    state.motion[1, leg, 2] += a
+    state.foot_velocity[leg, 2] += v
+    state.foot_acceleration[leg, 2] += a
 
 
 @internal
-def plant(state: State, leg: int) -> None:
+def stop_foot(state: State, leg: int) -> None:
     """Let a foot stand where it is."""
-    state.retreat[leg] = 0.0
+    state.manoeuvre[leg] = Manoeuvre.NONE
     for i in range(3):
-        state.line[0, leg, i] = state.foot[leg, i]
-        for k in range(2):
-            state.line[1 + k, leg, i] = 0.0
-            state.motion[k, leg, i] = 0.0
-        state.landing[leg, i] = state.foot[leg, i]
+        state.line_position[leg, i] = state.foot[leg, i]
+        state.line_velocity[leg, i] = state.line_acceleration[leg, i] = 0.0
+        state.foot_velocity[leg, i] = state.foot_acceleration[leg, i] = 0.0
+        state.touchdown[leg, i] = state.foot[leg, i]
 
 
 @internal
 def foot_at_joints(state: State, model: Model, leg: int, arm: np.ndarray) -> None:
     """Write where a foot is in odom by its joint angles, and its way from the body [m], (3,)."""
-    q = state.q[0, leg]
+    q = state.q[leg]
     x, y, z = foot_of(model.lengths[leg], q[0], q[1], q[2])
     R, p = model.R_body_hip[leg], np.empty(3)
     for i in range(3):
         p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
     for i in range(3):
-        arm[i] = state.body[i, 0] * p[0] + state.body[i, 1] * p[1] + state.body[i, 2] * p[2]
+        arm[i] = (
+            state.R_odom_body[i, 0] * p[0]
+            + state.R_odom_body[i, 1] * p[1]
+            + state.R_odom_body[i, 2] * p[2]
+        )
         # The joints are where the offset has them already.
-        state.foot[leg, i] = state.trunk[0, i] + arm[i] - state.offset[leg, i]
+        state.foot[leg, i] = state.body_position[i] + arm[i] - state.foot_offset[leg, i]
 
 
 @internal
 def hold_leg(state: State, model: Model, leg: int, h: float) -> None:
     """Let a leg that is held in the air fold, and tell where its foot is in odom."""
-    swing, q = state.swing[leg], state.q
-    if swing[0] + h < swing[1]:
-        steer(q, leg, model.folded[leg], swing[1] - swing[0], h)
-        swing[0] += h
+    q, qd, qdd, left = (
+        state.q[leg],
+        state.qd[leg],
+        state.qdd[leg],
+        state.swing_duration[leg] - state.swing_elapsed[leg],
+    )
+    if h < left:
+        advance_quintic(q, qd, qdd, model.folded[leg], left, h)
+        state.swing_elapsed[leg] += h
     else:
-        swing[0] = swing[1]
+        state.swing_elapsed[leg] = state.swing_duration[leg]
         for k in range(3):
-            q[0, leg, k] = model.folded[leg, k]
-            q[1, leg, k] = q[2, leg, k] = 0.0
+            q[k] = model.folded[leg, k]
+            qd[k] = qdd[k] = 0.0
     arm = np.empty(3)
     foot_at_joints(state, model, leg, arm)
     # As if it were fixed to the body; its own motion has ended when it is used again.
-    w, v = state.trunk[2], state.motion[0, leg]
-    wd, a = state.trunk[4], state.motion[1, leg]
+    w, v = state.angular_velocity, state.foot_velocity[leg]
+    wd, a = state.angular_acceleration, state.foot_acceleration[leg]
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         v[i] = w[j] * arm[k] - w[k] * arm[j]
@@ -184,5 +201,5 @@ def hold_leg(state: State, model: Model, leg: int, h: float) -> None:
     a[1] += w[2] * ux - w[0] * uz
     a[2] += w[0] * uy - w[1] * ux
     for i in range(3):
-        v[i] += state.trunk[1, i]
-        a[i] += state.trunk[3, i]
+        v[i] += state.body_velocity[i]
+        a[i] += state.body_acceleration[i]

@@ -8,12 +8,12 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.limbs import rotation
-from phasmid.control.state import Model, State, Tuning
+from phasmid.control.types import Model, Parameters, State
 
 
 @internal
 def follow(stages: np.ndarray, omega: float, h: float) -> None:
-    """Let a chain of equal first-order lags follow its first stage, which stays.
+    """Let a chain of equal first-reference lags follow its first stage, which stays.
 
     Each lag's step response rises without overshoot, so that the last stage is at every time a
     mean of what the first one has been: it never leaves what that has kept to, and of n lags the
@@ -64,7 +64,7 @@ def approach(
 
 
 @internal
-def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> None:
+def integrate_twist(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> None:
     """Write the place after a constant velocity in the path's own axes: an arc or a line.
 
     Args:
@@ -85,11 +85,16 @@ def ride(path: np.ndarray, twist: np.ndarray, time: float, out: np.ndarray) -> N
 
 
 @internal
-def place_trunk(state: State, model: Model, tuning: Tuning) -> None:
+def set_body_motion(state: State, model: Model, parameters: Parameters) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
-    path, speed, pose, sway = state.path, state.speed, state.pose, state.sway
+    path, speed, pose, sway = (
+        state.path,
+        state.velocity_filter,
+        state.pose_filter,
+        state.sway_filter,
+    )
     c, s = math.cos(path[2]), math.sin(path[2])
-    w1, w3, w2 = tuning.velocity_bandwidth, tuning.pose_bandwidth, tuning.sway_bandwidth
+    w1, w3, w2 = parameters.velocity_bandwidth, parameters.pose_bandwidth, parameters.sway_bandwidth
     v, a = speed[2], np.empty(3)
     for i in range(3):
         a[i] = w1 * (speed[1, i] - speed[2, i])
@@ -108,9 +113,14 @@ def place_trunk(state: State, model: Model, tuning: Tuning) -> None:
     vx, vy = v[0] + bd[0] - w * b[1], v[1] + bd[1] + w * b[0]
     ax = a[0] - w * v[1] + bdd[0] - 2 * w * bd[1] - wd * b[1] - w * w * b[0]
     ay = a[1] + w * v[0] + bdd[1] + 2 * w * bd[0] + wd * b[0] - w * w * b[1]
-    trunk, ground = state.trunk, state.ground
-    trunk[0, 0] = path[0] + c * b[0] - s * b[1]
-    trunk[0, 1] = path[1] + s * b[0] + c * b[1]
+    ground, position, velocity = state.ground_filter, state.body_position, state.body_velocity
+    acceleration, w_body, dw_body = (
+        state.body_acceleration,
+        state.angular_velocity,
+        state.angular_acceleration,
+    )
+    position[0] = path[0] + c * b[0] - s * b[1]
+    position[1] = path[1] + s * b[0] + c * b[1]
     # The path rises with the plane under it.
     g, gd, gdd = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
@@ -120,21 +130,21 @@ def place_trunk(state: State, model: Model, tuning: Tuning) -> None:
     sx, sy = g[1], g[2]
     px, py = c * v[0] - s * v[1], s * v[0] + c * v[1]
     qx, qy = a[0] - w * v[1], a[1] + w * v[0]
-    trunk[0, 2] = g[0] + sx * path[0] + sy * path[1] + model.height + b[2]
-    trunk[1, 0], trunk[1, 1] = c * vx - s * vy, s * vx + c * vy
-    trunk[1, 2] = sx * px + sy * py + gd[0] + gd[1] * path[0] + gd[2] * path[1] + bd[2]
-    trunk[3, 0], trunk[3, 1] = c * ax - s * ay, s * ax + c * ay
-    trunk[3, 2] = sx * (c * qx - s * qy) + sy * (s * qx + c * qy) + bdd[2]
-    trunk[3, 2] += gdd[0] + gdd[1] * path[0] + gdd[2] * path[1] + 2 * (gd[1] * px + gd[2] * py)
+    position[2] = g[0] + sx * path[0] + sy * path[1] + model.height + b[2]
+    velocity[0], velocity[1] = c * vx - s * vy, s * vx + c * vy
+    velocity[2] = sx * px + sy * py + gd[0] + gd[1] * path[0] + gd[2] * path[1] + bd[2]
+    acceleration[0], acceleration[1] = c * ax - s * ay, s * ax + c * ay
+    acceleration[2] = sx * (c * qx - s * qy) + sy * (s * qx + c * qy) + bdd[2]
+    acceleration[2] += gdd[0] + gdd[1] * path[0] + gdd[2] * path[1] + 2 * (gd[1] * px + gd[2] * py)
     roll, pitch, yaw = b[3], b[4], b[5] + path[2]
-    rotation(roll, pitch, yaw, state.body)
+    rotation(roll, pitch, yaw, state.R_odom_body)
     # Angular velocity of fixed-axes angles, and its derivative.
     r1, p1, y1 = bd[3], bd[4], bd[5] + w
     r2, p2, y2 = bdd[3], bdd[4], bdd[5] + wd
     cy, sy2, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
-    trunk[2, 0] = cy * cp * r1 - sy2 * p1
-    trunk[2, 1] = sy2 * cp * r1 + cy * p1
-    trunk[2, 2] = y1 - sp * r1
-    trunk[4, 0] = cy * cp * r2 - sy2 * p2 - (sy2 * cp * y1 + cy * sp * p1) * r1 - cy * y1 * p1
-    trunk[4, 1] = sy2 * cp * r2 + cy * p2 + (cy * cp * y1 - sy2 * sp * p1) * r1 - sy2 * y1 * p1
-    trunk[4, 2] = y2 - sp * r2 - cp * p1 * r1
+    w_body[0] = cy * cp * r1 - sy2 * p1
+    w_body[1] = sy2 * cp * r1 + cy * p1
+    w_body[2] = y1 - sp * r1
+    dw_body[0] = cy * cp * r2 - sy2 * p2 - (sy2 * cp * y1 + cy * sp * p1) * r1 - cy * y1 * p1
+    dw_body[1] = sy2 * cp * r2 + cy * p2 + (cy * cp * y1 - sy2 * sp * p1) * r1 - sy2 * y1 * p1
+    dw_body[2] = y2 - sp * r2 - cp * p1 * r1

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.state import REACH, SPEED, SUPPORT
+from phasmid.control.types import REACH, SPEED, SUPPORT
 from phasmid.gait import shortfall
 from phasmid.robot import JOINTS, Robot
 
@@ -29,11 +29,13 @@ class Limit:
     joint: int | None = None
 
 
-def reason_of(verdict: Float[np.ndarray, "4"], robot: Robot) -> tuple[str, int | None, int | None]:
+def limiting_constraint(
+    verdict: Float[np.ndarray, "4"], robot: Robot
+) -> tuple[str, int | None, int | None]:
     """What keeps a robot from more, in words; number of the leg, and index of its joint.
 
     Args:
-        verdict: As `walks_steadily` writes it.
+        verdict: As `gait_is_feasible` writes it.
         robot: Its legs have names.
     """
     what, leg, joint, value = verdict

@@ -8,7 +8,7 @@ import pytest
 from phasmid.control import Observation
 from phasmid.control.feel import FeelSettings
 from phasmid.control.feel.feeling import Intent, feel
-from phasmid.control.feel.senses import SOURCE, room_for, senses_at
+from phasmid.control.feel.senses import SOURCE, leg_margin, senses_at
 from phasmid.control.feel.stage import FeelStage
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
@@ -83,7 +83,7 @@ class World:
 @pytest.mark.parametrize(("legs", "late", "lag"), [(4, 1, 1), (6, 5, 9), (8, 3, 2)])
 def test_the_senses_fill_their_rows(legs, late, lag):
     """Each number belongs to one array: none is left over, and none is in two."""
-    numbers, codes = room_for(legs, late, lag)
+    numbers, codes = leg_margin(legs, late, lag)
     senses = senses_at(numbers, codes, legs)
     for n, part in enumerate(senses):
         if part is not senses.counts:

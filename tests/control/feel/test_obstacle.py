@@ -8,7 +8,7 @@ from phasmid.control.engine import LocomotionEngine
 from phasmid.control.feel import FeelSettings
 from phasmid.control.feel.stage import FeelStage, write_order
 from phasmid.control.feel.touch import HITS
-from phasmid.control.state import OBSTACLE, STANCE, SWING
+from phasmid.control.types import Contact, LegPhase
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
 
@@ -21,31 +21,31 @@ def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
     engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none", step_height=STEP)
     q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
     state, leg, hit, highest, swung = engine.state, None, None, 0.0, 0
-    before, speed = state.foot.copy(), state.motion[0].copy()
+    before, speed = state.foot.copy(), state.foot_velocity.copy()
     for k in range(400):
         engine.update(
             Observation(time=k * DT, joint_position=q), Command(velocity=(0.05, 0.0, 0.0))
         )
         slow = state.clock.time_scale
         # The trapezoid is off by h³ of the third derivative, 1000 m/s³ at most, over 12.
-        mean = slow * DT * (speed + state.motion[0]) / 2
+        mean = slow * DT * (speed + state.foot_velocity) / 2
         assert np.abs(state.foot - before - mean).max() < 1000 * DT**3 / 12 + 1e-6
-        before, speed = state.foot.copy(), state.motion[0].copy()
-        swings = state.leg == SWING
+        before, speed = state.foot.copy(), state.foot_velocity.copy()
+        swings = state.leg_phase == LegPhase.SWING
         if hit is None and swings.any():
             leg = int(np.argmax(swings))
-            if state.swing[leg, 0] > 0.4 * state.swing[leg, 1]:
+            if state.swing_elapsed[leg] > 0.4 * state.swing_duration[leg]:
                 hit = state.foot[leg, 2]
-                engine.order.touch[leg] = OBSTACLE
+                engine.reference.contact[leg] = Contact.OBSTACLE
                 continue
-        engine.order.touch[:] = -1
+        engine.reference.contact[:] = -1
         if hit is not None:
             highest = max(highest, state.foot[leg, 2])
             swung += 1
-            if state.leg[leg] == STANCE:
+            if state.leg_phase[leg] == LegPhase.STANCE:
                 break
     assert highest > STEP + 0.3 * hit
-    assert state.leg[leg] == STANCE
+    assert state.leg_phase[leg] == LegPhase.STANCE
     assert state.foot[leg, 2] == pytest.approx(0.0, abs=1e-9)
     assert swung * DT > 0.45
 
@@ -64,16 +64,16 @@ class Stage:
         self.stage = FeelStage(ROBOT, settings, DT)
         self.stage.senses.planes[:] = 0.0
         self.engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
-        self.order = self.engine.order
-        self.order.step[0] = step
+        self.reference = self.engine.reference
+        self.reference.step_height = step
 
     def write(self, foot, hits=0.0):
-        """Write the order for feet at these places, which all have met so many obstacles."""
+        """Write the reference for feet at these places, which all have met so many obstacles."""
         senses, state = self.stage.senses, self.engine.state
         senses.touch[:], senses.legs[:, HITS] = 1, hits
         state.foot[:] = foot
-        write_order(senses, self.stage.tuning, state, self.order)
-        return self.order
+        write_order(senses, self.stage.tuning, state, self.reference)
+        return self.reference
 
 
 def test_steps_are_higher_by_half_the_height_between_the_feet():
@@ -84,7 +84,7 @@ def test_steps_are_higher_by_half_the_height_between_the_feet():
     assert stage.write(foot).step[0] == pytest.approx(STEP + 0.01)
     foot[0, 2] = 0.2
     assert stage.write(foot).step[0] == pytest.approx(2 * STEP)
-    stage.order.step[0] = 0.05
+    stage.reference.step_height = 0.05
     assert stage.write(np.zeros((6, 3))).step[0] == pytest.approx(0.05)
 
 
@@ -100,8 +100,8 @@ def test_the_body_is_higher_by_half_the_height_between_the_feet():
 def test_feet_of_soft_legs_on_level_ground_change_neither_step_nor_body():
     stage, foot = Stage(least_roughness=0.003), np.zeros((6, 3))
     foot[0, 2] = 0.0029
-    order = stage.write(foot)
-    assert (order.step[0], order.correction[2]) == (STEP, 0.0)
+    reference = stage.write(foot)
+    assert (reference.step_height, reference.pose_correction[2]) == (STEP, 0.0)
 
 
 def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
@@ -113,15 +113,15 @@ def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
         engine.update(
             Observation(time=k * DT, joint_position=q), Command(velocity=(0.05, 0.0, 0.0))
         )
-        engine.order.touch[:] = -1
-        if met is None and (state.leg == SWING).any():
-            leg = int(np.argmax(state.leg == SWING))
-            if state.swing[leg, 0] > 0.4 * state.swing[leg, 1]:
+        engine.reference.contact[:] = -1
+        if met is None and (state.leg_phase == LegPhase.SWING).any():
+            leg = int(np.argmax(state.leg_phase == LegPhase.SWING))
+            if state.swing_elapsed[leg] > 0.4 * state.swing_duration[leg]:
                 met = state.foot[leg].copy()
-                engine.order.touch[leg] = OBSTACLE
-        elif met is not None and state.retreat[leg] == 0.0:
+                engine.reference.contact[leg] = Contact.OBSTACLE
+        elif met is not None and state.manoeuvre[leg] == 0.0:
             break
-    assert state.leg[leg] == SWING
+    assert state.leg_phase[leg] == LegPhase.SWING
     assert state.foot[leg, 0] == pytest.approx(met[0] - 0.01, abs=1e-3)
     assert state.foot[leg, 2] == pytest.approx(met[2] + 0.01, abs=1e-3)
 
@@ -129,7 +129,7 @@ def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
 def test_an_obstacle_is_told_once():
     """At the update of a new hit, not at those after it; and the ground is looked for above it."""
     foot, stage = np.zeros((6, 3)), Stage()
-    assert (stage.write(foot, 1.0).touch == OBSTACLE).all()
-    order = stage.write(foot, 1.0)
-    assert (order.touch == 1).all()
-    np.testing.assert_allclose(order.landing, 0.02)
+    assert (stage.write(foot, 1.0).touch == Contact.OBSTACLE).all()
+    reference = stage.write(foot, 1.0)
+    assert (reference.contact == 1).all()
+    np.testing.assert_allclose(reference.touchdown_height, 0.02)

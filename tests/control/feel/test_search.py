@@ -4,18 +4,9 @@ import numpy as np
 import pytest
 
 from phasmid.control import Command, Observation
-from phasmid.control.elsewhere import (
-    CLOSE,
-    FAR,
-    GAVE_UP,
-    LOOKS,
-    RETURNED,
-    RETURNS,
-    is_free,
-    looks_elsewhere,
-)
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.state import HELD, PROBING, RISES, STANCE, STILL, SWING
+from phasmid.control.foothold_search import CLOSE, FAR, LOOKS, is_free, start_search
+from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
 
@@ -52,7 +43,7 @@ class Walker:
         engine, foot = self.engine, self.engine.state.foot
         ground = np.where(self.is_over_trench(foot), -DEPTH, 0.0)
         felt = (foot[:, 2] <= ground + 1e-4).astype(float)
-        engine.order.touch[:] = np.where(np.isnan(self.told), felt, self.told)
+        engine.reference.contact[:] = np.where(np.isnan(self.told), felt, self.told)
         engine.update(Observation(time=self.time, joint_position=self.q), self.command)
         return engine.state
 
@@ -61,15 +52,15 @@ class Walker:
         rows = []
         for _ in range(round(seconds / DT)):
             s = self.step()
-            speed = np.linalg.norm(s.motion[0], axis=1)
+            speed = np.linalg.norm(s.foot_velocity, axis=1)
             rows.append(
                 (
-                    s.leg.copy(),
+                    s.leg_phase.copy(),
                     s.foot.copy(),
                     speed,
-                    s.q[0].copy(),
+                    s.q.copy(),
                     s.clock.support_margin,
-                    s.search.copy(),
+                    s.search_stage.copy(),
                     self.along(s.path),
                 )
             )
@@ -89,7 +80,7 @@ def test_a_gap_is_stepped_over(way, start, width):
     walker.trench = begin, begin + width
     leg, foot, speed, q, margin, search, _ = walker.walk(30.0)
     assert (walker.along(foot[-1]) > walker.trench[1]).all()
-    stands, over = leg == STANCE, walker.is_over_trench(foot)
+    stands, over = leg == LegPhase.STANCE, walker.is_over_trench(foot)
     assert not (stands & over).any()
     # No foot goes through a wall of the gap; feet settle 0.4 of 12 ms of 0.2 m/s beyond.
     settled = 0.4 * 0.012 * 0.2 + 1e-4
@@ -114,7 +105,7 @@ def test_a_foot_looks_along_the_way_first_and_then_as_far_behind(way):
     walker.trench = front(walker) - 0.12, front(walker) + 1.0
     leg, foot, _, _, _, search, _ = walker.walk(3.5)
     looks = int(np.argmax(search[-1]))
-    last = (leg[:-1, looks] == PROBING) & (leg[1:, looks] != PROBING)
+    last = (leg[:-1, looks] == LegPhase.PROBING) & (leg[1:, looks] != LegPhase.PROBING)
     first, ahead, behind = walker.along(foot[1:][last, looks])[:3]
     # Feet land where they are told to, to round-off.
     assert ahead - first == pytest.approx(FAR, abs=1e-9)
@@ -125,9 +116,9 @@ def test_turning_on_the_spot_a_foot_looks_along_its_own_way():
     walker = Walker(trench=EVERYWHERE)
     walker.command = Command(velocity=(0.0, 0.0, 0.3))
     state = walker.engine.state
-    while not (state.search == 1).any():
+    while not (state.search_stage == 1).any():
         walker.step()
-    leg = int(np.argmax(state.search == 1))
+    leg = int(np.argmax(state.search_stage == 1))
     look, first = state.sought[:2, leg, :2]
     to_foot = first - state.path[:2]
     way = np.array([-to_foot[1], to_foot[0]]) / np.linalg.norm(to_foot)
@@ -137,33 +128,33 @@ def test_turning_on_the_spot_a_foot_looks_along_its_own_way():
 def test_no_foot_looks_close_to_another():
     """A place that another foot has is left out: the first look is then the one behind."""
     walker = Walker()
-    state, order = walker.engine.state, walker.engine.order
-    order.velocity[:] = SPEED, 0.0, 0.0
+    state, reference = walker.engine.state, walker.engine.reference
+    reference.velocity[:] = SPEED, 0.0, 0.0
     x, y = state.foot[0, :2]
     other = 1
-    state.landing[other, :2] = x + FAR, y + 0.99 * CLOSE
+    state.touchdown[other, :2] = x + FAR, y + 0.99 * CLOSE
     assert not is_free(state, 0, x + FAR, y)
-    state.landing[other, 1] = y + 1.01 * CLOSE
+    state.touchdown[other, 1] = y + 1.01 * CLOSE
     assert is_free(state, 0, x + FAR, y)
-    state.landing[other, 1] = y
-    assert looks_elsewhere(state, order, 0)
-    assert state.search[0] == LOOKS
-    np.testing.assert_allclose(state.sought[0, 0, :2], [x - FAR, y], atol=1e-12)
+    state.touchdown[other, 1] = y
+    assert start_search(state, reference, 0)
+    assert state.search_stage[0] == LOOKS
+    np.testing.assert_allclose(state.search_goal[0, :2], [x - FAR, y], atol=1e-12)
     # Where feet have both it goes back to where it stood, unless one has that, too.
-    state.search[0], state.landing[2, :2] = 0, (x - FAR, y)
-    assert looks_elsewhere(state, order, 0)
-    assert state.search[0] == RETURNS
-    np.testing.assert_array_equal(state.sought[0, 0], state.sought[2, 0])
-    state.search[0], state.landing[3, :2] = 0, (x, y)
-    assert not looks_elsewhere(state, order, 0)
+    state.search_stage[0], state.touchdown[2, :2] = 0, (x - FAR, y)
+    assert start_search(state, reference, 0)
+    assert state.search_stage[0] == SearchStage.RETURNING
+    np.testing.assert_array_equal(state.search_goal[0], state.last_foothold[0])
+    state.search_stage[0], state.touchdown[3, :2] = 0, (x, y)
+    assert not start_search(state, reference, 0)
 
 
 def test_it_gives_up_until_it_has_found_ground_again():
     walker = Walker(trench=EVERYWHERE)
     leg, _, _, _, _, search, _ = walker.walk(25.0)
     assert (np.diff(search, axis=0) >= 0).all()
-    assert (search[-1] == GAVE_UP).all()
-    assert not ((leg == STANCE) & (search > 0) & (search <= LOOKS)).any()
+    assert (search[-1] == SearchStage.GAVE_UP).all()
+    assert not ((leg == LegPhase.STANCE) & (search > 0) & (search <= LOOKS)).any()
     # Each leg has told both once, and none was stopped.
     told = [sentence for _, sentence in walker.engine.events]
     for name in NAMES:
@@ -182,9 +173,9 @@ def test_a_sensor_that_always_says_air_costs_its_looks_and_no_more():
     for given_up in (False, True):
         walker = Walker()
         walker.told[0] = 0.0
-        walker.engine.state.search[0] = GAVE_UP if given_up else 0.0
+        walker.engine.state.search_stage[0] = SearchStage.GAVE_UP if given_up else 0.0
         *_, search, path = walker.walk(25.0)
-        assert search[-1, 0] == GAVE_UP
+        assert search[-1, 0] == SearchStage.GAVE_UP
         ways.append(path[-1] - path[-1 - round(10 / DT)])
     assert ways[0] == pytest.approx(ways[1], rel=0.05)
 
@@ -214,9 +205,9 @@ def test_a_robot_that_shall_stand_stands(begin):
     walker.walk(4.0)
     walker.command = Command()
     walker.walk(6.0)
-    assert walker.engine.state.clock.mode == STILL
+    assert walker.engine.state.clock.gait_running == 0
     leg, *_ = walker.walk(1.0)
-    assert (leg == STANCE).all()
+    assert (leg == LegPhase.STANCE).all()
 
 
 @pytest.mark.parametrize("width", [0.12, 0.3])
@@ -227,39 +218,43 @@ def test_a_robot_that_stops_while_a_foot_looks_stands(width, later):
     begin = front(walker) + 0.005
     walker.trench = begin, begin + width
     state = walker.engine.state
-    while not (state.search == 1).any():
+    while not (state.search_stage == 1).any():
         walker.step()
     walker.walk(later)
     walker.command = Command()
     walker.walk(10.0)
-    assert state.clock.mode == STILL
-    assert (state.leg == STANCE).all()
+    assert state.clock.gait_running == 0
+    assert (state.leg_phase == LegPhase.STANCE).all()
 
 
-@pytest.mark.parametrize("doing", [SWING, PROBING, RISES])
+@pytest.mark.parametrize("doing", [LegPhase.SWING, LegPhase.PROBING, Manoeuvre.RISE])
 def test_feet_that_are_caught_stand_where_they_come_down(doing):
     walker = Walker(trench=EVERYWHERE)
     state = walker.engine.state
-    while not ((state.retreat == RISES) if doing == RISES else (state.leg == doing)).any():
+    while not (
+        (state.manoeuvre == Manoeuvre.RISE)
+        if doing == Manoeuvre.RISE
+        else (state.leg_phase == doing)
+    ).any():
         walker.step()
-    caught = state.leg != STANCE
+    caught = state.leg_phase != LegPhase.STANCE
     walker.engine.catch()
     leg, *_ = walker.walk(1.0)
-    first = leg[np.argmax(leg[:, caught] != PROBING, axis=0), np.flatnonzero(caught)]
-    assert (first == STANCE).all()
+    first = leg[np.argmax(leg[:, caught] != LegPhase.PROBING, axis=0), np.flatnonzero(caught)]
+    assert (first == LegPhase.STANCE).all()
 
 
 def test_a_leg_that_is_lost_looks_no_more():
     walker = Walker(trench=EVERYWHERE)
     state = walker.engine.state
-    while not (state.search == 1).any():
+    while not (state.search_stage == 1).any():
         walker.step()
-    leg = int(np.argmax(state.search == 1))
-    assert state.retreat[leg] == RISES
+    leg = int(np.argmax(state.search_stage == 1))
+    assert state.manoeuvre[leg] == Manoeuvre.RISE
     walker.command = Command(velocity=(SPEED, 0.0, 0.0), lost_legs=frozenset({leg + 1}))
     walker.walk(3.0)
-    assert state.leg[leg] == HELD
-    assert state.search[leg] == 0
+    assert state.leg_phase[leg] == LegPhase.HELD
+    assert state.search_stage[leg] == 0
 
 
 @pytest.mark.parametrize(
@@ -275,14 +270,16 @@ def test_joints_go_on_where_a_foot_begins_to_look(name, period):
     command, state = Command(velocity=(SPEED, 0.0, 0.0), pose=(0, 0, 0.02, 0, 0, 0)), engine.state
     time, off, looks = 0.0, 0.0, 0
     while time < 12.0:
-        before, rate, search = state.q[0].copy(), state.q[1].copy(), state.search.copy()
+        before, rate, search = state.q.copy(), state.qd.copy(), state.search_stage.copy()
         time += DT
-        engine.order.touch[:] = state.leg == STANCE if time > 3.0 else state.foot[:, 2] <= 1e-4
+        engine.reference.contact[:] = (
+            state.leg_phase == LegPhase.STANCE if time > 3.0 else state.foot[:, 2] <= 1e-4
+        )
         engine.update(Observation(time=time, joint_position=q), command)
-        begins = (state.search > search) & (state.search <= LOOKS)
+        begins = (state.search_stage > search) & (state.search_stage <= LOOKS)
         if begins.any():
             looks += 1
-            jump = state.q[0] - before - DT * (rate + state.q[1]) / 2
+            jump = state.q - before - DT * (rate + state.qd) / 2
             off = max(off, np.abs(jump[begins]).max())
     assert looks > 0
     assert off < 100 * DT**2 / 4
@@ -296,15 +293,15 @@ def test_a_robot_stops_at_an_edge(way, start):
     walker.trench = front(walker) + start, 10.0
     leg, foot, _, q, margin, _, _ = walker.walk(25.0)
     state = walker.engine.state
-    assert state.clock.mode == STILL
-    assert (state.leg == STANCE).all()
-    assert not walker.is_over_trench(foot[leg == STANCE]).any()
+    assert state.clock.gait_running == 0
+    assert (state.leg_phase == LegPhase.STANCE).all()
+    assert not walker.is_over_trench(foot[leg == LegPhase.STANCE]).any()
     assert margin.min() >= 0.0
     most = ROBOT.servo.no_load_speed * DT
     assert np.abs(np.diff(q, axis=0)).max() <= most * (1 + 1e-9)
     told = [sentence for _, sentence in walker.engine.events]
     assert any(sentence.startswith("goes no farther: leg ") for sentence in told)
-    assert (state.search == RETURNED).any()
+    assert (state.search_stage == SearchStage.RETURNED).any()
     assert any(sentence.endswith("it is back where it stood") for sentence in told)
     walker.command = Command(velocity=(*(0.8 * SPEED * walker.way), 0.0))
     *_, path = walker.walk(2.0)
@@ -322,13 +319,13 @@ def test_a_robot_that_has_stopped_at_an_edge_goes_elsewhere():
         walker.walk(4.0)
         gone = state.path[:2] - before
         assert gone @ velocity[:2] / SPEED > least * SPEED * 4.0
-    assert (state.search == 0).all()
+    assert (state.search_stage == 0).all()
     # Then there is a way ahead again, as far as the edge.
     walker.command = Command(velocity=(SPEED, 0.0, 0.0))
     engine.take_events()
     *_, path = walker.walk(30.0)
     assert np.ptp(path) > 0.05
-    assert state.clock.mode == STILL
+    assert state.clock.gait_running == 0
     assert any(sentence.startswith("goes no farther") for _, sentence in engine.events)
 
 
@@ -336,19 +333,19 @@ def test_a_foot_goes_back_to_where_it_has_felt_the_ground_last():
     walker = Walker()
     walker.walk(3.0)
     state = walker.engine.state
-    while state.leg[0] != STANCE:
+    while state.leg_phase[0] != LegPhase.STANCE:
         walker.step()
     stood = state.foot[0].copy()
-    while state.leg[0] == STANCE:
+    while state.leg_phase[0] == LegPhase.STANCE:
         walker.step()
-    np.testing.assert_allclose(state.sought[2, 0], stood, atol=1e-12)
+    np.testing.assert_allclose(state.last_foothold[0], stood, atol=1e-12)
     # Of one that feels the air as it lifts that place stays.
     walker.told[0] = 0.0
-    while state.leg[0] != STANCE:
+    while state.leg_phase[0] != LegPhase.STANCE:
         walker.step()
-    while state.leg[0] == STANCE:
+    while state.leg_phase[0] == LegPhase.STANCE:
         walker.step()
-    np.testing.assert_allclose(state.sought[2, 0], stood, atol=1e-12)
+    np.testing.assert_allclose(state.last_foothold[0], stood, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -364,9 +361,9 @@ def test_robots_stop_at_an_edge_at_any_speed(name, gait, period, way, speed):
     walker = Walker(way, robot=load_robot(name), speed=speed, period=period, gait=gait)
     walker.trench = front(walker) + 0.03, 10.0
     leg, foot, _, _, margin, _, _ = walker.walk(30.0)
-    assert walker.engine.state.clock.mode == STILL
+    assert walker.engine.state.clock.gait_running == 0
     assert not walker.is_over_trench(foot[-1]).any()
-    assert (leg[-1] == STANCE).all()
+    assert (leg[-1] == LegPhase.STANCE).all()
     assert margin.min() >= 0.0
 
 
@@ -374,7 +371,7 @@ def returning():
     """A walker at an edge, of which a foot has begun to go back."""
     walker = Walker()
     walker.trench = front(walker) + 0.03, 10.0
-    while not (walker.engine.state.search == RETURNS).any():
+    while not (walker.engine.state.search_stage == SearchStage.RETURNING).any():
         walker.step()
     walker.engine.take_events()
     return walker
@@ -397,7 +394,7 @@ def test_a_way_is_closed_although_the_robot_is_told_to_stop_while_a_foot_goes_ba
     walker.walk(later)
     ahead, walker.command = walker.command, Command()
     walker.walk(6.0)
-    assert walker.engine.state.clock.mode == STILL
+    assert walker.engine.state.clock.gait_running == 0
     walker.command = ahead
     *_, path = walker.walk(2.0)
     assert np.ptp(path) < 1e-9

@@ -5,7 +5,7 @@ import pytest
 
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.state import PROBING, SETTLING, STANCE, SWING
+from phasmid.control.types import LegPhase
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
 
@@ -41,27 +41,31 @@ def test_a_foot_that_met_the_ground_hanging_low_goes_on_down_by_that():
     That speed is 0.1 m/s here at most.
     """
     walker, sag = Walker(), 0.006
-    order = walker.engine.order
-    state = walker.until(lambda s: (s.leg == SWING).any())
-    leg = int(np.argmax(state.leg == SWING))
-    order.touch[:] = 0
-    walker.until(lambda s: s.swing[leg, 0] > 0.9 * s.swing[leg, 1])
+    reference = walker.engine.reference
+    state = walker.until(lambda s: (s.leg_phase == LegPhase.SWING).any())
+    leg = int(np.argmax(state.leg_phase == LegPhase.SWING))
+    reference.contact[:] = 0
+    walker.until(lambda s: s.swing_elapsed[leg] > 0.9 * s.swing_duration[leg])
     met = state.foot[leg, 2]
-    order.touch[leg], order.sag[leg] = 1, sag
-    walker.until(lambda s: s.leg[leg] == SETTLING)
-    order.touch[:] = -1
-    state = walker.until(lambda s: s.leg[leg] == STANCE and s.swing[leg, 0] >= s.swing[leg, 1])
+    reference.contact[leg], reference.foot_sag[leg] = 1, sag
+    walker.until(lambda s: s.leg_phase[leg] == LegPhase.SETTLING)
+    reference.contact[:] = -1
+    state = walker.until(
+        lambda s: (
+            s.leg_phase[leg] == LegPhase.STANCE and s.swing_elapsed[leg] >= s.swing_duration[leg]
+        )
+    )
     assert state.foot[leg, 2] == pytest.approx(met - sag, abs=0.1 * (DT + 0.4 * 0.012))
 
 
 def test_a_standing_foot_that_feels_the_air_goes_down_until_it_feels_the_ground():
     """Not at once: a foot that has landed bounces; and no more than a press further."""
     walker = Walker()
-    order = walker.engine.order
-    walker.until(lambda s: (s.leg == SWING).any())
+    reference = walker.engine.reference
+    walker.until(lambda s: (s.leg_phase == LegPhase.SWING).any())
     state = walker.engine.state
-    leg = int(np.argmax(state.leg == STANCE))
-    order.touch[leg] = 0
+    leg = int(np.argmax(state.leg_phase == LegPhase.STANCE))
+    reference.contact[leg] = 0
     for _ in range(15):
         walker.step()
     assert state.foot[leg, 2] == pytest.approx(0.0, abs=1e-9)
@@ -69,9 +73,9 @@ def test_a_standing_foot_that_feels_the_air_goes_down_until_it_feels_the_ground(
         walker.step()
     low = state.foot[leg, 2]
     assert low < -0.003
-    order.touch[leg] = 1
+    reference.contact[leg] = 1
     for _ in range(40):
-        if walker.step().leg[leg] != STANCE:
+        if walker.step().leg[leg] != LegPhase.STANCE:
             break
         assert state.foot[leg, 2] > low - 0.0051
 
@@ -79,17 +83,17 @@ def test_a_standing_foot_that_feels_the_air_goes_down_until_it_feels_the_ground(
 def test_the_body_goes_on_while_a_foot_looks_for_the_ground():
     """At its speed, to 5 %, for as long as the standing feet reach."""
     walker = Walker()
-    order = walker.engine.order
-    order.touch[:] = 0
+    reference = walker.engine.reference
+    reference.contact[:] = 0
     state = walker.engine.state
-    walker.until(lambda s: s.speed[2, 0] > 0.0499)
-    order.touch[state.leg == STANCE] = 1
-    order.touch[state.leg == SWING] = 0
-    walker.until(lambda s: (s.leg == PROBING).any())
+    walker.until(lambda s: s.velocity_filter[2, 0] > 0.0499)
+    reference.contact[state.leg_phase == LegPhase.STANCE] = 1
+    reference.contact[state.leg_phase == LegPhase.SWING] = 0
+    walker.until(lambda s: (s.leg_phase == LegPhase.PROBING).any())
     at = state.path[0]
     for _ in range(20):
         walker.step()
-    assert (state.leg == PROBING).any()
+    assert (state.leg_phase == LegPhase.PROBING).any()
     assert state.path[0] - at == pytest.approx(20 * DT * 0.05, rel=0.05)
 
 
@@ -99,10 +103,10 @@ def test_a_foot_steps_nearly_as_high_as_its_leg_reaches():
     for height in asked:
         walker = Walker()
         state = walker.engine.state
-        while not (state.leg == SWING).any():
-            walker.engine.order.step[0] = height
+        while not (state.leg_phase == LegPhase.SWING).any():
+            walker.engine.reference.step_height = height
             walker.step()
-        had.append(state.swing[state.leg == SWING, 2].min())
+        had.append(state.swing_height[state.leg_phase == LegPhase.SWING].min())
     assert min(had[-5:]) < 0.99 * asked[-5]
     for k in range(1, len(had)):
         assert had[k] >= 0.8 * max(had[: k + 1]) - 1e-9

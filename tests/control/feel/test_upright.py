@@ -25,7 +25,7 @@ def walking_engine():
 
 def seen_by_joints(state):
     """Joint angles that put the feet where they are from the body where it is."""
-    p_body = (state.foot - state.trunk[0]) @ state.body
+    p_body = (state.foot - state.body_position) @ state.R_odom_body
     return joint_angles(ROBOT.arrays, hip_from_body(ROBOT, p_body))
 
 
@@ -38,33 +38,35 @@ def test_odom_turns_upright_and_no_joint_moves():
     stood = np.column_stack([state.foot, np.ones(6)])
     # Places where feet look for ground, beside them.
     state.sought[:] = np.add(state.foot, [0.06, 0.0, 0.0])
-    looks = (state.sought - state.trunk[0]) @ state.body
+    looks = (state.sought - state.body_position) @ state.R_odom_body
     planes = np.array([[0.01, 0.1, -0.2, state.path[0], state.path[1]]] * 3)
-    turned = np.repeat(state.body[None], 2, axis=0)
-    up_body = state.body.T @ lean
-    before, body = seen_by_joints(state), state.body.copy()
-    state.ground[:, 1:] = 0.1, -0.2
-    # Height of the body over the plane at its path's place, as `place_trunk` has it.
-    height = state.ground[3, 0] + state.ground[3, 1:] @ state.path[:2]
+    turned = np.repeat(state.R_odom_body[None], 2, axis=0)
+    up_body = state.R_odom_body.T @ lean
+    before, body = seen_by_joints(state), state.R_odom_body.copy()
+    state.ground_filter[:, 1:] = 0.1, -0.2
+    # Height of the body over the plane at its path's place, as `set_body_motion` has it.
+    height = state.ground_filter[3, 0] + state.ground_filter[3, 1:] @ state.path[:2]
     normal = body.T @ [-0.1, 0.2, 1.0]
     for _ in range(2000):
         set_upright(DT, state, level, stood, planes, turned)
     assert np.arccos(level[2]) < 1e-6
     np.testing.assert_allclose(seen_by_joints(state), before, atol=1e-12)
-    np.testing.assert_allclose(state.body @ up_body, [0.0, 0.0, 1.0], atol=1e-6)
-    np.testing.assert_allclose(turned[0], state.body, atol=1e-12)
+    np.testing.assert_allclose(state.R_odom_body @ up_body, [0.0, 0.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(turned[0], state.R_odom_body, atol=1e-12)
     np.testing.assert_allclose(stood[:, :3], state.foot, atol=1e-12)
-    np.testing.assert_allclose((state.sought - state.trunk[0]) @ state.body, looks, atol=1e-12)
     np.testing.assert_allclose(
-        state.ground[3, 0] + state.ground[3, 1:] @ state.path[:2], height, atol=1e-12
+        (state.sought - state.body_position) @ state.R_odom_body, looks, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        state.ground_filter[3, 0] + state.ground_filter[3, 1:] @ state.path[:2], height, atol=1e-12
     )
     # Both planes' normals are fixed to the body.
-    for slope in (planes[2, 1:3], state.ground[3, 1:]):
-        told = state.body.T @ [-slope[0], -slope[1], 1.0]
+    for slope in (planes[2, 1:3], state.ground_filter[3, 1:]):
+        told = state.R_odom_body.T @ [-slope[0], -slope[1], 1.0]
         np.testing.assert_allclose(np.cross(told, normal), 0.0, atol=1e-12)
-    roll, pitch = state.pose[3, 3:5]
-    assert np.isclose(-np.sin(pitch), state.body[2, 0], atol=1e-12)
-    assert np.isclose(np.cos(pitch) * np.sin(roll), state.body[2, 1], atol=1e-12)
+    roll, pitch = state.pose_filter[3, 3:5]
+    assert np.isclose(-np.sin(pitch), state.R_odom_body[2, 0], atol=1e-12)
+    assert np.isclose(np.cos(pitch) * np.sin(roll), state.R_odom_body[2, 1], atol=1e-12)
 
 
 def test_an_upright_odom_stays():

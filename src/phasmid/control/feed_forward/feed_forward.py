@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
-from phasmid.control import state as engine
+from phasmid.control import types as engine
 from phasmid.control.feed_forward.contact_force_qp import (
     ContactForceQP,
     apply_solution,
@@ -27,7 +27,7 @@ from phasmid.control.feed_forward.state import (
 )
 from phasmid.control.memory import Memory
 from phasmid.control.records import fill, view_of
-from phasmid.control.state import STANCE, WALKING
+from phasmid.control.types import LegPhase
 from phasmid.robot import JOINTS, Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -47,29 +47,29 @@ SLOWER, FASTER = 2.0, 0.25
 
 @internal
 def update_load_shares(
-    reference: engine.State, order: engine.Order, state: State, robot: Parameters
+    engine_state: engine.State, reference: engine.Reference, state: State, robot: Parameters
 ) -> None:
     """Advance the load shares, which move smoothly after touchdown and before lift-off.
 
     Args:
-        reference: Gait phases and stance of the engine.
-        order: Phases at which the legs lift, and the ground's plane.
+        engine_state: Gait phase and stance of the engine.
+        reference: Phases at which the legs lift, and the ground's plane.
         state: `load_share`, `time_since_touchdown` and `normals` are written.
         robot: Transfer time and update period.
     """
-    clock, transfer, dt = reference.clock, robot.load_transfer, robot.update_period
+    clock, transfer, dt = engine_state.clock, robot.load_transfer, robot.update_period
     for leg in range(state.leg_count):
         for i in range(3):
-            state.normals[leg, i] = order.plane[i]
-        if reference.leg[leg] != STANCE:
+            state.normals[leg, i] = reference.ground_normal[i]
+        if engine_state.leg_phase[leg] != LegPhase.STANCE:
             state.time_since_touchdown[leg] = state.load_share[leg] = 0.0
             continue
         state.time_since_touchdown[leg] += dt
         share = 1.0
         if transfer > 0.0:
             time = min(state.time_since_touchdown[leg], transfer)
-            if clock.mode == WALKING:
-                time = min(time, (order.offsets[leg] - clock.phase) % 1.0 * order.gait[1])
+            if clock.gait_running:
+                time = min(time, (reference.lift_phase[leg] - clock.phase) % 1.0 * reference.period)
             x = time / transfer
             # Zero slope and curvature at both ends.
             share = x * x * x * (10.0 + x * (6.0 * x - 15.0))
@@ -80,19 +80,19 @@ def update_load_shares(
 
 
 @internal
-def set_motion(reference: engine.State, motion: Motion) -> None:
+def set_motion(engine_state: engine.State, motion: Motion) -> None:
     """Write the engine's motion, whose time may run slower than the clock."""
-    rate, trunk = reference.clock.time_scale, reference.trunk
+    rate = engine_state.clock.time_scale
     for i in range(3):
         for k in range(3):
-            motion.R_world_body[i, k] = reference.body[i, k]
-        motion.angular_velocity[i] = rate * trunk[2, i]
-        motion.angular_acceleration[i] = rate * rate * trunk[4, i]
-        motion.acceleration[i] = rate * rate * trunk[3, i]
-        for leg in range(reference.leg_count):
-            motion.q[leg, i] = reference.q[0, leg, i]
-            motion.qd[leg, i] = rate * reference.q[1, leg, i]
-            motion.qdd[leg, i] = rate * rate * reference.q[2, leg, i]
+            motion.R_world_body[i, k] = engine_state.R_odom_body[i, k]
+        motion.angular_velocity[i] = rate * engine_state.angular_velocity[i]
+        motion.angular_acceleration[i] = rate * rate * engine_state.angular_acceleration[i]
+        motion.acceleration[i] = rate * rate * engine_state.body_acceleration[i]
+        for leg in range(engine_state.leg_count):
+            motion.q[leg, i] = engine_state.q[leg, i]
+            motion.qd[leg, i] = rate * engine_state.qd[leg, i]
+            motion.qdd[leg, i] = rate * rate * engine_state.qdd[leg, i]
 
 
 @internal
@@ -130,19 +130,19 @@ def solve_feed_forward(states: np.ndarray, robots: np.ndarray) -> None:
 
 @compiled
 def compute_feed_forward(
-    engine_states: np.ndarray, orders: np.ndarray, states: np.ndarray, robots: np.ndarray
+    engine_states: np.ndarray, references: np.ndarray, states: np.ndarray, robots: np.ndarray
 ) -> None:
     """Write the feed-forward of the engine's present motion.
 
     Args:
         engine_states: States of the locomotion engine; the first is read.
-        orders: Its orders; the first is read.
+        references: Its references; the first is read.
         states: State of the feed-forward stage, changed, shape (1,).
         robots: Parameters of the robot, shape (1,).
     """
-    reference, state, robot = engine_states[0], states[0], robots[0]
-    update_load_shares(reference, orders[0], state, robot)
-    set_motion(reference, state.motion)
+    engine_state, state, robot = engine_states[0], states[0], robots[0]
+    update_load_shares(engine_state, references[0], state, robot)
+    set_motion(engine_state, state.motion)
     solve(state, robot)
     if math.isinf(state.friction) and release_pulling_feet(state):
         share_load(state, robot)
@@ -154,7 +154,7 @@ def compute_feed_forward(
         ):
             # The other feet cannot carry the robot, pull themselves, or need too much torque.
             for leg in range(state.leg_count):
-                if state.load_share[leg] == 0.0 and reference.leg[leg] == STANCE:
+                if state.load_share[leg] == 0.0 and engine_state.leg_phase[leg] == LegPhase.STANCE:
                     state.load_share[leg] = LEAST_SHARE
             share_load(state, robot)
             load_joints(state)
@@ -208,7 +208,7 @@ class FeedForward:
         Args:
             memory: Records of the engine.
         """
-        compute_feed_forward(memory.states, memory.orders, self._states, self._robots)
+        compute_feed_forward(memory.states, memory.references, self._states, self._robots)
         self._apply_limits()
         dt = self.parameters.update_period
         if self.state.motion_scale < 1.0:

@@ -1,6 +1,6 @@
 """Robot parameters and state of the feed-forward stage, as records for compiled functions.
 
-See `phasmid.control.state` for how classes become records.
+See `phasmid.control.types` for how classes become records.
 """
 
 from __future__ import annotations

@@ -227,7 +227,7 @@ def senses_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Senses:
     )
 
 
-def room_for(legs: int, late: int, lag: int) -> tuple[np.ndarray, np.ndarray]:
+def leg_margin(legs: int, late: int, lag: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows of zeros for a robot's senses.
 
     Args:

@@ -16,7 +16,7 @@ from phasmid.control.feel.senses import (
     feel_tuning_at,
     feel_tuning_row,
     forget,
-    room_for,
+    leg_margin,
     senses_at,
 )
 from phasmid.control.feel.settings import FeelSettings
@@ -24,17 +24,7 @@ from phasmid.control.feel.touch import HITS
 from phasmid.control.feel.upright import set_upright
 from phasmid.control.memory import Memory, unwrapped
 from phasmid.control.observation import Observation
-from phasmid.control.state import (
-    HELD,
-    OBSTACLE,
-    PROBING,
-    SETTLING,
-    STANCE,
-    STILL,
-    SWING,
-    Order,
-    State,
-)
+from phasmid.control.types import Contact, LegPhase, Reference, State
 from phasmid.robot import Robot
 
 SOURCES = {
@@ -46,7 +36,7 @@ SOURCES = {
 
 
 class FeelStage:
-    """Puts what is felt into the engine's order: touch, plane, corrections, landing heights.
+    """Puts what is felt into the engine's reference: touch, plane, corrections, landing heights.
 
     Args:
         robot: The robot, L legs.
@@ -63,7 +53,7 @@ class FeelStage:
         self.robot = robot
         legs = len(robot.legs)
         late, lag = max(1, round(settings.joint_delay / dt)), 1 + round(settings.motion_lag / dt)
-        numbers, codes = room_for(legs, late, lag)
+        numbers, codes = leg_margin(legs, late, lag)
         self.rows = numbers, codes, feel_tuning_row(robot, settings, dt)
         # Plain Python's own views: what is compiled would give Python the same ones.
         self.senses: Senses = unwrapped(senses_at)(numbers, codes, legs)
@@ -79,17 +69,17 @@ class FeelStage:
         self.senses.present[:] = self.senses.heard[:] = (*has, o.joint_load is None)
 
     def update(self, observation: Observation, memory: Memory) -> list[str]:
-        """Feel, and write the order.
+        """Feel, and write the reference.
 
         Args:
             observation: What the sensors told.
-            memory: The engine's: where it is, at its last update, and its order, which is changed.
+            memory: The engine's: where it is, at its last update, and its reference, which is changed.
 
         Returns:
             What is new of the sensors, a sentence each.
         """
         self.hear(observation)
-        news = feel_order(memory.states, memory.orders, *self.rows)
+        news = feel_order(memory.states, memory.references, *self.rows)
         return self.tell(news) if news else []
 
     def hear(self, observation: Observation) -> None:
@@ -125,28 +115,28 @@ class FeelStage:
 @compiled
 def feel_order(
     states: np.ndarray,
-    orders: np.ndarray,
+    references: np.ndarray,
     own_numbers: np.ndarray,
     own_codes: np.ndarray,
     row: np.ndarray,
 ) -> int:
-    """Feel, and write the order; see `feel`.
+    """Feel, and write the reference; see `feel`.
 
     Args:
         states: Of the engine's `Memory`.
-        orders: The same.
+        references: The same.
         own_numbers: Of the `Senses`.
         own_codes: The same.
         row: Of the `FeelTuning`.
     """
-    state, order = states[0], orders[0]
+    state, reference = states[0], references[0]
     legs = state.leg_count
     senses, tuning = senses_at(own_numbers, own_codes, legs), feel_tuning_at(row, legs)
     intent = intent_of(state, senses)
     if math.isfinite(senses.planes[0, 0]):
         set_upright(tuning.dt, state, senses.level, senses.stood, senses.planes, senses.turned)
     news = feel(senses, tuning, intent)
-    write_order(senses, tuning, state, order)
+    write_order(senses, tuning, state, reference)
     return news
 
 
@@ -158,14 +148,14 @@ def intent_of(state: State, senses: Senses) -> Intent:
         state: Where the engine is.
         senses: Their `standing` and `progress` are written.
     """
-    leg, swing, standing, progress = state.leg, state.swing, senses.standing, senses.progress
+    leg, standing, progress = state.leg_phase, senses.standing, senses.progress
     for i in range(len(standing)):
         doing = leg[i]
-        standing[i] = 1 if doing in (STANCE, SETTLING) else 0
+        standing[i] = 1 if doing in (LegPhase.STANCE, LegPhase.SETTLING) else 0
         progress[i] = 0.0
-        if doing == SWING and state.retreat[i] == 0.0:
-            progress[i] = min(max(swing[i, 0] / swing[i, 1], 0.0), 1.0)
-        elif doing in (PROBING, HELD):
+        if doing == LegPhase.SWING and state.manoeuvre[i] == 0.0:
+            progress[i] = min(max(state.swing_elapsed[i] / state.swing_duration[i], 0.0), 1.0)
+        elif doing in (LegPhase.PROBING, LegPhase.HELD):
             progress[i] = 1.0
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
     R_path = np.zeros((3, 3))
@@ -177,56 +167,59 @@ def intent_of(state: State, senses: Senses) -> Intent:
         progress,
         state.foot[: len(standing)],
         state.path,
-        state.trunk[0],
-        state.body,
+        state.body_position,
+        state.R_odom_body,
         R_path,
-        state.q[0, : len(standing)],
-        state.clock.mode != STILL,
+        state.q[: len(standing)],
+        state.clock.gait_running != 0,
     )
 
 
 @internal
-def write_order(senses: Senses, tuning: FeelTuning, state: State, order: Order) -> None:
+def write_order(senses: Senses, tuning: FeelTuning, state: State, reference: Reference) -> None:
     """Write what is felt where the engine's loops read it.
 
     Args:
         senses: What is felt; what has been told of it is noted there.
         tuning: How it is taken.
         state: Where the engine is.
-        order: Is changed.
+        reference: Is changed.
     """
-    plane, steps, correction = senses.planes[2], senses.steps, order.correction
+    plane, steps, correction = senses.planes[2], senses.steps, reference.pose_correction
     for i in range(5):
         correction[i] = senses.correction[i]
     n = 1.0 / math.sqrt(1.0 + plane[1] ** 2 + plane[2] ** 2)
-    order.plane[0], order.plane[1], order.plane[2] = -plane[1] * n, -plane[2] * n, n
-    height = order.plane[3] = plane[0] - plane[1] * plane[3] - plane[2] * plane[4]
+    reference.ground_normal[0], reference.ground_normal[1] = -plane[1] * n, -plane[2] * n
+    reference.ground_normal[2] = n
+    height = reference.ground_height = plane[0] - plane[1] * plane[3] - plane[2] * plane[4]
     low, high = 0.0, 0.0
     for i in range(state.leg_count):
-        if state.leg[i] == STANCE:
+        if state.leg_phase[i] == LegPhase.STANCE:
             foot = state.foot[i]
             z = foot[2] - height - plane[1] * foot[0] - plane[2] * foot[1]
             low, high = min(low, z), max(high, z)
     # Legs that step higher need more room.
     rough = max(high - low - tuning.least_roughness, 0.0)
     correction[2] += tuning.body_rise * min(rough, 0.05)
-    if order.step[0] != steps[1]:
-        steps[0] = order.step[0]
+    if reference.step_height != steps[1]:
+        steps[0] = reference.step_height
     # Ground that is as rough as what the feet stand on is stepped over.
     steps[1] = steps[0] + min(tuning.step_rise * rough, steps[0])
-    order.step[0] = steps[1]
+    reference.step_height = steps[1]
     for i in range(state.leg_count):
         hits = senses.legs[i, HITS]
-        order.touch[i] = senses.touch[i]
+        reference.contact[i] = senses.touch[i]
         if hits > senses.known[i] and senses.touch[i] == 1:
-            order.touch[i] = OBSTACLE
+            reference.contact[i] = Contact.OBSTACLE
         senses.known[i] = hits
-        order.foot_offset[i, 2] = senses.give[i, 0]
+        reference.foot_offset[i, 2] = senses.give[i, 0]
         # A leg that is limp sags by more than any that gives way.
-        order.sag[i] = min(senses.sag[i], tuning.height_limit)
-        order.landing[i] = math.nan
+        reference.foot_sag[i] = min(senses.sag[i], tuning.height_limit)
+        reference.touchdown_height[i] = math.nan
         if senses.touch[i] >= 0:
-            landing = state.landing[i]
+            landing = state.touchdown[i]
             z = height + plane[1] * landing[0] + plane[2] * landing[1]
             # Where a foot has met an obstacle on its way it looks for the ground on top of it.
-            order.landing[i] = z - tuning.landing_sink + min(hits, 3.0) * tuning.hit_rise
+            reference.touchdown_height[i] = (
+                z - tuning.landing_sink + min(hits, 3.0) * tuning.hit_rise
+            )

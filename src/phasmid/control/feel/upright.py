@@ -10,7 +10,7 @@ from jaxtyping import Float
 from phasmid.compiled import internal
 from phasmid.control.feel.level import UP
 from phasmid.control.feel.plane import AT_X, AT_Y, HEIGHT, SLOPE_X, SLOPE_Y
-from phasmid.control.state import State
+from phasmid.control.types import State
 
 UPRIGHT_TIME, UPRIGHT_RATE = 0.5, 0.35
 """Within what time odom comes upright [s], and how fast it may turn [rad/s]."""
@@ -78,12 +78,12 @@ def set_upright(
     R[0, 0], R[0, 1], R[0, 2] = c + x * x * (1 - c), x * y * (1 - c), y * s
     R[1, 0], R[1, 1], R[1, 2] = x * y * (1 - c), c + y * y * (1 - c), -x * s
     R[2, 0], R[2, 1], R[2, 2] = -y * s, x * s, c
-    trunk, p = state.trunk, state.trunk[0].copy()
+    p = state.body_position.copy()
     turn(R, up.reshape((1, 3)))
     for i in range(len(turned)):
         turn(R, turned[i].T)
-    turn(R, state.body.T)
-    body, pose = state.body, state.pose
+    turn(R, state.R_odom_body.T)
+    body, pose = state.R_odom_body, state.pose_filter
     pitch = -math.asin(min(max(body[2, 0], -1.0), 1.0))
     roll = math.atan2(body[2, 1], body[2, 2])
     yaw = math.atan2(body[1, 0], body[0, 0]) - state.path[2]
@@ -93,15 +93,20 @@ def set_upright(
     for k in range(4):
         for i in range(3):
             pose[k, 3 + i] += change[i]
-    turn(R, trunk[1:])
+    turn(R, state.body_velocity.reshape((1, 3)))
+    turn(R, state.body_acceleration.reshape((1, 3)))
+    turn(R, state.angular_velocity.reshape((1, 3)))
+    turn(R, state.angular_acceleration.reshape((1, 3)))
     turn_about(R, p, state.foot)
-    turn_about(R, p, state.line[0])
-    turn_about(R, p, state.landing)
-    for k in range(3):
-        turn_about(R, p, state.sought[k])
-    for k in range(2):
-        turn(R, state.line[1 + k])
-        turn(R, state.motion[k])
+    turn_about(R, p, state.line_position)
+    turn_about(R, p, state.touchdown)
+    turn_about(R, p, state.search_goal)
+    turn_about(R, p, state.missed_foothold)
+    turn_about(R, p, state.last_foothold)
+    turn(R, state.line_velocity)
+    turn(R, state.line_acceleration)
+    turn(R, state.foot_velocity)
+    turn(R, state.foot_acceleration)
     turn_about(R, p, stood[:, :3])
     q = np.empty((1, 3))
     for k in range(3):
@@ -112,7 +117,7 @@ def set_upright(
         planes[k, HEIGHT] = q[0, 2] + a * (planes[k, AT_X] - q[0, 0])
         planes[k, HEIGHT] += b * (planes[k, AT_Y] - q[0, 1])
     # The body's own height over its plane stays what it was, over its path's place.
-    ground, path = state.ground, state.path
+    ground, path = state.ground_filter, state.path
     for k in range(4):
         a, b = slopes_of(R, ground[k, 1], ground[k, 2])
         ground[k, 0] += (ground[k, 1] - a) * path[0] + (ground[k, 2] - b) * path[1]

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
-from phasmid.control.bounds import AT_ENOUGH, AT_PLANNED, is_within
 from phasmid.control.limbs import Triple, angles_of, deepest_of, rotation, to_hip
-from phasmid.control.state import DIRECTIONS, PROBING, STANCE, SWING, Model, State, Tuning
-from phasmid.control.trunk import ride
+from phasmid.control.reach_bounds import AT_ENOUGH, AT_PLANNED, is_within
+from phasmid.control.trunk import integrate_twist
+from phasmid.control.types import DIRECTIONS, LegPhase, Model, Parameters, Reference, State
 
 SLACK = 0.001
 """Feet may come this much nearer to the region's edge than planned, which is round-off and the
@@ -28,12 +28,14 @@ tibia, and from the first place that is too far by halving, to this [m]."""
 
 
 @internal
-def room_of(model: Model, tuning: Tuning, leg: int, p: np.ndarray, q: np.ndarray) -> float:
+def joint_limit_margin(
+    model: Model, parameters: Parameters, leg: int, p: np.ndarray, q: np.ndarray
+) -> float:
     """Room that a leg has with its foot somewhere, in shares of the margins; write its angles.
 
     Args:
         model: The robot.
-        tuning: The margins.
+        parameters: The margins.
         leg: The leg's index.
         p: Foot in the hip frame [m], shape (3,).
         q: Written [rad], shape (3,).
@@ -49,33 +51,33 @@ def room_of(model: Model, tuning: Tuning, leg: int, p: np.ndarray, q: np.ndarray
         return -math.inf
     out = math.sqrt(p[0] * p[0] + p[1] * p[1]) - lengths[0]
     length = math.sqrt(out * out + p[2] * p[2]) / (lengths[1] + lengths[2])
-    room = (1 - length) / max(1 - tuning.stretch, 1e-9)
+    room = (1 - length) / max(1 - parameters.stretch, 1e-9)
     for k in range(3):
         low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
-        edge = max(min(tuning.joint_margin, (high - low) / 8), 1e-9)
+        edge = max(min(parameters.joint_margin, (high - low) / 8), 1e-9)
         room = min(room, (q[k] - low) / edge, (high - q[k]) / edge)
     return room
 
 
 @internal
 def reaches(
-    model: Model, tuning: Tuning, leg: int, p: np.ndarray, share: float, q: np.ndarray
+    model: Model, parameters: Parameters, leg: int, p: np.ndarray, share: float, q: np.ndarray
 ) -> bool:
     """Whether a leg can put its foot somewhere; write the joint angles for it.
 
     Args:
         model: The robot.
-        tuning: The margins.
+        parameters: The margins.
         leg: The leg's index.
         p: Foot in the hip frame [m], shape (3,).
         share: Share of the margins that must be kept.
         q: Written where it is within the leg's length [rad], shape (3,).
     """
-    return room_of(model, tuning, leg, p, q) >= share
+    return joint_limit_margin(model, parameters, leg, p, q) >= share
 
 
 @inlined
-def seen_from_hip(
+def to_hip_frame(
     model: Model, leg: int, R: np.ndarray, trunk: np.ndarray, x: float, y: float, z: float
 ) -> Triple:
     """Where a place is in a leg's hip frame [m].
@@ -106,12 +108,12 @@ def seen_from_hip(
 @internal
 def is_reached(state: State, model: Model, leg: int, x: float, y: float, z: float) -> bool:
     """Whether a leg can put its foot at a place in odom [m], as the body is now."""
-    x, y, z = seen_from_hip(model, leg, state.body, state.trunk[0], x, y, z)
+    x, y, z = to_hip_frame(model, leg, state.R_odom_body, state.body_position, x, y, z)
     return is_within(model.lengths, model.reach, AT_ENOUGH, leg, x, y, z)
 
 
 @internal
-def edge_of(
+def region_edge(
     lengths: np.ndarray, reach: np.ndarray, leg: int, start: np.ndarray, way: np.ndarray
 ) -> float:
     """How far along a ray a foot may stand, up to the length of femur and tibia [m].
@@ -176,7 +178,7 @@ def bound_region(
         v[2] = slope[0] * v[0] + slope[1] * v[1]
         to_hip(R, v, p_body)
         to_hip(model.R_body_hip[leg], p_body, way)
-        r = edge_of(model.lengths, model.reach, leg, start, way)
+        r = region_edge(model.lengths, model.reach, leg, start, way)
         edge[k, 0], edge[k, 1] = r * v[0], r * v[1]
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
@@ -196,7 +198,7 @@ def bound_region(
 
 
 @internal
-def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
+def region_share(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
     """Share of a way from a neutral foot that stays within its region; at most 1.
 
     Args:
@@ -214,28 +216,19 @@ def within(region: np.ndarray, dx: float, dy: float, slack: float) -> float:
 
 
 @internal
-def wave(
-    model: Model,
-    used: np.ndarray,
-    offsets: np.ndarray,
-    gait: np.ndarray,
-    phase: float,
-    out: np.ndarray,
-) -> None:
+def sway_wave(model: Model, reference: Reference, phase: float, out: np.ndarray) -> None:
     """Write the gait's sway, its derivative by phase, and that one's: see `phasmid.gait.sway`.
 
     Args:
         model: The robot.
-        used: Which legs are walked on, shape (L,).
-        offsets: When they lift, shape (L,).
-        gait: Duty factor, period, sway, shape (3 or more,).
+        reference: Gait.
         phase: Of the cycle.
         out: Written: ahead and left [m], shape (3, 2).
     """
     out[:] = 0.0
-    if gait[2] == 0.0:
+    if reference.sway == 0.0:
         return
-    legs = len(offsets)
+    legs, used, offsets = model.leg_count, reference.used, reference.lift_phase
     mx, my, count = 0.0, 0.0, 0
     for i in range(legs):
         if used[i]:
@@ -246,9 +239,9 @@ def wave(
     for i in range(legs):
         if not used[i]:
             continue
-        x = gait[2] * (mx - model.neutral[i, 0])
-        y = gait[2] * (my - model.neutral[i, 1])
-        angle = 2 * math.pi * (phase - offsets[i] - (1 - gait[0]) / 2)
+        x = reference.sway * (mx - model.neutral[i, 0])
+        y = reference.sway * (my - model.neutral[i, 1])
+        angle = 2 * math.pi * (phase - offsets[i] - (1 - reference.duty_factor) / 2)
         c, s = math.cos(angle), math.sin(angle)
         rate = 2 * math.pi
         out[0, 0] += c * x
@@ -260,27 +253,25 @@ def wave(
 
 
 @internal
-def lag_of(gait: np.ndarray) -> float:
+def lift_lag(reference: Reference) -> float:
     """Time for which the body goes on before a foot that has lifted overtakes it [s].
 
     The foot's quintic begins as 10 D (t/T)³, D being the body's way in a cycle: it is behind its
     place on the ground the most, by two thirds of t at the body's speed, at t² = T³ / (30 P).
 
     Args:
-        gait: Duty factor, and period P [s], shape (2 or more,).
+        reference: Duty factor, and period P [s].
     """
-    swing = (1.0 - gait[0]) * gait[1]
-    return 2.0 / 3.0 * math.sqrt(swing**3 / (30.0 * gait[1]))
+    swing = (1.0 - reference.duty_factor) * reference.period
+    return 2.0 / 3.0 * math.sqrt(swing**3 / (30.0 * reference.period))
 
 
 @internal
 def speed_share(
     state: State,
     model: Model,
-    used: np.ndarray,
+    reference: Reference,
     velocity: np.ndarray,
-    offsets: np.ndarray,
-    gait: np.ndarray,
     phase: float,
 ) -> float:
     """Share of a velocity at which every foot stays in its region until it lifts.
@@ -288,10 +279,8 @@ def speed_share(
     Args:
         state: Where the engine is.
         model: The robot.
-        used: Which legs are walked on, shape (L,).
+        reference: Gait.
         velocity: Of the path, ahead, left and turn, shape (3,).
-        offsets: When the legs lift, shape (L,).
-        gait: Duty factor, period and sway, shape (3 or more,).
         phase: Of the gait's clock.
 
     Returns:
@@ -304,22 +293,22 @@ def speed_share(
     c, s = math.cos(path[2]), math.sin(path[2])
     there, aside = np.empty(3), np.empty((3, 2))
     origin = np.zeros(3)
-    swaying, lag = gait[2] * state.clock.sway_share, lag_of(gait)
-    for leg in range(len(used)):
-        if state.leg[leg] != STANCE or not used[leg]:
+    swaying, lag = reference.sway * state.clock.sway_share, lift_lag(reference)
+    for leg in range(state.leg_count):
+        if state.leg_phase[leg] != LegPhase.STANCE or not reference.used[leg]:
             continue
-        time = (1.0 - (phase - offsets[leg]) % 1.0) * gait[1]
+        time = (1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period
         time = max(time, SHORTEST) + lag
         x, y = state.foot[leg, 0] - path[0], state.foot[leg, 1] - path[1]
         x, y = c * x + s * y, c * y - s * x
-        ride(origin, velocity, time, there)
+        integrate_twist(origin, velocity, time, there)
         ct, st = math.cos(there[2]), math.sin(there[2])
         ex, ey = x - there[0], y - there[1]
         dx, dy = ct * ex + st * ey - x, ct * ey - st * ex - y
         x, y = x - model.neutral[leg, 0], y - model.neutral[leg, 1]
         if swaying > 0.0:
             # At its lift the body is aside by this.
-            wave(model, used, offsets, gait, offsets[leg], aside)
+            sway_wave(model, reference, reference.lift_phase[leg], aside)
             x -= state.clock.sway_share * aside[0, 0]
             y -= state.clock.sway_share * aside[0, 1]
         region = state.region[leg]
@@ -332,32 +321,34 @@ def speed_share(
 
 
 @internal
-def support_share(state: State, tuning: Tuning, used: np.ndarray, velocity: np.ndarray) -> float:
+def support_share(
+    state: State, parameters: Parameters, used: np.ndarray, velocity: np.ndarray
+) -> float:
     """Share of a velocity at which the centre of mass stays over the feet that stand.
 
     It counts until the last foot that is in the air has landed.
 
     Args:
         state: Where the engine is.
-        tuning: The margins.
+        parameters: The margins.
         used: Which legs are walked on, shape (L,).
         velocity: Of the path, ahead, left and turn, shape (3,).
     """
-    left, legs = 0.0, len(used)
+    left, legs = 0.0, state.leg_count
     for leg in range(legs):
-        if state.leg[leg] in (SWING, PROBING):
-            left = max(left, state.swing[leg, 1] - state.swing[leg, 0])
+        if state.leg_phase[leg] in (LegPhase.SWING, LegPhase.PROBING):
+            left = max(left, state.swing_duration[leg] - state.swing_elapsed[leg])
     if left <= 0.0:
         return 1.0
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
-    R, com = state.body, state.com
-    rx = R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2] + state.trunk[0, 0]
-    ry = R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + state.trunk[0, 1]
+    R, com = state.R_odom_body, state.com
+    rx = R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2] + state.body_position[0]
+    ry = R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + state.body_position[1]
     wx = c * velocity[0] - s * velocity[1] - velocity[2] * (ry - state.path[1])
     wy = s * velocity[0] + c * velocity[1] + velocity[2] * (rx - state.path[0])
     share, feet, standing = 1.0, state.foot, np.zeros(legs, dtype=np.int64)
     for leg in range(legs):
-        standing[leg] = 1 if state.leg[leg] == STANCE and used[leg] else 0
+        standing[leg] = 1 if state.leg_phase[leg] == LegPhase.STANCE and used[leg] else 0
     for i in range(legs):
         if not standing[i]:
             continue
@@ -370,6 +361,6 @@ def support_share(state: State, tuning: Tuning, used: np.ndarray, velocity: np.n
             length = math.sqrt(dx * dx + dy * dy)
             if closing > 1e-12 * length and deepest_of(feet, standing, i, j) >= 0.0:
                 depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
-                room = depth + length * tuning.planned_margin / 2
+                room = depth + length * parameters.planned_margin / 2
                 share = min(share, max(room, 0.0) / closing)
     return share

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.control.elsewhere import GAVE_UP, RETURNED
-from phasmid.control.state import State
+from phasmid.control.types import SearchStage, State
 
 PATIENT = 0.25
 """A lift that waits for longer is worth a sentence [s]."""
@@ -68,7 +67,7 @@ class Remarks:
         """Say what is new of an update.
 
         Args:
-            code: What became of it, see `phasmid.control.step.update`.
+            code: What became of it, see `phasmid.control.update.update`.
             effort: Why ground or servos cannot give the motion; empty where they can.
         """
         state, news = self._state, self._news_of(code, effort)
@@ -82,15 +81,19 @@ class Remarks:
         self.tell("held", code == 3, "held all: a leg could not follow")
         self.tell("back", back, "a lift waits: the body comes back from a farther pose")
         # What waits for a foot that looks for ground is told below.
-        weak = waits and not back and not ((state.search > 0) & (state.search < RETURNED)).any()
+        weak = (
+            waits
+            and not back
+            and not ((state.search_stage > 0) & (state.search_stage < SearchStage.RETURNED)).any()
+        )
         self.tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
         self.tell("effort", bool(effort), f"slows down: {effort.rstrip('.')}")
         if not looked:
             return
-        for name, count in zip(self._names, state.search, strict=True):
+        for name, count in zip(self._names, state.search_stage, strict=True):
             told = f"leg {name} finds no ground: it looks elsewhere"
-            self.tell(f"{name} looks", 0 < count < RETURNED, told)
+            self.tell(f"{name} looks", 0 < count < SearchStage.RETURNED, told)
             told = f"leg {name} finds no ground: it is back where it stood"
-            self.tell(f"{name} returned", count == RETURNED, told)
+            self.tell(f"{name} returned", count == SearchStage.RETURNED, told)
             told = f"leg {name} finds no ground: it stands in the air"
-            self.tell(f"{name} stands", count == GAVE_UP, told)
+            self.tell(f"{name} stands", count == SearchStage.GAVE_UP, told)

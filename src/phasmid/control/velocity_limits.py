@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled
-from phasmid.control.bounds import PLANNED
+from phasmid.control.foothold_region import lift_lag, reaches, region_share, sway_wave
 from phasmid.control.limbs import margin_of, moment_of, rotation, speeds_of, to_hip
-from phasmid.control.reach import lag_of, reaches, wave, within
-from phasmid.control.state import REACH, SPEED, SUPPORT, Model, Tuning
+from phasmid.control.reach_bounds import PLANNED
 from phasmid.control.swing import blend, lift
-from phasmid.control.trunk import ride
+from phasmid.control.trunk import integrate_twist
+from phasmid.control.types import REACH, SPEED, SUPPORT, Model, Parameters, Reference
 
 SAMPLES = 32
 """Parts of a cycle at which a steady walk is looked at."""
@@ -22,14 +22,11 @@ CLOSE = 1e-3
 
 
 @compiled
-def walks_steadily(
+def gait_is_feasible(
     model: Model,
-    tuning: Tuning,
+    parameters: Parameters,
     region: np.ndarray,
-    used: np.ndarray,
-    offsets: np.ndarray,
-    gait: np.ndarray,
-    step: float,
+    reference: Reference,
     pose: np.ndarray,
     velocity: np.ndarray,
     verdict: np.ndarray,
@@ -38,18 +35,21 @@ def walks_steadily(
 
     Args:
         model: The robot.
-        tuning: The margins.
+        parameters: The margins.
         region: Where the feet may stand at that pose, shape (L, K, 3).
-        used: Which legs are walked on, shape (L,).
-        offsets: When they lift, shape (L,).
-        gait: Duty factor, period and sway, shape (3 or more,).
-        step: Height of a step [m].
+        reference: Gait and height of a step.
         pose: Of the body beside its path and its neutral height, shape (6,).
         velocity: Of the path, ahead, left and turn, shape (3,).
         verdict: Written: what (`REACH` and so on, 0: nothing), the leg's index, the joint's, and
             the smallest support margin [m] or the largest share of a joint's speed, shape (4,).
     """
-    legs, duty, period, lag = len(used), gait[0], gait[1], lag_of(gait)
+    legs, duty, period, lag = (
+        model.leg_count,
+        reference.duty_factor,
+        reference.period,
+        lift_lag(reference),
+    )
+    used, offsets = reference.used, reference.lift_phase
     verdict[0] = 0.0
     origin, home, there = np.zeros(3), np.empty(3), np.empty(3)
     lean = np.empty((3, 3))
@@ -60,33 +60,28 @@ def walks_steadily(
     p, v, a, hip, vh = np.empty(3), np.empty(3), np.zeros(3), np.empty(3), np.empty(3)
     q, qd, qdd = np.empty(3), np.empty(3), np.empty(3)
     air = (1 - duty) * period
-    fastest = model.joint_speed * tuning.planned_speed
+    fastest = model.joint_speed * parameters.planned_speed
     for leg in range(legs):
         if not used[leg]:
             continue
         nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
         for sign in (-1.0, 1.0):
-            ride(origin, velocity, sign * duty * period / 2 + (lag if sign > 0 else 0.0), there)
+            integrate_twist(
+                origin, velocity, sign * duty * period / 2 + (lag if sign > 0 else 0.0), there
+            )
             c, s = math.cos(there[2]), math.sin(there[2])
             x, y = nx - there[0], ny - there[1]
             dx, dy = c * x + s * y - nx, c * y - s * x - ny
-            if gait[2] != 0.0:
-                wave(
-                    model,
-                    used,
-                    offsets,
-                    gait,
-                    offsets[leg] + (1 - duty if sign < 0 else 0.0),
-                    aside,
-                )
+            if reference.sway != 0.0:
+                sway_wave(model, reference, offsets[leg] + (1 - duty if sign < 0 else 0.0), aside)
                 dx, dy = dx - aside[0, 0], dy - aside[0, 1]
-            if within(region[leg], dx, dy, 0.0) < 1.0:
+            if region_share(region[leg], dx, dy, 0.0) < 1.0:
                 verdict[0], verdict[1], verdict[2] = REACH, leg, -1
                 return False
     least, quickest = math.inf, 0.0
     for n in range(SAMPLES):
         phase = n / SAMPLES
-        wave(model, used, offsets, gait, phase, aside)
+        sway_wave(model, reference, phase, aside)
         bx, by = pose[0] + aside[0, 0], pose[1] + aside[0, 1]
         ux, uy = aside[1, 0] / period, aside[1, 1] / period
         for i in range(3):
@@ -101,20 +96,20 @@ def walks_steadily(
             # The foot seen from the path: fixed points of the ground pass by it.
             if own >= 1 - duty:
                 standing[leg] = 1
-                ride(origin, velocity, (own - 1 + duty / 2) * period, there)
+                integrate_twist(origin, velocity, (own - 1 + duty / 2) * period, there)
                 gx, gy, fx, fy, z, vz = nx, ny, 0.0, 0.0, 0.0, 0.0
             else:
                 standing[leg] = 0
                 # From the last place to the next, a cycle on; seen amid the last stance.
-                ride(origin, velocity, (own + duty / 2) * period, there)
-                ride(origin, velocity, period, home)
+                integrate_twist(origin, velocity, (own + duty / 2) * period, there)
+                integrate_twist(origin, velocity, period, home)
                 c, s = math.cos(home[2]), math.sin(home[2])
                 wx = home[0] + c * nx - s * ny - nx
                 wy = home[1] + s * nx + c * ny - ny
                 part = own / (1 - duty)
                 way, rate, _ = blend(part, air)
                 gx, gy, fx, fy = nx + way * wx, ny + way * wy, rate * wx, rate * wy
-                z, vz, _ = lift(part, air, step)
+                z, vz, _ = lift(part, air, reference.step_height)
             c, s = math.cos(there[2]), math.sin(there[2])
             x, y = gx - there[0], gy - there[1]
             px, py = c * x + s * y, c * y - s * x
@@ -129,7 +124,7 @@ def walks_steadily(
             to_hip(model.R_body_hip[leg], hip, p)
             to_hip(lean, v, hip)
             to_hip(model.R_body_hip[leg], hip, vh)
-            if not reaches(model, tuning, leg, p, PLANNED, q):
+            if not reaches(model, parameters, leg, p, PLANNED, q):
                 verdict[0], verdict[1], verdict[2] = REACH, leg, -1
                 return False
             speeds_of(model.lengths[leg], q, vh, a, qd, qdd)
@@ -146,7 +141,7 @@ def walks_steadily(
         x = bx + lean[0, 0] * moment[0] + lean[0, 1] * moment[1] + lean[0, 2] * moment[2]
         y = by + lean[1, 0] * moment[0] + lean[1, 1] * moment[1] + lean[1, 2] * moment[2]
         least = min(least, margin_of(feet, standing, x, y))
-        if least < tuning.support_margin + tuning.planned_margin:
+        if least < parameters.support_margin + parameters.planned_margin:
             verdict[0], verdict[1], verdict[2], verdict[3] = SUPPORT, -1, -1, least
             return False
     verdict[3] = quickest / fastest
@@ -155,12 +150,9 @@ def walks_steadily(
 
 def share_of_velocity(
     model: np.void,
-    tuning: np.void,
+    parameters: np.void,
     region: np.ndarray,
-    used: np.ndarray,
-    offsets: np.ndarray,
-    gait: np.ndarray,
-    step: float,
+    reference: np.void,
     pose: np.ndarray,
     velocity: np.ndarray,
     most: float,
@@ -170,27 +162,24 @@ def share_of_velocity(
 
     Args:
         model: Record of the robot.
-        tuning: Record of the margins.
+        parameters: Record of the margins.
         region: Where the feet may stand at that pose, shape (L, K, 3).
-        used: Which legs are walked on, shape (L,).
-        offsets: When they lift, shape (L,).
-        gait: Duty factor, period and sway, shape (3 or more,).
-        step: Height of a step [m].
+        reference: Gait and height of a step.
         pose: Of the body, shape (6,).
         velocity: Of the path, shape (3,).
         most: Largest share that is looked for.
-        verdict: Written: what keeps it from more, as by `walks_steadily`, shape (4,).
+        verdict: Written: what keeps it from more, as by `gait_is_feasible`, shape (4,).
     """
     last = np.zeros(4)
     trial = velocity * most
-    if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, verdict):
+    if gait_is_feasible(model, parameters, region, reference, pose, trial, verdict):
         return most
     low, high = 0.0, most
     close = CLOSE if most > 1.0 else 4 * CLOSE
     while high - low > close * high and high > 1e-6:
         share = (low + high) / 2
         trial = velocity * share
-        if walks_steadily(model, tuning, region, used, offsets, gait, step, pose, trial, last):
+        if gait_is_feasible(model, parameters, region, reference, pose, trial, last):
             low = share
         else:
             high = share
@@ -200,11 +189,8 @@ def share_of_velocity(
 
 def share_of_pose(
     model: np.void,
-    tuning: np.void,
-    used: np.ndarray,
-    offsets: np.ndarray,
-    gait: np.ndarray,
-    step: float,
+    parameters: np.void,
+    reference: np.void,
     base: np.ndarray,
     pose: np.ndarray,
     verdict: np.ndarray,
@@ -213,26 +199,23 @@ def share_of_pose(
 
     Args:
         model: Record of the robot.
-        tuning: Record of the margins.
-        used: Which legs are walked on, shape (L,).
-        offsets: When they lift, shape (L,).
-        gait: Duty factor (1: only stand), period and sway, shape (3 or more,).
-        step: Height of a step [m].
+        parameters: Record of the margins.
+        reference: Record of gait, with a duty factor of 1 for standing, and height of a step.
         base: Pose that it has anyway beside its path and its neutral height, shape (6,).
         pose: What is added to that, shape (6,).
-        verdict: Written: what keeps it from more, as by `walks_steadily`, shape (4,).
+        verdict: Written: what keeps it from more, as by `gait_is_feasible`, shape (4,).
     """
     # On the spot the feet stay at their neutral places, which need no region.
-    region = np.zeros((len(used), 1, 3))
+    region = np.zeros((int(model["leg_count"]), 1, 3))
     region[:, :, 2] = 1.0
     rest, last = np.zeros(3), np.zeros(4)
-    if walks_steadily(model, tuning, region, used, offsets, gait, step, base + pose, rest, verdict):
+    if gait_is_feasible(model, parameters, region, reference, base + pose, rest, verdict):
         return 1.0
     low, high = 0.0, 1.0
     for _ in range(10):
         share = (low + high) / 2
         trial = base + pose * share
-        if walks_steadily(model, tuning, region, used, offsets, gait, step, trial, rest, last):
+        if gait_is_feasible(model, parameters, region, reference, trial, rest, last):
             low = share
         else:
             high = share

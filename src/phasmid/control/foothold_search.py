@@ -5,22 +5,17 @@ from __future__ import annotations
 import math
 
 from phasmid.compiled import internal
-from phasmid.control.state import HELD, RISES, SWING, Order, State
-from phasmid.control.swing import plant
+from phasmid.control.swing import stop_foot
+from phasmid.control.types import LegPhase, Manoeuvre, Reference, SearchStage, State
 
 FAR, LOOKS = 0.06, 2
-"""How far from where it has found none a foot looks [m], ahead and then behind, and how often."""
+"""Distance of search points from where a foot has found no ground [m]; number of search points."""
 
-RETURNS, AGAIN = LOOKS + 1, 0.25
-"""What `State.search` is of a foot that then goes back to where it stood, and how much more at each
-new attempt: the body, which comes back, too, may have been too far away at first."""
-
-RETURNED, GAVE_UP, HERE = RETURNS + 1, RETURNS + 2, RETURNS + 3
-"""What it is of a foot that stands there again, of one that has found no ground there either, and
-of one that is to stand where it comes down, whatever it finds."""
+ATTEMPTS = 4
+"""Attempts to step back to the last foothold: the body returns too, and may be too far at first."""
 
 THERE = 0.03
-"""A foot nearer than this to where it stood is back [m]."""
+"""Distance from the last foothold below which a foot is back [m]."""
 
 CLOSE = 0.03
 """Distance of another foot at which it does not look [m]."""
@@ -31,56 +26,62 @@ way [m/s], and the least time for it [s]."""
 
 
 @internal
-def is_looking(state: State, leg: int) -> bool:
+def is_searching(state: State, leg: int) -> bool:
     """Whether a foot in the air looks for ground elsewhere, or goes back to it."""
-    return bool(0.0 < state.search[leg] < RETURNED)
+    return bool(SearchStage.NONE < state.search_stage[leg] < SearchStage.RETURNED)
 
 
 @internal
-def goes_back(state: State, leg: int) -> bool:
+def is_returning(state: State, leg: int) -> bool:
     """Whether a foot goes back to where it stood."""
-    return bool(RETURNS <= state.search[leg] < RETURNED)
+    return bool(state.search_stage[leg] == SearchStage.RETURNING)
 
 
 @internal
 def from_stood(state: State, leg: int) -> float:
     """How far a foot is from where it last stood and felt the ground, from above [m]."""
-    dx = state.foot[leg, 0] - state.sought[2, leg, 0]
-    dy = state.foot[leg, 1] - state.sought[2, leg, 1]
+    dx = state.foot[leg, 0] - state.last_foothold[leg, 0]
+    dy = state.foot[leg, 1] - state.last_foothold[leg, 1]
     return math.sqrt(dx * dx + dy * dy)
 
 
 @internal
-def set_search(state: State, leg: int, how: float) -> None:
-    """Note how a foot's search is, and that there is news of it."""
-    if state.search[leg] != how:
-        state.search[leg] = how
+def set_search(state: State, leg: int, stage: int) -> None:
+    """Set the stage of a foot's search, and count the change."""
+    if state.search_stage[leg] != stage:
+        state.search_stage[leg] = stage
         state.clock.search_changes += 1
 
 
 @internal
 def end_search(state: State, leg: int, found: bool) -> None:
     """Note that a foot stands, whether it has found ground or not."""
-    if found and goes_back(state, leg) and from_stood(state, leg) < THERE:
-        set_search(state, leg, RETURNED)
-    elif (found and state.search[leg] != RETURNED) or state.search[leg] == HERE:
-        set_search(state, leg, 0.0)
-    elif is_looking(state, leg):
-        set_search(state, leg, GAVE_UP)
+    if found and is_returning(state, leg) and from_stood(state, leg) < THERE:
+        set_search(state, leg, SearchStage.RETURNED)
+    elif (found and state.search_stage[leg] != SearchStage.RETURNED) or (
+        state.search_stage[leg] == SearchStage.LAND_HERE
+    ):
+        set_search(state, leg, SearchStage.NONE)
+    elif is_searching(state, leg):
+        set_search(state, leg, SearchStage.GAVE_UP)
 
 
 @internal
 def is_free(state: State, leg: int, x: float, y: float) -> bool:
     """Whether no other foot stands or lands near a place in odom."""
     for other in range(state.leg_count):
-        dx, dy = state.landing[other, 0] - x, state.landing[other, 1] - y
-        if other != leg and state.leg[other] != HELD and dx * dx + dy * dy < CLOSE * CLOSE:
+        dx, dy = state.touchdown[other, 0] - x, state.touchdown[other, 1] - y
+        if (
+            other != leg
+            and state.leg_phase[other] != LegPhase.HELD
+            and dx * dx + dy * dy < CLOSE * CLOSE
+        ):
             return False
     return True
 
 
 @internal
-def looks_elsewhere(state: State, order: Order, leg: int) -> bool:
+def start_search(state: State, reference: Reference, leg: int) -> bool:
     """Let a foot that has come down to no ground rise out of the hole, to swing elsewhere.
 
     First it goes to a place along its own way with the body, then as far to the other side, then
@@ -89,20 +90,24 @@ def looks_elsewhere(state: State, order: Order, leg: int) -> bool:
 
     Args:
         state: Where the engine is, changed.
-        order: What is to be done.
+        reference: What is to be done.
         leg: The leg's index.
 
     Returns:
         Whether it does.
     """
-    v, path, foot = order.velocity, state.path, state.foot[leg]
-    there, first, looked = state.sought[0, leg], state.sought[1, leg], state.search[leg]
-    if looked == 0.0:
+    v, path, foot = reference.velocity, state.path, state.foot[leg]
+    there, first, looked = (
+        state.search_goal[leg],
+        state.missed_foothold[leg],
+        state.search_stage[leg],
+    )
+    if looked == SearchStage.NONE:
         for i in range(3):
             first[i] = foot[i]
     if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0:
-        looked = max(looked, float(LOOKS))
-    elif looked == 0.0:
+        looked = max(looked, LOOKS)
+    elif looked == SearchStage.NONE:
         c, s = math.cos(path[2]), math.sin(path[2])
         x = c * v[0] - s * v[1] - v[2] * (foot[1] - path[1])
         y = s * v[0] + c * v[1] + v[2] * (foot[0] - path[0])
@@ -114,17 +119,17 @@ def looks_elsewhere(state: State, order: Order, leg: int) -> bool:
         there[0] -= FAR * x
         there[1] -= FAR * y
     while looked < LOOKS:
-        looked += 1.0
+        looked += 1
         for i in range(2):
             there[i] = 2 * first[i] - there[i]
         if is_free(state, leg, there[0], there[1]):
             break
     else:
-        tried = goes_back(state, leg)
-        looked = looked + AGAIN if tried else float(RETURNS)
-        if looked >= RETURNED or (tried and from_stood(state, leg) < THERE):
+        tried = is_returning(state, leg)
+        attempts = state.return_attempts[leg] + 1 if tried else 0
+        if attempts >= ATTEMPTS or (tried and from_stood(state, leg) < THERE):
             return False
-        stood, found = state.sought[2, leg], False
+        stood, found = state.last_foothold[leg], False
         for k in range(3):
             # Another foot may have followed it there; then it goes as near as may be.
             share = k * CLOSE / max(from_stood(state, leg), CLOSE)
@@ -135,14 +140,17 @@ def looks_elsewhere(state: State, order: Order, leg: int) -> bool:
                 break
         if not found:
             return False
+        looked = 1 * SearchStage.RETURNING
+        state.return_attempts[leg] = attempts
+        state.clock.search_changes += 1 if tried else 0
     set_search(state, leg, looked)
     # Straight up, since the wall of the hole may be near.
-    g = state.ground[3]
+    g = state.ground_filter[3]
     way = max(g[0] + g[1] * foot[0] + g[2] * foot[1] - foot[2], 0.0) + RISE
-    plant(state, leg)
-    state.leg[leg] = SWING
-    state.retreat[leg] = RISES
-    state.landing[leg, 2] += way
-    state.swing[leg, 0], state.swing[leg, 2] = 0.0, 0.0
-    state.swing[leg, 1] = max(1.875 * way / RISE_SPEED, RISE_TIME)
+    stop_foot(state, leg)
+    state.leg_phase[leg] = LegPhase.SWING
+    state.manoeuvre[leg] = Manoeuvre.RISE
+    state.touchdown[leg, 2] += way
+    state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
+    state.swing_duration[leg] = max(1.875 * way / RISE_SPEED, RISE_TIME)
     return True

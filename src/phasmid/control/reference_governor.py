@@ -12,11 +12,11 @@ import math
 import numpy as np
 
 from phasmid.compiled import inlined, internal
-from phasmid.control.bounds import AT_ENOUGH, ENOUGH, is_within
+from phasmid.control.foothold_region import joint_limit_margin, sway_wave, to_hip_frame
 from phasmid.control.limbs import edges_of, margin_within, rotation
-from phasmid.control.reach import room_of, seen_from_hip, wave
-from phasmid.control.state import HELD, STANCE, STILL, SWING, Model, Order, State, Tuning
-from phasmid.control.trunk import approach, follow, ride
+from phasmid.control.reach_bounds import AT_ENOUGH, ENOUGH, is_within
+from phasmid.control.trunk import approach, follow, integrate_twist
+from phasmid.control.types import LegPhase, Model, Parameters, Reference, State
 
 LOOKS, SPAN = 5, 0.07
 """How many times, and how far apart, the way to rest is looked at [s]."""
@@ -39,9 +39,9 @@ def is_settled(stages: np.ndarray, goal: np.ndarray, close: float) -> bool:
 
 
 @inlined
-def room_for(
+def leg_margin(
     model: Model,
-    tuning: Tuning,
+    parameters: Parameters,
     leg: int,
     R: np.ndarray,
     trunk: np.ndarray,
@@ -50,15 +50,15 @@ def room_for(
     z: float,
 ) -> float:
     """Room that a leg has with its foot in odom and the body at a place, `ENOUGH` at the most."""
-    x, y, z = seen_from_hip(model, leg, R, trunk, x, y, z)
+    x, y, z = to_hip_frame(model, leg, R, trunk, x, y, z)
     if is_within(model.lengths, model.reach, AT_ENOUGH, leg, x, y, z):
         return ENOUGH
     p, q = np.array((x, y, z)), np.empty(3)
-    return min(room_of(model, tuning, leg, p, q), ENOUGH)
+    return min(joint_limit_margin(model, parameters, leg, p, q), ENOUGH)
 
 
 @internal
-def is_landing(
+def is_foothold(
     state: State, model: Model, leg: int, paths: np.ndarray, x: float, y: float, z: float
 ) -> bool:
     """Whether a foot can land at a place, with each of these paths, in the pose of now and to come.
@@ -72,33 +72,38 @@ def is_landing(
         y: The same.
         z: The same.
     """
-    R, trunk, g = np.empty((3, 3)), np.empty(3), state.ground[3]
+    R, trunk, g = np.empty((3, 3)), np.empty(3), state.ground_filter[3]
     for path in paths:
         c, s = math.cos(path[2]), math.sin(path[2])
         for k in (0, 3):
-            b = state.pose[k]
-            ahead, aside = b[0] + state.sway[3, 0], b[1] + state.sway[3, 1]
+            b = state.pose_filter[k]
+            ahead, aside = b[0] + state.sway_filter[3, 0], b[1] + state.sway_filter[3, 1]
             rotation(b[3], b[4], b[5] + path[2], R)
             trunk[0], trunk[1] = path[0] + c * ahead - s * aside, path[1] + s * ahead + c * aside
             trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
-            u, v, w = seen_from_hip(model, leg, R, trunk, x, y, z)
+            u, v, w = to_hip_frame(model, leg, R, trunk, x, y, z)
             if not is_within(model.lengths, model.reach, AT_ENOUGH, leg, u, v, w):
                 return False
     return True
 
 
 @internal
-def stays_for(state: State, order: Order, leg: int) -> float:
+def remaining_stance(state: State, reference: Reference, leg: int) -> float:
     """How long a foot that stands still stays there, as far as the clock knows [s]."""
     clock = state.clock
-    if state.clock.mode == STILL or clock.lift_wait > 0.0:
+    if state.clock.gait_running == 0 or clock.lift_wait > 0.0:
         return math.inf
-    return float((1.0 - (clock.phase - order.offsets[leg]) % 1.0) * order.gait[1])
+    return float((1.0 - (clock.phase - reference.lift_phase[leg]) % 1.0) * reference.period)
 
 
 @internal
-def may_go_on(
-    state: State, model: Model, order: Order, tuning: Tuning, velocity: np.ndarray, goal: np.ndarray
+def is_recoverable(
+    state: State,
+    model: Model,
+    reference: Reference,
+    parameters: Parameters,
+    velocity: np.ndarray,
+    goal: np.ndarray,
 ) -> bool:
     """Whether the robot can come to rest from where it is, with other references.
 
@@ -107,29 +112,36 @@ def may_go_on(
     Args:
         state: Where the engine is.
         model: The robot.
-        order: What is to be done.
-        tuning: The margins.
+        reference: What is to be done.
+        parameters: The margins.
         velocity: Reference of the path's velocity, from which it brakes, shape (3,).
         goal: Reference of the pose, which stays, shape (6,).
     """
-    legs, clock, g = state.leg_count, state.clock, state.ground[3]
-    speed, pose, path = state.speed.copy(), state.pose.copy(), state.path.copy()
+    legs, clock, g = state.leg_count, state.clock, state.ground_filter[3]
+    speed, pose, path = state.velocity_filter.copy(), state.pose_filter.copy(), state.path.copy()
     rest, mean, R, trunk = np.zeros(3), np.empty(3), np.empty((3, 3)), np.empty(3)
     aside = np.zeros((3, 2))
     least, stays = np.empty(legs), np.empty(legs)
-    foot, landing, now = state.foot, state.landing, state.trunk[0]
+    foot, landing, now = state.foot, state.touchdown, state.body_position
     standing, left = np.zeros(legs, dtype=np.int64), 0.0
     for leg in range(legs):
-        doing = state.leg[leg]
-        if doing == STANCE and order.used[leg]:
+        doing = state.leg_phase[leg]
+        if doing == LegPhase.STANCE and reference.used[leg]:
             standing[leg] = 1
-            least[leg] = room_for(
-                model, tuning, leg, state.body, now, foot[leg, 0], foot[leg, 1], foot[leg, 2]
+            least[leg] = leg_margin(
+                model,
+                parameters,
+                leg,
+                state.R_odom_body,
+                now,
+                foot[leg, 0],
+                foot[leg, 1],
+                foot[leg, 2],
             )
-            stays[leg] = stays_for(state, order, leg)
-        elif doing == SWING:
+            stays[leg] = remaining_stance(state, reference, leg)
+        elif doing == LegPhase.SWING:
             # From then on it stands where it lands.
-            stays[leg] = state.swing[leg, 1] - state.swing[leg, 0]
+            stays[leg] = state.swing_duration[leg] - state.swing_elapsed[leg]
             left = max(left, stays[leg])
             least[leg] = ENOUGH
     for i in range(3):
@@ -142,26 +154,26 @@ def may_go_on(
     for look in range(LOOKS + 1):
         if look > 0:
             time += SPAN
-            # Braked half before and half after: to second order what it does in between.
-            approach(speed[0], rest, 0, model.radius, tuning.acceleration * SPAN / 2)
+            # Braked half before and half after: to second reference what it does in between.
+            approach(speed[0], rest, 0, model.radius, parameters.acceleration * SPAN / 2)
             for i in range(3):
                 mean[i] = speed[2, i] / 2
-            follow(speed, tuning.velocity_bandwidth, SPAN)
+            follow(speed, parameters.velocity_bandwidth, SPAN)
             for i in range(3):
                 mean[i] += speed[2, i] / 2
-            approach(speed[0], rest, 0, model.radius, tuning.acceleration * SPAN / 2)
-            ride(path, mean, SPAN, path)
-            follow(pose, tuning.pose_bandwidth, SPAN)
+            approach(speed[0], rest, 0, model.radius, parameters.acceleration * SPAN / 2)
+            integrate_twist(path, mean, SPAN, path)
+            follow(pose, parameters.pose_bandwidth, SPAN)
         last = 0 if look == LOOKS else 3
-        if order.gait[2] != 0.0:
-            phase = clock.phase + time / order.gait[1]
-            wave(model, order.used, order.offsets, order.gait, phase, aside)
+        if reference.sway != 0.0:
+            phase = clock.phase + time / reference.period
+            sway_wave(model, reference, phase, aside)
         x, y = (
             clock.sway_share * aside[0, 0] + clock.lean[0],
             clock.sway_share * aside[0, 1] + clock.lean[1],
         )
         if look == 0:
-            x, y = state.sway[3, 0], state.sway[3, 1]
+            x, y = state.sway_filter[3, 0], state.sway_filter[3, 1]
         x, y = x + pose[last, 0], y + pose[last, 1]
         c, s = math.cos(path[2]), math.sin(path[2])
         rotation(pose[last, 3], pose[last, 4], pose[last, 5] + path[2], R)
@@ -169,19 +181,19 @@ def may_go_on(
         trunk[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height
         trunk[2] += pose[last, 2]
         for leg in range(legs):
-            doing = state.leg[leg]
-            if doing == HELD or (doing == STANCE and not standing[leg]):
+            doing = state.leg_phase[leg]
+            if doing == LegPhase.HELD or (doing == LegPhase.STANCE and not standing[leg]):
                 continue
-            if doing == STANCE:
+            if doing == LegPhase.STANCE:
                 if time > stays[leg] + FOLLOWS:
                     continue
                 x, y, z = foot[leg, 0], foot[leg, 1], foot[leg, 2]
-            elif doing == SWING and time < stays[leg]:
+            elif doing == LegPhase.SWING and time < stays[leg]:
                 continue
             else:
                 x, y, z = landing[leg, 0], landing[leg, 1], landing[leg, 2]
-            room = room_for(model, tuning, leg, R, trunk, x, y, z)
-            if doing != STANCE and doing != SWING and look == 0:
+            room = leg_margin(model, parameters, leg, R, trunk, x, y, z)
+            if doing != LegPhase.STANCE and doing != LegPhase.SWING and look == 0:
                 least[leg] = room
             if not room >= least[leg] - 1e-9:
                 return False
@@ -191,7 +203,7 @@ def may_go_on(
             y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
             margin = margin_within(edges, count, x, y)
             if look == 0:
-                holds = min(HOLDS * tuning.support_margin, margin)
+                holds = min(HOLDS * parameters.support_margin, margin)
             if margin < holds - 1e-9:
                 return False
     return True

@@ -7,8 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.elsewhere import RETURNED
-from phasmid.control.state import State
+from phasmid.control.types import SearchStage, State
 
 SAME_WAY = 0.5
 """Cosine of the angle up to which a foot's way is that on which there was no ground."""
@@ -38,11 +37,10 @@ class Edge:
         if int(self._state.clock.search_changes) == self._seen:
             return False
         self._seen = int(self._state.clock.search_changes)
-        back = self._state.search == RETURNED
+        back = self._state.search_stage == SearchStage.RETURNED
         new, self._back = back & ~self._back, back
         for leg in np.flatnonzero(new):
-            sought = self._state.sought[:, leg, :2]
-            way = sought[1] - sought[2]
+            way = (self._state.missed_foothold - self._state.last_foothold)[leg, :2]
             size = math.hypot(*way)
             if size > 0:
                 self._ways[int(leg)] = way / size
@@ -68,7 +66,7 @@ class Edge:
         """The velocity in odom at which the body takes a place along where a foot found none."""
         x, y, heading = self._state.path
         c, s = math.cos(heading), math.sin(heading)
-        there = self._state.sought[1, leg]
+        there = self._state.missed_foothold[leg]
         return np.array(
             [
                 c * velocity[0] - s * velocity[1] - velocity[2] * (there[1] - y),
