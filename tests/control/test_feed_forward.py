@@ -103,7 +103,7 @@ def test_too_little_friction_slows_the_robot_down_and_is_told() -> None:
     command = Command(velocity=(0.05, 0.0, 0.0))
     list(updates(engine, 50, command))
     assert engine.events == []
-    engine.reference.ground_normal[:] = np.sin(np.radians(20)), 0.0, np.cos(np.radians(20)), 0.0
+    engine.reference.ground_normal[:] = np.sin(np.radians(20)), 0.0, np.cos(np.radians(20))
     list(updates(engine, 200, command))
     assert any("the feet need a friction of 0.36 of 0.30" in said for _, said in engine.events)
     assert engine.feed_forward.velocity_scale < 0.2

@@ -28,7 +28,7 @@ class Memory:
 
     Attributes:
         states: The state, and one to try in, shape (2,).
-        references: What is to be done, and the same with the gait that is next_reference, shape (2,).
+        references: The reference, and the same with the pending gait, shape (2,).
         models: The robot, shape (1,).
         parameter_records: The settings, shape (1,).
         state: View of the first of `states`.

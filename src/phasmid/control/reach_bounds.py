@@ -75,7 +75,7 @@ def is_within(
 ) -> bool:
     """Whether a leg reaches a place with the margins that its bounds have.
 
-    It is `reach.joint_limit_margin` compared with a share, without any angle: the distance from the femur's
+    As `foothold_region.joint_limit_margin` compared with a share, without angles: the distance from the femur's
     axis tells the knee and the stretch, and an angle is in a range where its cosine, counted from
     the range's middle, is not less than that of half the range. On the coxa's own axis, where its
     angle may be any, it is taken to be in its range.

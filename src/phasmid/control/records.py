@@ -77,7 +77,7 @@ def _view_type(kind: Any) -> Any:
     """Return a subclass whose numbers are read from and written to a record."""
 
     def field(name: str) -> property:
-        return property(lambda self: self._record[name])
+        return property(lambda self: self._record[name].item())
 
     def assign(self: Any, name: str, value: Any) -> None:
         if name in numbers:

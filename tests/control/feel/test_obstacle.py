@@ -81,20 +81,20 @@ def test_steps_are_higher_by_half_the_height_between_the_feet():
     foot, stage = np.zeros((6, 3)), Stage()
     foot[0, 2], foot[3, 2] = 0.01, -0.01
     stage.write(foot)
-    assert stage.write(foot).step[0] == pytest.approx(STEP + 0.01)
+    assert stage.write(foot).step_height == pytest.approx(STEP + 0.01)
     foot[0, 2] = 0.2
-    assert stage.write(foot).step[0] == pytest.approx(2 * STEP)
+    assert stage.write(foot).step_height == pytest.approx(2 * STEP)
     stage.reference.step_height = 0.05
-    assert stage.write(np.zeros((6, 3))).step[0] == pytest.approx(0.05)
+    assert stage.write(np.zeros((6, 3))).step_height == pytest.approx(0.05)
 
 
 def test_the_body_is_higher_by_half_the_height_between_the_feet():
     """Of 50 mm at most."""
     foot = np.zeros((6, 3))
     foot[0, 2], foot[3, 2] = 0.01, -0.01
-    assert Stage().write(foot).correction[2] == pytest.approx(0.01)
+    assert Stage().write(foot).pose_correction[2] == pytest.approx(0.01)
     foot[0, 2] = 0.2
-    assert Stage().write(foot).correction[2] == pytest.approx(0.025)
+    assert Stage().write(foot).pose_correction[2] == pytest.approx(0.025)
 
 
 def test_feet_of_soft_legs_on_level_ground_change_neither_step_nor_body():
@@ -129,7 +129,7 @@ def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
 def test_an_obstacle_is_told_once():
     """At the update of a new hit, not at those after it; and the ground is looked for above it."""
     foot, stage = np.zeros((6, 3)), Stage()
-    assert (stage.write(foot, 1.0).touch == Contact.OBSTACLE).all()
+    assert (stage.write(foot, 1.0).contact == Contact.OBSTACLE).all()
     reference = stage.write(foot, 1.0)
     assert (reference.contact == 1).all()
     np.testing.assert_allclose(reference.touchdown_height, 0.02)

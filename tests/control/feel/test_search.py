@@ -119,7 +119,7 @@ def test_turning_on_the_spot_a_foot_looks_along_its_own_way():
     while not (state.search_stage == 1).any():
         walker.step()
     leg = int(np.argmax(state.search_stage == 1))
-    look, first = state.sought[:2, leg, :2]
+    look, first = state.search_goal[leg, :2], state.missed_foothold[leg, :2]
     to_foot = first - state.path[:2]
     way = np.array([-to_foot[1], to_foot[0]]) / np.linalg.norm(to_foot)
     np.testing.assert_allclose(look - first, FAR * way, atol=1e-12)

@@ -75,7 +75,7 @@ def test_a_standing_foot_that_feels_the_air_goes_down_until_it_feels_the_ground(
     assert low < -0.003
     reference.contact[leg] = 1
     for _ in range(40):
-        if walker.step().leg[leg] != LegPhase.STANCE:
+        if walker.step().leg_phase[leg] != LegPhase.STANCE:
             break
         assert state.foot[leg, 2] > low - 0.0051
 

@@ -37,8 +37,8 @@ def test_odom_turns_upright_and_no_joint_moves():
     level = np.concatenate([lean, np.zeros(6)])
     stood = np.column_stack([state.foot, np.ones(6)])
     # Places where feet look for ground, beside them.
-    state.sought[:] = np.add(state.foot, [0.06, 0.0, 0.0])
-    looks = (state.sought - state.body_position) @ state.R_odom_body
+    state.search_goal[:] = np.add(state.foot, [0.06, 0.0, 0.0])
+    looks = (state.search_goal - state.body_position) @ state.R_odom_body
     planes = np.array([[0.01, 0.1, -0.2, state.path[0], state.path[1]]] * 3)
     turned = np.repeat(state.R_odom_body[None], 2, axis=0)
     up_body = state.R_odom_body.T @ lean
@@ -55,7 +55,7 @@ def test_odom_turns_upright_and_no_joint_moves():
     np.testing.assert_allclose(turned[0], state.R_odom_body, atol=1e-12)
     np.testing.assert_allclose(stood[:, :3], state.foot, atol=1e-12)
     np.testing.assert_allclose(
-        (state.sought - state.body_position) @ state.R_odom_body, looks, atol=1e-12
+        (state.search_goal - state.body_position) @ state.R_odom_body, looks, atol=1e-12
     )
     np.testing.assert_allclose(
         state.ground_filter[3, 0] + state.ground_filter[3, 1:] @ state.path[:2], height, atol=1e-12

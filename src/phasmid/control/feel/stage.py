@@ -73,7 +73,7 @@ class FeelStage:
 
         Args:
             observation: What the sensors told.
-            memory: The engine's: where it is, at its last update, and its reference, which is changed.
+            memory: State of the engine, and its reference, which is changed.
 
         Returns:
             What is new of the sensors, a sentence each.
