@@ -18,7 +18,7 @@ STANDS :=
 endif
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test lint reference bench fuzz bad-input stress lock clean
+.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test shapes lint reference bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -70,9 +70,18 @@ film: $(DEVELOP) ## film two cycles of the paper's walk anew: docs/images/walk.g
 	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \
 		--video docs/images/walk.gif
 
-test: lint ## run every check, the tests last
-	@echo "== tests"
-	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal $(ARGS)
+PYTEST = "$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal
+
+# The linters run beside the tests; what they print is shown if they fail.
+test: $(DEVELOP) ## run every check, the linters beside the tests
+	@echo "== tests, with style, types and layers"
+	@$(MAKE) --no-print-directory lint >"$(VENV)/lint.log" 2>&1 & lint=$$!; \
+	$(PYTEST) $(ARGS); status=$$?; \
+	wait $$lint || { cat "$(VENV)/lint.log" >&2; status=1; }; \
+	exit $$status
+
+shapes: $(DEVELOP) ## run the tests with array shapes and types checked at run time
+	@$(PYTEST) --shapes $(ARGS)
 
 lint: $(DEVELOP) ## check style, types and layers
 	@echo "== lint"
