@@ -17,6 +17,10 @@ STANDS :=
 .PHONY: $(READY)
 endif
 
+# Many containers set this. Without kept bytecode each start of Python compiles its imports: a
+# command takes twice as long, and the tests start hundreds of them.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test shapes lint reference bench fuzz bad-input stress lock clean
 
