@@ -76,10 +76,14 @@ film: $(DEVELOP) ## film two cycles of the paper's walk anew: docs/images/walk.g
 
 PYTEST = "$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal
 
-# The linters run beside the tests; what they print is shown if they fail.
+LINT = echo "== lint" && "$(BIN)/ruff" check . && "$(BIN)/ruff" format --check . && \
+	echo "== types" && "$(BIN)/mypy" --no-error-summary && \
+	echo "== layers" && "$(BIN)/lint-imports" --no-logo
+
+# What the linters print is shown if they fail.
 test: $(DEVELOP) ## run every check, the linters beside the tests
-	@echo "== tests, with style, types and layers"
-	@$(MAKE) --no-print-directory lint >"$(VENV)/lint.log" 2>&1 & lint=$$!; \
+	@echo "== tests, lint, types and layers"
+	@{ $(LINT); } >"$(VENV)/lint.log" 2>&1 & lint=$$!; \
 	$(PYTEST) $(ARGS); status=$$?; \
 	wait $$lint || { cat "$(VENV)/lint.log" >&2; status=1; }; \
 	exit $$status
@@ -88,13 +92,7 @@ shapes: $(DEVELOP) ## run the tests with array shapes and types checked at run t
 	@$(PYTEST) --shapes $(ARGS)
 
 lint: $(DEVELOP) ## check style, types and layers
-	@echo "== lint"
-	@"$(BIN)/ruff" check .
-	@"$(BIN)/ruff" format --check .
-	@echo "== types"
-	@"$(BIN)/mypy" --no-error-summary
-	@echo "== layers"
-	@"$(BIN)/lint-imports" --no-logo
+	@$(LINT)
 
 reference: $(DEVELOP) ## compare 45 runs with their reference figures (ARGS=--write: write them anew)
 	@"$(BIN)/python" benchmarks/reference_runs.py $(ARGS)
