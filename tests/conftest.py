@@ -22,7 +22,7 @@ def pytest_addoption(parser):
     parser.addoption(
         "--shapes",
         action="store_true",
-        help="check array shapes and argument types at run time; doubles the time",
+        help="check array shapes and argument types at run time, which takes longer",
     )
 
 
