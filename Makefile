@@ -17,8 +17,12 @@ STANDS :=
 .PHONY: $(READY)
 endif
 
+# Many containers set this. Without kept bytecode each start of Python compiles its imports: a
+# command takes twice as long, and the tests start hundreds of them.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test lint reference bench fuzz bad-input stress lock clean
+.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test shapes lint reference bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -70,18 +74,25 @@ film: $(DEVELOP) ## film two cycles of the paper's walk anew: docs/images/walk.g
 	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \
 		--video docs/images/walk.gif
 
-test: lint ## run every check, the tests last
-	@echo "== tests"
-	@"$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal $(ARGS)
+PYTEST = "$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal
+
+LINT = echo "== lint" && "$(BIN)/ruff" check . && "$(BIN)/ruff" format --check . && \
+	echo "== types" && "$(BIN)/mypy" --no-error-summary && \
+	echo "== layers" && "$(BIN)/lint-imports" --no-logo
+
+# What the linters print is shown if they fail.
+test: $(DEVELOP) ## run every check, the linters beside the tests
+	@echo "== tests, lint, types and layers"
+	@{ $(LINT); } >"$(VENV)/lint.log" 2>&1 & lint=$$!; \
+	$(PYTEST) $(ARGS); status=$$?; \
+	wait $$lint || { cat "$(VENV)/lint.log" >&2; status=1; }; \
+	exit $$status
+
+shapes: $(DEVELOP) ## run the tests with array shapes and types checked at run time
+	@$(PYTEST) --shapes $(ARGS)
 
 lint: $(DEVELOP) ## check style, types and layers
-	@echo "== lint"
-	@"$(BIN)/ruff" check .
-	@"$(BIN)/ruff" format --check .
-	@echo "== types"
-	@"$(BIN)/mypy" --no-error-summary
-	@echo "== layers"
-	@"$(BIN)/lint-imports" --no-logo
+	@$(LINT)
 
 reference: $(DEVELOP) ## compare 45 runs with their reference figures (ARGS=--write: write them anew)
 	@"$(BIN)/python" benchmarks/reference_runs.py $(ARGS)

@@ -1,4 +1,4 @@
-"""Shapes and types are checked at run time in all tests; hypothesis draws the same each time."""
+"""Settings of all tests: hypothesis draws the same each time; shapes are checked on request."""
 
 import os
 import signal
@@ -6,8 +6,6 @@ import signal
 import pytest
 from hypothesis import settings
 from jaxtyping import install_import_hook
-
-install_import_hook("phasmid", "type_checker.check")
 
 # Whoever starts the tests in the background lets them ignore Ctrl-C, which some of them are about.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -17,6 +15,21 @@ os.environ["PHASMID_PROCESSES"] = "1"
 
 settings.register_profile("phasmid", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("phasmid")
+
+
+def pytest_addoption(parser):
+    """Add the option of `make shapes`."""
+    parser.addoption(
+        "--shapes",
+        action="store_true",
+        help="check array shapes and argument types at run time, which takes longer",
+    )
+
+
+def pytest_configure(config):
+    """Install the checks before the first test module imports phasmid."""
+    if config.getoption("--shapes"):
+        install_import_hook("phasmid", "type_checker.check")
 
 
 @pytest.fixture(scope="session")

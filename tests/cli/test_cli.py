@@ -704,7 +704,7 @@ def test_hostile_names_drive_no_terminal_W11(here, capsys):
         ["check", "robot.toml", "--json"],
         ["check", "scenario.toml"],
         ["check", "scenario.toml", "--voltage", "9"],
-        ["walk", "scenario.toml", "--voltage", "9", "--out", "a"],
+        ["walk", "scenario.toml", "--voltage", "9", "--out", "a", "--no-figures"],
         ["report", "a", "--out", "b"],
         ["replay", "a"],
         ["plot", "a", "gait-diagram"],

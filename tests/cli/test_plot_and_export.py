@@ -2,6 +2,7 @@
 
 import csv
 import os
+import shutil
 import sys
 import xml.etree.ElementTree as ET
 
@@ -21,12 +22,19 @@ def run():
     return simulate(scenario, plan(scenario))
 
 
+@pytest.fixture(scope="module")
+def results(run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("results")
+    report(run, folder / "results/a", figures=False)
+    save_recording(run, folder / "b.nc")
+    return folder
+
+
 @pytest.fixture
-def here(run, tmp_path, monkeypatch):
+def here(results, tmp_path, monkeypatch):
     """A folder with two runs: ``results/a`` and ``b.nc``."""
+    shutil.copytree(results, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    report(run, "results/a", figures=False)
-    save_recording(run, "b.nc")
     return tmp_path
 
 
