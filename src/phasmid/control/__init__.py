@@ -3,6 +3,7 @@
 from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.control.controller import Controller
 from phasmid.control.engine import LocomotionEngine
+from phasmid.control.limiting_constraint import VelocityLimit
 from phasmid.control.observation import Observation
 from phasmid.control.player import Player
 from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
@@ -11,7 +12,6 @@ from phasmid.control.script import CommandScript, load_script, script_from_text
 from phasmid.control.sequences import Sequencer, SequenceSettings
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
-from phasmid.control.verdict import Limit
 
 __all__ = [
     "Command",
@@ -21,7 +21,7 @@ __all__ = [
     "SafetyMonitor",
     "JointTargets",
     "LegCommand",
-    "Limit",
+    "VelocityLimit",
     "LocomotionEngine",
     "Mode",
     "Observation",

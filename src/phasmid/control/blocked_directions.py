@@ -1,4 +1,4 @@
-"""Ways on which feet have found no ground, as at the edge of a table."""
+"""Directions in which feet have found no ground, as at the edge of a table."""
 
 from __future__ import annotations
 
@@ -9,67 +9,57 @@ from jaxtyping import Float
 
 from phasmid.control.types import SearchStage, State
 
-SAME_WAY = 0.5
-"""Cosine of the angle up to which a foot's way is that on which there was no ground."""
-
-UNKNOWN = -1
-"""No number of a leg."""
+SAME_DIRECTION = 0.5
+"""Cosine of the angle up to which two directions count as the same."""
 
 
-class Edge:
-    """Where a robot goes no farther, since feet have come back from there.
+class BlockedDirections:
+    """Directions that the robot does not walk in, since feet have returned from there.
 
     Args:
-        state: Where the engine is.
+        state: State of the engine.
     """
 
     def __init__(self, state: State) -> None:
         self._state = state
-        self.forget()
+        self.clear()
 
-    def forget(self) -> None:
-        """Forget all."""
-        self._ways: dict[int, np.ndarray] = {}
-        self._seen, self._back = 0, np.zeros(self._state.leg_count, dtype=bool)
+    def clear(self) -> None:
+        """Unblock all directions."""
+        self._directions: dict[int, np.ndarray] = {}
+        self._changes, self._returned = 0, np.zeros(self._state.leg_count, dtype=bool)
 
-    def is_found(self) -> bool:
-        """Whether a foot has come back since this was asked last; its way is then closed."""
-        if int(self._state.clock.search_changes) == self._seen:
+    def update(self) -> bool:
+        """Block the directions of feet that have returned; True if there is a new one."""
+        state = self._state
+        if state.clock.search_changes == self._changes:
             return False
-        self._seen = int(self._state.clock.search_changes)
-        back = self._state.search_stage == SearchStage.RETURNED
-        new, self._back = back & ~self._back, back
+        self._changes = state.clock.search_changes
+        returned = state.search_stage == SearchStage.RETURNED
+        new, self._returned = returned & ~self._returned, returned
         for leg in np.flatnonzero(new):
-            way = (self._state.missed_foothold - self._state.last_foothold)[leg, :2]
-            size = math.hypot(*way)
-            if size > 0:
-                self._ways[int(leg)] = way / size
+            direction = (state.missed_foothold - state.last_foothold)[leg, :2]
+            length = math.hypot(*direction)
+            if length > 0:
+                self._directions[int(leg)] = direction / length
         return bool(new.any())
 
-    def closed_by(self, velocity: Float[np.ndarray, "3"]) -> int:
-        """The leg whose foot would go where it has found no ground; `UNKNOWN`: none.
+    def blocking_leg(self, velocity: Float[np.ndarray, "3"]) -> int | None:
+        """Return the leg whose foot would go in a blocked direction; None for none.
 
-        A velocity that leads elsewhere opens all ways again: the ground there may be another.
+        A velocity in another direction unblocks all: the ground there may be different.
 
         Args:
-            velocity: Of the body, ahead, left [m/s] and turn [rad/s], shape (3,).
+            velocity: Velocity of the body, vx, vy [m/s] and wz [rad/s], shape (3,).
         """
-        for leg, closed in self._ways.items():
-            way = self._way_of(leg, velocity)
-            if way @ closed > SAME_WAY * math.hypot(*way):
-                return leg
-        if np.any(velocity):
-            self._ways.clear()
-        return UNKNOWN
-
-    def _way_of(self, leg: int, velocity: Float[np.ndarray, "3"]) -> Float[np.ndarray, "2"]:
-        """The velocity in odom at which the body takes a place along where a foot found none."""
         x, y, heading = self._state.path
         c, s = math.cos(heading), math.sin(heading)
-        there = self._state.missed_foothold[leg]
-        return np.array(
-            [
-                c * velocity[0] - s * velocity[1] - velocity[2] * (there[1] - y),
-                s * velocity[0] + c * velocity[1] + velocity[2] * (there[0] - x),
-            ]
-        )
+        vx, vy, wz = velocity
+        for leg, blocked in self._directions.items():
+            px, py, _ = self._state.missed_foothold[leg]
+            v = np.array([c * vx - s * vy - wz * (py - y), s * vx + c * vy + wz * (px - x)])
+            if v @ blocked > SAME_DIRECTION * math.hypot(*v):
+                return leg
+        if np.any(velocity):
+            self._directions.clear()
+        return None

@@ -1,4 +1,4 @@
-"""How low the trunk may go: a pose must not lay it on the ground."""
+"""Clearance of the trunk: a pose must not lay it on the ground."""
 
 from __future__ import annotations
 
@@ -10,51 +10,53 @@ from jaxtyping import Float
 from phasmid.robot import Robot
 
 CLEARANCE = 0.02
-"""Least height of the underside over the plane of the feet; soft joints take a part of it [m]."""
+"""Least height of the underside over the plane of the feet; soft joints take part of it [m]."""
 
-LOOKS = 12
-"""How often the part of a pose is halved that can be had."""
+BISECTIONS = 12
+"""Steps in which the feasible part of a pose is found."""
 
 
-class Belly:
-    """The trunk's underside.
+class BodyClearance:
+    """Clearance of a trunk over the plane of the feet.
 
     Args:
         robot: The robot.
-        height: Of the body's origin over the feet in its neutral pose [m].
+        height: Height of the body's origin over the feet in its neutral pose [m].
     """
 
     def __init__(self, robot: Robot, height: float) -> None:
         self._half = tuple(float(size) / 2 for size in robot.body.size)
         self._height = height
 
-    def lowest(self, pose: Float[np.ndarray, "6"]) -> float:
-        """Height of its lowest corner over the plane of the feet [m].
+    def clearance(self, pose: Float[np.ndarray, "6"]) -> float:
+        """Return the height of the trunk's lowest corner over the plane of the feet [m].
 
         Args:
-            pose: Of the body beside its path and its neutral height [m, rad], shape (6,).
+            pose: Pose relative to the path and the neutral height [m, rad], shape (6,).
         """
         roll, pitch = float(pose[3]), float(pose[4])
         length, width, height = self._half
-        # By how much each half of the box reaches down: its sides along the world's vertical.
+        # Extents of the box along the vertical.
         down = length * abs(math.sin(pitch)) + width * abs(math.cos(pitch) * math.sin(roll))
         down += height * math.cos(pitch) * math.cos(roll)
         return self._height + float(pose[2]) - down
 
-    def share(self, base: Float[np.ndarray, "6"], pose: Float[np.ndarray, "6"]) -> float:
-        """Part of a pose at which it stays as high as it must be, or as it is without.
+    def feasible_pose_scale(
+        self, base: Float[np.ndarray, "6"], pose: Float[np.ndarray, "6"]
+    ) -> float:
+        """Return the part of a pose that keeps the clearance, or that of the base if it is less.
 
         Args:
-            base: Of which nothing is taken away, shape (6,).
-            pose: What is added to it, shape (6,).
+            base: Pose that is not scaled, shape (6,).
+            pose: Pose that is added to it, shape (6,).
         """
-        least = min(CLEARANCE, self.lowest(base))
-        if self.lowest(base + pose) >= least:
+        least = min(CLEARANCE, self.clearance(base))
+        if self.clearance(base + pose) >= least:
             return 1.0
         low, high = 0.0, 1.0
-        for _ in range(LOOKS):
+        for _ in range(BISECTIONS):
             middle = (low + high) / 2
-            if self.lowest(base + middle * pose) >= least:
+            if self.clearance(base + middle * pose) >= least:
                 low = middle
             else:
                 high = middle

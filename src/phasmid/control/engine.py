@@ -10,11 +10,12 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_type
-from phasmid.control.blocked_directions import UNKNOWN, Edge
-from phasmid.control.body_clearance import Belly
-from phasmid.control.catching import come_down
+from phasmid.control.blocked_directions import BlockedDirections
+from phasmid.control.body_clearance import BodyClearance
 from phasmid.control.command import Command
-from phasmid.control.event_log import Remarks
+from phasmid.control.event_log import EventLog
+from phasmid.control.landing import land_swing_legs
+from phasmid.control.limiting_constraint import VelocityLimit, limiting_constraint
 from phasmid.control.memory import Memory, clear, new_reference
 from phasmid.control.observation import Observation
 from phasmid.control.pattern import Pattern
@@ -22,7 +23,6 @@ from phasmid.control.records import MAX_LEGS, record_behind
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 from phasmid.control.types import LegPhase, Reference, State, model_of, parameters_of
-from phasmid.control.verdict import Limit, limiting_constraint
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
 from phasmid.kinematics import body_from_hip, foot_position
@@ -83,7 +83,7 @@ class LocomotionEngine:
         # Lazy import: numba takes 0.6 s.
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
-        from phasmid.control.regions import Regions
+        from phasmid.control.foothold_region import FootholdRegions
 
         self._update, self._limits = update, velocity_limits
         self.robot = robot
@@ -99,14 +99,14 @@ class LocomotionEngine:
         self.reference: Reference = memory.reference
         self._next_reference = memory.next_reference
         self._verdict = np.zeros(4)
-        self._remarks = Remarks(self.state, robot.leg_names)
-        self._edge = Edge(self.state)
+        self._log = EventLog(self.state, robot.leg_names)
+        self._blocked = BlockedDirections(self.state)
         self._pattern = Pattern(robot, settings, self._model)
         self.gait = self._pattern.gait
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
-        self._belly = Belly(robot, self._model.height)
-        self._regions = Regions(memory.models[0])
+        self._clearance = BodyClearance(robot, self._model.height)
+        self._regions = FootholdRegions(memory.models[0])
         self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
             self.feed_forward = FeedForward(robot, settings.feed_forward, settings.update_period)
@@ -150,7 +150,7 @@ class LocomotionEngine:
             self._take(command)
         if self.feel is not None and self._feels:
             for sentence in self.feel.update(observation, self.memory):
-                self._remarks.events.append((float(self.state.clock.time), sentence))
+                self._log.events.append((float(self.state.clock.time), sentence))
         if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
             self.applied_scale = self.feed_forward.velocity_scale
             self.reference.velocity[:] = self._next_reference.velocity[:] = (
@@ -166,24 +166,24 @@ class LocomotionEngine:
         )
         changed = self._changing and not self.reference.gait_pending
         rests = bool(self.state.clock.gait_running == 0)
-        if changed or self._resting != rests or self._edge.is_found():
+        if changed or self._resting != rests or self._blocked.update():
             # What was admitted regarded the old gait too, or a way that is closed now.
             self._take(command)
         state, torque, remark = self.state, None, ""
         if self.feed_forward is not None:
             torque = self.feed_forward.update(memory)
             remark = self.feed_forward.limit_reason
-        self._remarks.of_update(code, remark)
+        self._log.add_update(code, remark)
         return JointTargets(state.q.copy(), state.clock.time_scale * state.qd, torque)
 
     @property
     def events(self) -> list[tuple[float, str]]:
         """What was said since it was asked last: times [s] and sentences."""
-        return self._remarks.events
+        return self._log.events
 
     def take_events(self) -> list[tuple[float, str]]:
         """What was said since it was asked last; it is forgotten, so that no memory grows."""
-        told, self._remarks.events = self._remarks.events, []
+        told, self._log.events = self._log.events, []
         return told
 
     def largest_velocity(
@@ -195,7 +195,7 @@ class LocomotionEngine:
         step_height: float | None = None,
         pose: tuple[float, ...] = (0.0,) * 6,
         lost_legs: frozenset[int] = frozenset(),
-    ) -> Limit:
+    ) -> VelocityLimit:
         """The largest velocity in a direction at which the robot walks steadily.
 
         Args:
@@ -227,7 +227,7 @@ class LocomotionEngine:
         unit = velocity / size
         share = self._share(reference, unit, 100.0)
         vx, vy, wz = (float(x) for x in unit * share)
-        return Limit((vx, vy, wz), *limiting_constraint(self._verdict, self.robot))
+        return VelocityLimit((vx, vy, wz), *limiting_constraint(self._verdict, self.robot))
 
     def telemetry(self) -> dict[str, Any]:
         """Numbers of the last update by channel name, to be recorded."""
@@ -294,7 +294,7 @@ class LocomotionEngine:
 
     def catch(self) -> None:
         """Let all feet that swing come down from where they are, at once and without a jump."""
-        come_down(self.state, self.reference, self.settings.landing_depth)
+        land_swing_legs(self.state, self.reference, self.settings.landing_depth)
 
     @property
     def is_standing(self) -> bool:
@@ -306,7 +306,7 @@ class LocomotionEngine:
     @property
     def is_lame(self) -> bool:
         """Whether the legs that are left cannot walk, so that it stands as it did."""
-        return self._remarks.goes_on("lame")
+        return self._log.is_active("lame")
 
     # The rest
 
@@ -325,8 +325,8 @@ class LocomotionEngine:
         self._resting, self._changing = True, False
         if self.feed_forward is not None:
             self.feed_forward.reset()
-        self._remarks.forget()
-        self._edge.forget()
+        self._log.clear()
+        self._blocked.clear()
         # What the robot can feel is known by its first observation.
         self._feels = False
         for reference in (self.reference, self._next_reference):
@@ -348,11 +348,11 @@ class LocomotionEngine:
             if not command.lost_legs:
                 raise
             # Robots that cannot walk any more stand as they did.
-            self._remarks.tell("lame", True, f"stands: {error.what}")
+            self._log.set("lame", True, f"stands: {error.what}")
             self._asked = command.velocity
             reference.velocity[:] = next_reference.velocity[:] = 0.0
             return
-        self._remarks.tell("lame", False, "")
+        self._log.set("lame", False, "")
         height = command.step_height
         reference.step_height = next_reference.step_height = (
             self.settings.step_height if height is None else height
@@ -372,10 +372,11 @@ class LocomotionEngine:
         asked = np.array(command.velocity, dtype=float)
         self._asked = command.velocity
         share = 1.0
-        stopped_by = self._edge.closed_by(asked)
-        stops, leg = stopped_by != UNKNOWN, self.robot.leg_names[stopped_by]
-        self._remarks.tell("edge", stops, f"goes no farther: leg {leg} finds no ground there")
-        if stops:
+        blocking = self._blocked.blocking_leg(asked)
+        leg = self.robot.leg_names[blocking or 0]
+        sentence = f"goes no farther: leg {leg} finds no ground there"
+        self._log.set("edge", blocking is not None, sentence)
+        if blocking is not None:
             share = 0.0
         elif asked.any():
             share = self._share(next_reference, asked, 1.0)
@@ -385,7 +386,7 @@ class LocomotionEngine:
                 if before < share:
                     # What is left of the gait, or of the step, that is being given up.
                     share, reason = before, limiting_constraint(self._verdict, self.robot)[0]
-            self._remarks.tell(
+            self._log.set(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
         reference.velocity[:] = next_reference.velocity[:] = self.feasible_velocity[:] = (
@@ -412,12 +413,10 @@ class LocomotionEngine:
                 )
             )
             reason = limiting_constraint(self._verdict, self.robot)[0]
-            above = self._belly.share(base, pose)
+            above = self._clearance.feasible_pose_scale(base, pose)
             if above < share:
                 share, reason = above, "the trunk would come too near to the ground"
-            self._remarks.tell(
-                "posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}"
-            )
+            self._log.set("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.reference.pose[:] = next_reference.pose[:] = base + share * pose
 
     def _share(self, reference: Reference, velocity: np.ndarray, most: float) -> float:

@@ -1,4 +1,4 @@
-"""What the locomotion engine says of its updates."""
+"""Events of the locomotion engine: sentences on what begins during its updates."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from phasmid.control.types import SearchStage, State
 
-PATIENT = 0.25
-"""A lift that waits for longer is worth a sentence [s]."""
+LONG_WAIT = 0.25
+"""Waiting time of a lift from which on it is an event [s]."""
 
-NOTHING = 0, False, False, "", 0
-"""What is new of an update of which nothing is to be said."""
+UNEVENTFUL = 0, False, False, "", 0
+"""Flags of an update without events."""
 
 
-class Remarks:
-    """Sentences, each once for as long as what it tells goes on.
+class EventLog:
+    """Events, each once for as long as its cause lasts.
 
     Args:
-        state: Where the engine is.
-        names: Of the legs.
+        state: State of the engine.
+        names: Names of the legs.
 
     Attributes:
         events: Times [s] and sentences.
@@ -26,74 +26,63 @@ class Remarks:
 
     def __init__(self, state: State, names: tuple[str, ...]) -> None:
         self._state, self._names = state, names
-        self.forget()
+        self.clear()
 
-    def forget(self) -> None:
-        """Forget all that was said."""
+    def clear(self) -> None:
+        """Forget all events."""
         self.events: list[tuple[float, str]] = []
-        self._said: set[str] = set()
-        self._news: tuple[int, bool, bool, str, int] = NOTHING
+        self._active: set[str] = set()
+        self._flags: tuple[int, bool, bool, str, int] = UNEVENTFUL
 
-    def tell(self, kind: str, is_so: bool | np.bool_, sentence: str) -> None:
-        """Say something that is so, unless it has been so since it was said.
-
-        Args:
-            kind: A word for it.
-            is_so: Whether it is so now.
-            sentence: What is said.
-        """
-        if not is_so:
-            self._said.discard(kind)
-        elif kind not in self._said:
-            self._said.add(kind)
-            self.events.append((float(self._state.clock.time), sentence))
-
-    def goes_on(self, kind: str) -> bool:
-        """Whether something that was said is still so.
+    def set(self, cause: str, active: bool | np.bool_, sentence: str) -> None:
+        """Set whether a cause is active; add an event where it begins.
 
         Args:
-            kind: The word for it.
+            cause: Name of the cause.
+            active: Whether it is active now.
+            sentence: Text of the event.
         """
-        return kind in self._said
+        if not active:
+            self._active.discard(cause)
+        elif cause not in self._active:
+            self._active.add(cause)
+            self.events.append((self._state.clock.time, sentence))
 
-    def _news_of(self, code: int, effort: str) -> tuple[int, bool, bool, str, int]:
-        """What there would be to say of an update."""
-        clock = self._state.clock
-        waits = bool(clock.lift_wait > PATIENT)
-        hindered = waits and bool(clock.pose_hinders == 1)
-        return code, waits, hindered, effort, int(clock.search_changes)
+    def is_active(self, cause: str) -> bool:
+        """Return whether a cause is active."""
+        return cause in self._active
 
-    def of_update(self, code: int, effort: str) -> None:
-        """Say what is new of an update.
+    def add_update(self, result: int, limit_reason: str) -> None:
+        """Add the events of an update.
 
         Args:
-            code: What became of it, see `phasmid.control.update.update`.
-            effort: Why ground or servos cannot give the motion; empty where they can.
+            result: Result of `phasmid.control.update.advance_engine`.
+            limit_reason: Limit of ground or servos that the motion exceeds; empty where none.
         """
-        state, news = self._state, self._news_of(code, effort)
-        _, waits, back, _, looks = news
-        if news == self._news:
+        state, clock = self._state, self._state.clock
+        waits = clock.lift_wait > LONG_WAIT
+        hindered = waits and clock.pose_hinders == 1
+        flags = result, waits, hindered, limit_reason, clock.search_changes
+        if flags == self._flags:
             return
-        looked = looks != self._news[-1]
-        self._news = news
-        self.tell("slowed", code == 1, "slowed down: a joint would turn too fast")
-        self.tell("braked", code == 2, "braked: a leg could not follow, or feet would not hold it")
-        self.tell("held", code == 3, "held all: a leg could not follow")
-        self.tell("back", back, "a lift waits: the body comes back from a farther pose")
-        # What waits for a foot that looks for ground is told below.
-        weak = (
-            waits
-            and not back
-            and not ((state.search_stage > 0) & (state.search_stage < SearchStage.RETURNED)).any()
-        )
-        self.tell("waits", weak, "a lift waits: the feet that stay would not hold the robot")
-        self.tell("effort", bool(effort), f"slows down: {effort.rstrip('.')}")
-        if not looked:
+        searched = clock.search_changes != self._flags[-1]
+        self._flags = flags
+        self.set("slowed", result == 1, "slowed down: a joint would turn too fast")
+        self.set("braked", result == 2, "braked: a leg could not follow, or feet would not hold it")
+        self.set("held", result == 3, "held all: a leg could not follow")
+        self.set("back", hindered, "a lift waits: the body comes back from a farther pose")
+        stage = state.search_stage
+        searching = ((stage > SearchStage.NONE) & (stage < SearchStage.RETURNED)).any()
+        weak = waits and not hindered and not searching
+        self.set("waits", weak, "a lift waits: the feet that stay would not hold the robot")
+        self.set("effort", bool(limit_reason), f"slows down: {limit_reason.rstrip('.')}")
+        if not searched:
             return
-        for name, count in zip(self._names, state.search_stage, strict=True):
-            told = f"leg {name} finds no ground: it looks elsewhere"
-            self.tell(f"{name} looks", 0 < count < SearchStage.RETURNED, told)
-            told = f"leg {name} finds no ground: it is back where it stood"
-            self.tell(f"{name} returned", count == SearchStage.RETURNED, told)
-            told = f"leg {name} finds no ground: it stands in the air"
-            self.tell(f"{name} stands", count == SearchStage.GAVE_UP, told)
+        for name, now in zip(self._names, stage, strict=True):
+            no_ground = f"leg {name} finds no ground"
+            looks = SearchStage.NONE < now < SearchStage.RETURNED
+            self.set(f"{name} looks", looks, f"{no_ground}: it looks elsewhere")
+            back = now == SearchStage.RETURNED
+            self.set(f"{name} returned", back, f"{no_ground}: it is back where it stood")
+            stands = now == SearchStage.GAVE_UP
+            self.set(f"{name} stands", stands, f"{no_ground}: it stands in the air")

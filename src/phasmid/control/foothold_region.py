@@ -27,6 +27,10 @@ STEPS, NEAR = 8, 1e-4
 tibia, and from the first place that is too far by halving, to this [m]."""
 
 
+CACHED_POSES = 8
+"""Poses whose foothold regions are cached."""
+
+
 @internal
 def joint_limit_margin(
     model: Model, parameters: Parameters, leg: int, p: np.ndarray, q: np.ndarray
@@ -364,3 +368,31 @@ def support_share(
                 room = depth + length * parameters.planned_margin / 2
                 share = min(share, max(room, 0.0) / closing)
     return share
+
+
+class FootholdRegions:
+    """Foothold regions of a robot by the body's pose, cached for the last few poses.
+
+    Args:
+        model: Record of the robot, L legs.
+    """
+
+    def __init__(self, model: np.void) -> None:
+        self._model = model
+        self._cache: dict[tuple[float, ...], np.ndarray] = {}
+
+    def at(self, pose: np.ndarray) -> np.ndarray:
+        """Return half-planes about the neutral feet, as in `State.region`, shape (L, K, 3).
+
+        Args:
+            pose: Pose of the body relative to its path [m, rad], shape (6,).
+        """
+        key = tuple(pose)
+        if key not in self._cache:
+            if len(self._cache) >= CACHED_POSES:
+                self._cache.clear()
+            region = np.zeros((self._model["leg_count"], DIRECTIONS, 3))
+            for leg in range(len(region)):
+                bound_region(self._model, leg, pose, np.zeros(3), region[leg])
+            self._cache[key] = region
+        return self._cache[key]

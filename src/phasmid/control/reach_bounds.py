@@ -75,10 +75,10 @@ def is_within(
 ) -> bool:
     """Whether a leg reaches a place with the margins that its bounds have.
 
-    As `foothold_region.joint_limit_margin` compared with a share, without angles: the distance from the femur's
-    axis tells the knee and the stretch, and an angle is in a range where its cosine, counted from
-    the range's middle, is not less than that of half the range. On the coxa's own axis, where its
-    angle may be any, it is taken to be in its range.
+    As `foothold_region.joint_limit_margin` compared with a share, without angles. The distance from
+    the femur's axis gives knee and stretch. An angle is in a range where its cosine, counted from
+    the middle of the range, is at least that of half the range. On the axis of the coxa, where its
+    angle is undetermined, it counts as in its range.
 
     Args:
         lengths: Of coxa, femur and tibia [m], shape (L, 3).

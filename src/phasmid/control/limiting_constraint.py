@@ -13,7 +13,7 @@ from phasmid.robot import JOINTS, Robot
 
 
 @dataclass(frozen=True, slots=True)
-class Limit:
+class VelocityLimit:
     """The largest velocity in a direction, and what keeps the robot from a larger one.
 
     Attributes:
