@@ -5,7 +5,7 @@ import pytest
 
 from phasmid.control import Command, CommandScript, LegCommand, Posture, load_script
 from phasmid.control.script import script_from_text
-from phasmid.control.waypoints import Follower
+from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 
@@ -81,7 +81,7 @@ def test_places_are_gone_to_one_after_the_other_with_their_headings():
     # A body that does at once what it is told, from a place and a heading of its own.
     places = [{"x": 0.3, "y": 0.0}, {"x": 0.3, "y": 0.2, "heading_deg": 180}, {"x": 0.0, "y": 0.2}]
     script = CommandScript(waypoint=places, follow={"reached_mm": 20, "aligned_deg": 3})
-    follower, pose, way = Follower(script), (1.0, 2.0, 0.5), []
+    follower, pose, way = WaypointFollower(script), (1.0, 2.0, 0.5), []
     for step in range(20_000):
         command = follower.command(0.01 * step, pose)
         if command is None:

@@ -160,7 +160,7 @@ def test_a_leg_by_hand_goes_where_it_is_told_and_comes_back(name):
     asked = np.array([0.3, 0.5, -0.9])
     hand = Command(legs={1: LegCommand(joints=tuple(asked))})
     told = run(sequencer, home, [hand] * 1500)
-    assert sequencer.stage is Stage.BY_HAND
+    assert sequencer.stage is Stage.MANUAL_LEG
     assert np.abs(told.q[-1, 0] - asked).max() < 1e-6
     check_smooth(robot, told, home)
     back = run(sequencer, told.q[-1], [UP] * 1500, begin=False, until=Stage.STANDING)

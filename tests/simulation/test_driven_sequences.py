@@ -123,7 +123,7 @@ def test_by_default_a_leg_is_held_by_hand_while_the_robot_stands_and_is_put_back
     assert json.loads(run.attrs["events"]) == []
     stage, time = run["sequence"].values, run["time"].values
     before = np.searchsorted(time, 3.4)
-    assert stage[before] == Stage.BY_HAND.value
+    assert stage[before] == Stage.MANUAL_LEG.value
     q = run["joint_position"].values[before]
     seen = body_from_hip(ROBOT, foot_position(ROBOT.arrays, q))[0]
     assert np.abs(seen - foot).max() < 5e-3

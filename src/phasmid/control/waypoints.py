@@ -20,7 +20,7 @@ REST = 1.0
 """Time for which it stands at the last place before the drive ends [s]."""
 
 
-class Follower:
+class WaypointFollower:
     """Goes to a script's places, by where the robot is known to be.
 
     Args:

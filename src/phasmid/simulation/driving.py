@@ -26,7 +26,7 @@ from phasmid.control import (
     script_from_text,
 )
 from phasmid.control.sequences import SequenceSettings, packing
-from phasmid.control.waypoints import Follower
+from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
@@ -412,7 +412,7 @@ class _Waypoints:
     """Commands that lead to a script's waypoints, by the true pose."""
 
     def __init__(self, script: CommandScript) -> None:
-        self.script, self.follower = script, Follower(script)
+        self.script, self.follower = script, WaypointFollower(script)
 
     def __call__(
         self, time: float, observation: Observation, pose: tuple[float, float, float]

@@ -35,7 +35,7 @@ WORDS = {
     Sequence.STANDING: "stands",
     Sequence.STOPPING: "stops",
     Sequence.LIFTING: "lifts a leg",
-    Sequence.BY_HAND: "moves a leg by hand",
+    Sequence.MANUAL_LEG: "moves a leg by hand",
     Sequence.GATHERING: "puts its feet in their places",
 }
 """What a robot that does not walk is about."""

@@ -7,7 +7,7 @@ from itertools import pairwise, product
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.sequences.path import JointPath, path_through
+from phasmid.control.sequences.joint_path import JointPath, path_through
 from phasmid.control.sequences.reaching import knees_and_feet
 from phasmid.control.sequences.resting import Resting
 from phasmid.control.sequences.settings import SequenceSettings

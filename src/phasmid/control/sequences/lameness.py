@@ -11,8 +11,8 @@ from jaxtyping import Float
 from phasmid.control.command import Command
 from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
+from phasmid.control.sequences.leg_loss import LegFaultDetector, lifted_leg
 from phasmid.control.sequences.limping import Limping, limping
-from phasmid.control.sequences.lost import LostServos, lifted_leg
 from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.errors import InvalidGait
@@ -29,7 +29,7 @@ class Lameness:
 
     def __init__(self, walker: Controller, robot: Robot, settings: SequenceSettings) -> None:
         self._walker, self._robot, self._settings = walker, robot, settings
-        self._servos = LostServos(robot)
+        self._servos = LegFaultDetector(robot)
         self._limps: dict[tuple[str | Gait, frozenset[int]], Limping] = {}
         self._held: dict[int, Float[np.ndarray, "3"]] = {}
         self._seen: tuple[Command, frozenset[int], Command] | None = None

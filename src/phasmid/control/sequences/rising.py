@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.control.sequences.joint_path import JointPath, path_through
 from phasmid.control.sequences.packed import Packing
-from phasmid.control.sequences.path import JointPath, path_through
 from phasmid.control.sequences.reaching import angles_and_reach, knees_and_feet
 from phasmid.control.sequences.resting import lying
 from phasmid.control.sequences.settings import SequenceSettings

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.sequences.path import JointMotion, JointPath
+from phasmid.control.sequences.joint_path import JointMotion, JointPath
 
 TURNING_TIMES = np.geomspace(0.05, 4.0, 40)
 """Times for turning round that are tried, in shares of the way's own time."""

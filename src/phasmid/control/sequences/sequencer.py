@@ -15,10 +15,10 @@ from phasmid.control.command import Command, Posture
 from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
 from phasmid.control.sequences.folding import folding
-from phasmid.control.sequences.hand import Follower, HandMove, hand_move
+from phasmid.control.sequences.joint_path import JointMotion, path_through
 from phasmid.control.sequences.lameness import Lameness
+from phasmid.control.sequences.manual_leg import ManualLeg, SetpointFilter, plan_manual_leg
 from phasmid.control.sequences.packed import Packing, packing
-from phasmid.control.sequences.path import JointMotion, path_through
 from phasmid.control.sequences.reaching import knees_and_feet
 from phasmid.control.sequences.resting import Resting, resting, upwards
 from phasmid.control.sequences.rising import rising
@@ -105,8 +105,8 @@ class Sequencer:
         self._walked = JointTargets(self._home, 0 * self._home)
         self._route: Route | None = None
         self._goal = Stage.STANDING
-        self._hand: HandMove | None = None
-        self._follower: Follower | None = None
+        self._hand: ManualLeg | None = None
+        self._follower: SetpointFilter | None = None
         self._told: set[str] = set()
         self._heard = 0
         self._time = self._at_rest = 0.0
@@ -177,7 +177,7 @@ class Sequencer:
                 self._get_up(command)
             if self._route is None:
                 return _targets(self._motion)
-        if stage is Stage.BY_HAND:
+        if stage is Stage.MANUAL_LEG:
             self._follow(command, dt)
             return _targets(self._motion)
         self._go(observation, command, dt)
@@ -356,9 +356,9 @@ class Sequencer:
         self._route = None
         if self.stage is Stage.LIFTING:
             if route.forward:
-                self.stage = Stage.BY_HAND
+                self.stage = Stage.MANUAL_LEG
                 speed = self.settings.speed(self.robot)
-                self._follower = Follower(self._motion, speed, self.settings.acceleration)
+                self._follower = SetpointFilter(self._motion, speed, self.settings.acceleration)
                 self._route = route
             else:
                 self._hand = None
@@ -375,7 +375,7 @@ class Sequencer:
         names = " and ".join(self.robot.leg_names[leg] for leg in legs)
         move = None
         if len(legs) == len(numbers) and not set(legs) & set(lost):
-            move = hand_move(self.robot, stance, legs, self.settings, lost)
+            move = plan_manual_leg(self.robot, stance, legs, self.settings, lost)
         if move is None:
             self.stage, self._ignored = Stage.STANDING, numbers
             why = "the other legs would not hold the robot" if names else "there is no such leg"
@@ -383,7 +383,7 @@ class Sequencer:
             return
         self._hand = move
         self._told = set()
-        self._set_out(Route(move.paths), Stage.LIFTING, Stage.BY_HAND)
+        self._set_out(Route(move.paths), Stage.LIFTING, Stage.MANUAL_LEG)
 
     def _follow(self, command: Command, dt: float) -> None:
         hand, follower, route = self._hand, self._follower, self._route

@@ -13,5 +13,5 @@ class Stage(Enum):
     STANDING = 2
     STOPPING = 3
     LIFTING = 4
-    BY_HAND = 5
+    MANUAL_LEG = 5
     GATHERING = 6

@@ -26,7 +26,7 @@ ANGLES = 25
 """Angles of each joint among which a folded pose is looked for."""
 
 
-class LostServos:
+class LegFaultDetector:
     """Notices servos that have shut down or answer no more; what is lost stays so.
 
     Attributes:

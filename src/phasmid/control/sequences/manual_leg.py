@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.command import LegCommand
-from phasmid.control.sequences.path import JointMotion, JointPath, path_through
+from phasmid.control.sequences.joint_path import JointMotion, JointPath, path_through
 from phasmid.control.sequences.reaching import angles_and_reach, knees_and_feet
 from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.control.sequences.stance import KNOTS, Stance, Stepper
@@ -26,7 +26,7 @@ ARRIVED = 1e-7
 """A follower nearer to its target than this is there [rad]."""
 
 
-class Follower:
+class SetpointFilter:
     """Joints that follow targets within their speed and acceleration, twice differentiable.
 
     The target moves on towards what is asked at the largest speed at most, all joints of a leg in
@@ -74,7 +74,7 @@ class Follower:
         return bool(np.abs(self.motion.position - asked).max() < ARRIVED)
 
 
-class HandMove:
+class ManualLeg:
     """Some legs off the ground and the body over the others.
 
     Attributes:
@@ -133,9 +133,9 @@ class HandMove:
         return float((points @ self._R[2] + self._stance.pose[2]).min())
 
 
-def hand_move(
+def plan_manual_leg(
     robot: Robot, stance: Stance, legs: list[int], settings: SequenceSettings, lost: list[int]
-) -> HandMove | None:
+) -> ManualLeg | None:
     """Plan to lift some legs of a standing robot.
 
     The body goes to where the others hold it with the margin whatever the legs in the air do:
@@ -170,5 +170,5 @@ def hand_move(
         plan.paths.append(
             path_through("lifts its leg", q, settings.speed(robot), settings.acceleration)
         )
-        return HandMove(robot, legs, Stance(pose, feet[-1], q[-1]), plan.paths)
+        return ManualLeg(robot, legs, Stance(pose, feet[-1], q[-1]), plan.paths)
     return None

@@ -6,7 +6,7 @@ from phasmid import load_robot
 from phasmid.control import Observation
 from phasmid.control.sequences import SequenceSettings
 from phasmid.control.sequences.lameness import Lameness
-from phasmid.control.sequences.lost import ANSWER_TIME, DOUBT_TIME
+from phasmid.control.sequences.leg_loss import ANSWER_TIME, DOUBT_TIME
 from phasmid.control.sequences.stance import neutral_stance
 from sequence_runs import Still
 
