@@ -1,4 +1,4 @@
-"""What a robot is asked to do."""
+"""Commands for a robot."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
+from typing import Any
 
 from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidInput
@@ -14,7 +15,7 @@ from phasmid.gait import Gait
 
 
 class Posture(Enum):
-    """What the body shall do as a whole; its value says it in words."""
+    """Posture of the whole robot; the value describes it."""
 
     PACKED = "lies on its belly with its legs folded"
     STANDING = "stands"
@@ -23,10 +24,10 @@ class Posture(Enum):
 
 @dataclass(frozen=True, slots=True)
 class LegCommand:
-    """Where one leg is held by hand while the others stand; one of the two is given.
+    """Position of a manual leg: either its foot or its joint angles.
 
     Attributes:
-        foot: The foot in the body frame [m], (x, y, z).
+        foot: Foot in the body frame [m], (x, y, z).
         joints: Joint angles [rad], (coxa, femur, tibia).
     """
 
@@ -41,21 +42,20 @@ class LegCommand:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What the robot shall do from now on; a controller goes there without a jump.
+    """Command for a robot; controllers follow changes smoothly.
 
     Attributes:
-        velocity: Of the body over ground in its own axes: ahead, to the left [m/s], and turn to
-            the left [rad/s].
-        pose: Of the body, beside where it stands or walks: ahead, to the left, up [m], roll,
+        velocity: Of the body over ground in body axes: forward, left [m/s], yaw rate [rad/s].
+        pose: Of the body, relative to that of standing or walking: forward, left, up [m], roll,
             pitch, yaw [rad].
-        posture: What the body does as a whole.
-        gait: Its name, or the gait itself; None: as the controller is set.
-        period: Time of a cycle [s]; None: as the controller is set.
-        step_height: Height to which a foot lifts [m]; None: as the controller is set.
-        legs: Legs that are moved by hand, by number from 1.
-        lost_legs: Numbers of legs that shall not be used: lifted off the ground, or broken.
-        time: When it was given, on the controller's clock [s]; safety follows no old ones. None:
-            it does not grow old.
+        posture: Posture of the whole robot.
+        gait: Name of a gait, or the gait; None: the controller's setting.
+        period: Duration of a cycle [s]; None: the controller's setting.
+        step_height: Height to which a foot lifts [m]; None: the controller's setting.
+        legs: Manual legs, by number from 1.
+        lost_legs: Numbers of legs that are not used: lifted, or broken.
+        time: When the command was given, on the controller's clock [s]; old ones are not followed.
+            None: it does not expire.
     """
 
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -75,17 +75,17 @@ class Command:
         if self.gait is not None:
             check_type("gait", self.gait, (str, Gait), "the name of a gait, or a Gait")
         if self.time is not None:
-            check_number("time", self.time)
-            if not math.isfinite(self.time):
-                raise InvalidInput(f"time is {self.time:g}; it must be a finite number.")
-        for name, least in (("period", 0.0), ("step_height", -math.ulp(0.0))):
-            value = getattr(self, name)
-            if value is None:
-                continue
-            check_number(name, value)
-            if not (math.isfinite(value) and value > least):
-                must = "greater than 0" if name == "period" else "0 or more"
-                raise InvalidInput(f"{name} is {value:g}; it must be a finite number, {must}.")
+            _check_finite("time", self.time)
+        if self.period is not None:
+            _check_finite("period", self.period, above=0.0, must=", greater than 0")
+        if self.step_height is not None:
+            _check_finite("step_height", self.step_height, above=-5e-324, must=", 0 or more")
+
+
+def _check_finite(name: str, value: Any, above: float = -math.inf, must: str = "") -> None:
+    check_number(name, value)
+    if not above < value < math.inf:
+        raise InvalidInput(f"{name} is {value:g}; it must be a finite number{must}.")
 
 
 def _check_numbers(name: str, values: object, count: int) -> None:
@@ -94,6 +94,4 @@ def _check_numbers(name: str, values: object, count: int) -> None:
     if len(values) != count:
         raise InvalidInput(f"{name} has {len(values)} values; it must have {count}.")
     for i, value in enumerate(values):
-        check_number(f"{name}[{i}]", value)
-        if not math.isfinite(value):
-            raise InvalidInput(f"{name}[{i}] is {value:g}; it must be a finite number.")
+        _check_finite(f"{name}[{i}]", value)

@@ -1,4 +1,4 @@
-"""Commands over time, or places to go to one after the other, as a file or a recording has them."""
+"""Scripts of commands over time or of waypoints, in files and recordings."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ import io
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,7 +25,6 @@ from phasmid.tables import (
     AngularVelocity,
     Count,
     Length,
-    Locator,
     Number,
     Table,
     Time,
@@ -38,16 +37,17 @@ from phasmid.tables import (
 from phasmid.toml import parse_toml, read_toml, toml_string
 
 MOST_ENTRIES = 200_000
-"""Most commands of a script."""
+"""Largest number of commands of a script."""
 
 LARGEST_TEXT = 50_000_000
-"""Most bytes of a script in a recording, and of a table of commands."""
+"""Largest script in a recording, and largest table of commands [bytes]."""
 
-POSTURES = {"packed": Posture.PACKED, "standing": Posture.STANDING, "walking": Posture.WALKING}
+ROUND_OFF = 1e-9
+"""Of times [s]."""
 
 
 class GaitEntry(Table):
-    """A gait of one's own; attributes as of `phasmid.Gait`."""
+    """A gait that is not in the library; attributes as of `phasmid.Gait`."""
 
     name: str
     duty_factor: Number
@@ -56,7 +56,7 @@ class GaitEntry(Table):
 
 
 class LegEntry(Table):
-    """A leg that is moved by hand: its number, and its foot [m] in the body frame or its joints."""
+    """A manual leg: its number, and its foot [m] in the body frame or its joint angles [rad]."""
 
     number: Annotated[Count, Ge(1)]
     foot: tuple[Length, Length, Length] | None = None
@@ -64,21 +64,21 @@ class LegEntry(Table):
 
 
 class CommandEntry(Table):
-    """``[[command]]``: what is commanded from a time on; what is absent stays as it was.
+    """``[[command]]``: the command from a time on; absent keys keep their previous values.
 
     Attributes:
-        time: From the beginning of the drive [s].
-        ahead: Velocity of the body over ground, ahead [m/s].
-        left: To the left [m/s].
-        turn: Turn to the left [rad/s].
-        shift: Pose of the body beside where it stands or walks: ahead, to the left, up [m].
-        tilt: Its roll, pitch and yaw [rad].
+        time: Since the beginning of the drive [s].
+        ahead: Forward velocity of the body over ground [m/s].
+        left: Lateral velocity, to the left [m/s].
+        turn: Yaw rate, to the left [rad/s].
+        shift: Displacement of the body: forward, left, up [m].
+        tilt: Roll, pitch and yaw of the body [rad].
         posture: ``packed``, ``standing`` or ``walking``.
         gait: Name of a gait, or a table of one.
-        period: Time of a cycle [s].
+        period: Duration of a cycle [s].
         step_height: Height to which a foot lifts [m].
         lost_legs: Numbers of legs that are not used.
-        legs: Legs that are moved by hand.
+        legs: Manual legs.
     """
 
     time: Annotated[Time, Ge(0), Le(1e6)] = 0.0
@@ -94,36 +94,57 @@ class CommandEntry(Table):
     lost_legs: tuple[Annotated[Count, Ge(1)], ...] | None = None
     legs: tuple[LegEntry, ...] | None = None
 
-    def after(self, before: Command) -> Command:
-        """The command from this time on, of the one before."""
-        v, pose = list(before.velocity), list(before.pose)
-        for i, value in enumerate((self.ahead, self.left, self.turn)):
-            v[i] = v[i] if value is None else value
-        pose[:3] = pose[:3] if self.shift is None else self.shift
-        pose[3:] = pose[3:] if self.tilt is None else self.tilt
-        changes: dict[str, Any] = {"velocity": tuple(v), "pose": tuple(pose)}
-        if self.posture is not None:
-            changes["posture"] = POSTURES[self.posture]
-        if self.gait is not None:
-            own = isinstance(self.gait, GaitEntry)
-            changes["gait"] = Gait(**dict(self.gait)) if own else self.gait  # type: ignore[arg-type]
-        for name in ("period", "step_height"):
+    def after(self, previous: Command) -> Command:
+        """Return the command from this time on, after the previous one."""
+        velocity = zip((self.ahead, self.left, self.turn), previous.velocity, strict=True)
+        changes: dict[str, Any] = {
+            "velocity": tuple(old if new is None else new for new, old in velocity),
+            "pose": (self.shift or previous.pose[:3]) + (self.tilt or previous.pose[3:]),
+        }
+        for name in ("gait", "period", "step_height"):
             if getattr(self, name) is not None:
                 changes[name] = getattr(self, name)
+        if isinstance(self.gait, GaitEntry):
+            changes["gait"] = Gait(**dict(self.gait))
+        if self.posture is not None:
+            changes["posture"] = Posture[self.posture.upper()]
         if self.lost_legs is not None:
             changes["lost_legs"] = frozenset(self.lost_legs)
         if self.legs is not None:
             changes["legs"] = {leg.number: LegCommand(leg.foot, leg.joints) for leg in self.legs}
-        return replace(before, **changes)
+        return replace(previous, **changes)
+
+    @classmethod
+    def of(cls, time: float, command: Command) -> CommandEntry:
+        """Return the entry of a command that is given at a time [s]."""
+        ahead, left, turn = command.velocity
+        gait = command.gait
+        return cls(
+            time=time,
+            ahead=ahead,
+            left=left,
+            turn=turn,
+            shift=command.pose[:3],
+            tilt=command.pose[3:],
+            posture=command.posture.name.lower(),  # type: ignore[arg-type]
+            gait=GaitEntry(**asdict(gait)) if isinstance(gait, Gait) else gait,
+            period=command.period,
+            step_height=command.step_height,
+            lost_legs=tuple(sorted(command.lost_legs)),
+            legs=tuple(
+                LegEntry(number=number, foot=leg.foot, joints=leg.joints)
+                for number, leg in sorted(command.legs.items())
+            ),
+        )
 
 
 class WaypointEntry(Table):
-    """``[[waypoint]]``: a place to go to.
+    """``[[waypoint]]``: a place to walk to, in the frame of the robot at the beginning.
 
     Attributes:
-        x: Ahead of where the drive begins [m].
-        y: To the left of it [m].
-        heading: To which the robot turns there [rad]; absent: as it comes.
+        x: Forward [m].
+        y: To the left [m].
+        heading: Yaw to turn to at the place [rad]; absent: none.
     """
 
     x: Annotated[Length, Ge(-1e4), Le(1e4)]
@@ -132,13 +153,13 @@ class WaypointEntry(Table):
 
 
 class FollowTable(Table):
-    """``[follow]``: how places are gone to.
+    """``[follow]``: how waypoints are followed.
 
     Attributes:
-        speed: Ahead [m/s].
-        turn_speed: Fastest turn [rad/s].
-        reached: Distance at which a place is reached [m].
-        aligned: Error of the heading that is let be [rad].
+        speed: Walking speed [m/s].
+        turn_speed: Largest yaw rate [rad/s].
+        reached: Distance at which a waypoint is reached [m].
+        aligned: Tolerance of its heading [rad].
     """
 
     speed: Annotated[Velocity, Gt(0), Le(10)] = 0.08
@@ -148,21 +169,20 @@ class FollowTable(Table):
 
 
 class CommandScript(Table):
-    """Commands over time, or places to go to.
+    """Commands over time, or waypoints.
 
     Attributes:
         format: Version of this table.
-        between: ``steps``: a command stands until the next; ``linear``: velocity and pose go
-            evenly from one to the next, and all else steps.
-        duration: Time at which the drive ends [s]; absent: nothing ends it but the scenario, or
-            the last place.
-        command: The commands, with increasing times; before the first the robot stands.
-        waypoint: The places.
-        follow: How they are gone to.
+        between: ``steps``: a command holds until the next; ``linear``: velocity and pose are
+            interpolated, everything else steps.
+        duration: End of the drive [s]; absent: that of the scenario, or the last waypoint.
+        command: Commands at increasing times; before the first one the robot stands.
+        waypoint: Waypoints.
+        follow: How they are followed.
 
     Raises:
-        InvalidInput: It has neither or both, or too many, a value is refused, or a time does not
-            increase.
+        InvalidInput: There are no commands and no waypoints, or both; a value is out of range, or
+            a time does not increase.
     """
 
     def __init__(self, **fields: Any) -> None:
@@ -177,7 +197,7 @@ class CommandScript(Table):
     follow: FollowTable = FollowTable()
 
     def model_post_init(self, context: Any) -> None:
-        """Refuse what is no script."""
+        """Validate what concerns several entries."""
         del context
         if bool(self.command) == bool(self.waypoint):
             both = "both commands and waypoints" if self.command else "no command and no waypoint"
@@ -185,43 +205,37 @@ class CommandScript(Table):
                 f"the script has {both}; it must have one of the two.",
                 hint="[[command]] time_s = 0, ahead_mm_per_s = 50",
             )
-        times = [entry.time for entry in self.command]
-        for number, (before, after) in enumerate(pairwise(times), 2):
-            if after <= before:
+        for number, (before, after) in enumerate(pairwise(self.command), 2):
+            if after.time <= before.time:
                 raise InvalidInput(
-                    f"command {number}: time {after:g} s does not follow {before:g} s."
+                    f"command {number}: time {after.time:g} s does not follow {before.time:g} s."
                 )
         for number, entry in enumerate(self.command, 1):
             with located(f"command {number}"):
                 entry.after(Command())
 
     @cached_property
-    def _commands(self) -> tuple[list[float], list[Command]]:
-        """Times, and the whole command from each on."""
-        now, commands = Command(), []
-        for entry in self.command:
-            now = entry.after(now)
-            commands.append(now)
-        return [entry.time for entry in self.command], commands
+    def _commands(self) -> list[Command]:
+        """The whole command from each entry on."""
+        start = Command()
+        return list(accumulate(self.command, lambda now, new: new.after(now), initial=start))[1:]
+
+    @cached_property
+    def _times(self) -> list[float]:
+        return [entry.time for entry in self.command]
 
     def at(self, time: float) -> Command | None:
-        """What is commanded at a time; None after the end.
-
-        Args:
-            time: From the beginning [s].
-        """
-        if self.duration is not None and time > self.duration + 1e-9:
+        """Return the command at a time since the beginning [s]; None after the end."""
+        if self.duration is not None and time > self.duration + ROUND_OFF:
             return None
-        times, commands = self._commands
-        # A step that is due now has come, whatever the last digit of either time says.
-        index = bisect_right(times, time + 1e-9) - 1
+        index = bisect_right(self._times, time + ROUND_OFF) - 1
         if index < 0:
             return Command()
-        now = commands[index]
-        if self.between == "steps" or index + 1 == len(times):
+        now = self._commands[index]
+        if self.between == "steps" or index + 1 == len(self._commands):
             return now
-        following = commands[index + 1]
-        s = (time - times[index]) / (times[index + 1] - times[index])
+        following, (begin, end) = self._commands[index + 1], self._times[index : index + 2]
+        s = (time - begin) / (end - begin)
         velocity, pose = (
             tuple(a + s * (b - a) for a, b in zip(x, y, strict=True))
             for x, y in ((now.velocity, following.velocity), (now.pose, following.pose))
@@ -232,75 +246,38 @@ class CommandScript(Table):
     def of(
         cls, commands: Sequence[tuple[float, Command]], duration: float | None = None
     ) -> CommandScript:
-        """The script of commands that were given one by one.
+        """Return the script of commands with their times [s].
 
         Args:
-            commands: Each with its time [s].
-            duration: When the drive ended [s].
+            commands: Times and commands.
+            duration: End of the drive [s].
         """
-        entries = [_entry(time, command) for time, command in commands]
+        entries = (CommandEntry.of(time, command) for time, command in commands)
         return cls(command=tuple(entries), duration=duration)
 
     def to_text(self) -> str:
-        """The script as TOML in SI, which `script_from_text` reads back to the bit."""
-        lines = ["format = 1", f'between = "{self.between}"']
-        if self.duration is not None:
-            lines.append(f"duration = {self.duration!r}")
-        for name, entries in (("command", self.command), ("waypoint", self.waypoint)):
-            if entries:
-                rows = (f"  {_toml(entry.model_dump(exclude_none=True))}," for entry in entries)
-                lines.append(f"{name} = [\n" + "\n".join(rows) + "\n]")
-        if self.waypoint:
-            lines += ["[follow]", *(f"{name} = {value!r}" for name, value in self.follow)]
-        return "\n".join(lines) + "\n"
-
-
-def _entry(time: float, command: Command) -> CommandEntry:
-    ahead, left, turn = command.velocity
-    gait = command.gait
-    if isinstance(gait, Gait):
-        gait = GaitEntry(  # type: ignore[assignment]
-            name=gait.name,
-            duty_factor=gait.duty_factor,
-            offsets=tuple(float(x) for x in gait.offsets),
-            sway=gait.sway,
-        )
-    return CommandEntry(
-        time=time,
-        ahead=ahead,
-        left=left,
-        turn=turn,
-        shift=command.pose[:3],
-        tilt=command.pose[3:],
-        posture={posture: name for name, posture in POSTURES.items()}[command.posture],  # type: ignore[arg-type]
-        gait=gait,  # type: ignore[arg-type]
-        period=command.period,
-        step_height=command.step_height,
-        lost_legs=tuple(sorted(command.lost_legs)),
-        legs=tuple(
-            LegEntry(number=number, foot=leg.foot, joints=leg.joints)
-            for number, leg in sorted(command.legs.items())
-        ),
-    )
+        """Return the script as TOML in SI; `script_from_text` reads it back without loss."""
+        fields = self.model_dump(exclude_none=True)
+        return "".join(f"{key} = {_toml(value)}\n" for key, value in fields.items())
 
 
 def _toml(value: Any) -> str:
-    """A value as TOML writes it on one line."""
+    """Return a value as TOML: tables inline, each table of a list on a line of its own."""
     if isinstance(value, dict):
-        inner = ", ".join(f"{k} = {_toml(v)}" for k, v in value.items() if v is not None)
-        return f"{{ {inner} }}"
+        return f"{{ {', '.join(f'{key} = {_toml(item)}' for key, item in value.items())} }}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
+        break_ = "\n  " if value and isinstance(value[0], dict) else ""
+        return f"[{break_}{f', {break_}'.join(map(_toml, value))}]"
     return toml_string(value) if isinstance(value, str) else repr(value)
 
 
 def load_script(source: str | Path) -> CommandScript:
-    """Read a script of commands.
+    """Read a script of commands from a file.
 
     Args:
         source: A ``.toml`` file with ``[[command]]`` or ``[[waypoint]]`` entries, or a ``.csv``
             file with a column for each key, such as ``time_s,ahead_mm_per_s,turn_deg_per_s``,
-            whose empty cells leave a thing as it was.
+            whose empty cells keep the previous values.
 
     Raises:
         InvalidInput: The file cannot be read, or is no script.
@@ -319,10 +296,10 @@ def load_script(source: str | Path) -> CommandScript:
 
 
 def script_from_text(text: str) -> CommandScript:
-    """The script that `CommandScript.to_text` wrote.
+    """Return the script that `CommandScript.to_text` wrote.
 
     Raises:
-        InvalidInput: It is none.
+        InvalidInput: The text is no script.
     """
     check_type("script", text, (str,), "text")
     if len(text) > LARGEST_TEXT:
@@ -332,7 +309,7 @@ def script_from_text(text: str) -> CommandScript:
 
 
 def _read_csv(path: Path) -> CommandScript:
-    """The script of a table, one row for each command."""
+    """Return the script of a table with one command in each row."""
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_TEXT + 1)
@@ -358,17 +335,13 @@ def _read_csv(path: Path) -> CommandScript:
                 f"{path.name} line {line}: {len(row)} cells for {len(head)} columns."
             )
         raw = {key: _cell(text) for key, text in zip(head, row, strict=True) if text}
-        entries.append(validate(CommandEntry, raw, _on_line(path, line)))
+        place = f"{path.name}, line {line}"
+        entries.append(validate(CommandEntry, raw, lambda loc, at=place: (dotted(loc), at)))  # type: ignore[misc]
     with located(path.name):
         return CommandScript(command=tuple(entries))
 
 
-def _on_line(path: Path, line: int) -> Locator:
-    return lambda loc: (dotted(loc), f"{path.name}, line {line}")
-
-
-def _cell(text: str) -> Any:
-    """A cell as a number, where it is one."""
+def _cell(text: str) -> float | str:
     try:
         return float(text)
     except ValueError:
