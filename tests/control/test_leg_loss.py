@@ -1,12 +1,10 @@
-"""Servos of which it is not known yet whether they are lost."""
+"""Servos that do not answer, and are not known to be lost yet."""
 
 import numpy as np
 
 from phasmid import load_robot
-from phasmid.control import Observation
-from phasmid.control.sequences import SequenceSettings
-from phasmid.control.sequences.lameness import Lameness
-from phasmid.control.sequences.leg_loss import ANSWER_TIME, DOUBT_TIME
+from phasmid.control import Command, Observation, Sequencer
+from phasmid.control.sequences.leg_loss import DOUBT_TIME, LOSS_TIME
 from phasmid.control.sequences.stance import neutral_stance
 from sequence_runs import Still
 
@@ -15,7 +13,7 @@ HOME = neutral_stance(ROBOT).q
 
 
 class Catching(Still):
-    """A walking controller that counts how often its feet are caught."""
+    """A walking controller that counts how often its swing legs are landed."""
 
     caught = 0
 
@@ -23,17 +21,18 @@ class Catching(Still):
         self.caught += 1
 
 
-def test_feet_are_caught_once_for_each_doubt():
+def test_swing_legs_are_landed_once_for_each_doubt():
     """A servo that is slow to answer, and no other, must not keep all feet on the ground."""
     walker = Catching()
-    lameness = Lameness(walker, ROBOT, SequenceSettings())
-    lameness.reset(0.0)
-    silent = np.ones(HOME.shape, dtype=bool)
+    sequencer = Sequencer(walker, ROBOT)
+    sequencer.reset(Observation(0.0, HOME))
+    running = np.ones(HOME.shape, dtype=bool)
+    silent = running.copy()
     silent[2, 1] = False
-    middle = (DOUBT_TIME + ANSWER_TIME) / 2
+    middle = (DOUBT_TIME + LOSS_TIME) / 2
     for doubt in (1, 2):
         begin = doubt * 10.0
-        lameness.notice(Observation(begin, HOME, servo_running=np.ones(HOME.shape, dtype=bool)))
-        for part in (0.5 * DOUBT_TIME, middle, 0.9 * ANSWER_TIME):
-            lameness.notice(Observation(begin + part, HOME, servo_running=silent))
+        sequencer.update(Observation(begin, HOME, servo_running=running), Command())
+        for part in (0.5 * DOUBT_TIME, middle, 0.9 * LOSS_TIME):
+            sequencer.update(Observation(begin + part, HOME, servo_running=silent), Command())
         assert walker.caught == doubt

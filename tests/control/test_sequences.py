@@ -12,9 +12,13 @@ from phasmid import load_robot
 from phasmid.control import Command, Observation, Posture
 from phasmid.control.command import LegCommand
 from phasmid.control.sequences import Sequencer, SequenceSettings, Stage, packing
-from phasmid.control.sequences.folding import folding, leg_gaps
-from phasmid.control.sequences.reaching import angles_and_reach, knees_and_feet
-from phasmid.control.sequences.resting import lying, resting
+from phasmid.control.sequences.ground import (
+    belly_ground,
+    knees_and_feet,
+    resting_ground,
+    solve_feet,
+)
+from phasmid.control.sequences.posture import fold_legs, leg_gaps
 from phasmid.control.sequences.stance import neutral_stance
 from sequence_runs import DT, Still, run
 
@@ -80,12 +84,12 @@ def test_feet_stay_above_the_ground_on_which_the_body_lies_until_they_carry_it(n
     packed = packing(robot, SETTINGS).folded
     told = run(Sequencer(Still(), robot), packed, [UP] * 2000, until=Stage.STANDING)
     knees, feet = knees_and_feet(robot, told.q)
-    ground = lying(robot)
-    standing = np.abs(ground.over(feet)).max(axis=1) < 1e-6
+    ground = belly_ground(robot)
+    standing = np.abs(ground.height(feet)).max(axis=1) < 1e-6
     first = int(np.argmax(standing))
     assert 0 < first < len(told.q)
-    assert ground.over(feet[:first]).min() > -1e-4
-    assert ground.over(knees).min() > -1e-4
+    assert ground.height(feet[:first]).min() > -1e-4
+    assert ground.height(knees).min() > -1e-4
     # From there to where a foot steps all feet stay where they are on the ground.
     height = feet[first:, :, 2]
     planted = np.ptp(height, axis=1) < 1e-3
@@ -117,15 +121,15 @@ def test_a_robot_that_stands_on_its_feet_steps_to_neutral_and_never_down_on_its_
     feet = home.feet - home.pose[:3]
     feet[:, :2] += rng.uniform(-0.015, 0.015, (len(robot.legs), 2))
     feet[:, 2] += 0.01
-    first, reached = angles_and_reach(robot, feet)
+    first, reached = solve_feet(robot, feet)
     assert reached.all()
-    assert resting(robot, first).feet.all()
+    assert resting_ground(robot, first).contact.all()
     sequencer = Sequencer(Still(), robot)
     told = run(sequencer, first, [UP] * 5000, until=Stage.STANDING)
     assert sequencer.stage is Stage.STANDING
     assert np.abs(told.q[-1] - home.q).max() < 1e-12
     check_smooth(robot, told, first)
-    assert not any(resting(robot, q).on_belly for q in told.q[::20])
+    assert not any(resting_ground(robot, q).belly_contact for q in told.q[::20])
 
 
 @pytest.mark.parametrize(
@@ -236,20 +240,20 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
 def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(name, seed):
     """All knees and feet begin above the ground; half a millimetre is not worth a way round."""
     robot = ROBOTS[name]
-    ground, goal = lying(robot), packing(robot, SETTINGS).folded
+    ground, goal = belly_ground(robot), packing(robot, SETTINGS).folded
     rng, limits = np.random.default_rng(seed), robot.arrays.joint_limits
     first = goal.copy()
     for _ in range(200):
         trial = rng.uniform(limits[..., 0], limits[..., 1])
         points = np.stack(knees_and_feet(robot, trial))
-        above = (ground.over(points) > 0).all(axis=0)
+        above = (ground.height(points) > 0).all(axis=0)
         first[above] = trial[above]
-    paths = folding(robot, first, goal, ground, SETTINGS)
-    assert np.array_equal(paths[0].start, first)
-    assert np.abs(paths[-1].end - goal).max() < 1e-12
+    paths = fold_legs(robot, first, goal, ground, SETTINGS)
+    assert np.array_equal(paths[0].at(0.0).position, first)
+    assert np.abs(paths[-1].at(1.0).position - goal).max() < 1e-12
     for before, after in pairwise(paths):
-        assert np.abs(before.end - after.start).max() < 1e-12
-    q = np.array([path.at(s, 0.0, 0.0).position for path in paths for s in np.linspace(0, 1, 41)])
-    assert ground.over(np.stack(knees_and_feet(robot, q))).min() > -1e-3
+        assert np.abs(before.at(1.0).position - after.at(0.0).position).max() < 1e-12
+    q = np.array([path.at(s).position for path in paths for s in np.linspace(0, 1, 41)])
+    assert ground.height(np.stack(knees_and_feet(robot, q))).min() > -1e-3
     gap = leg_gaps(robot, q)
     assert (gap > np.minimum(0.02, 0.9 * np.minimum(gap[0], gap[-1]))).all()

@@ -1,4 +1,4 @@
-"""The seam between what decides and what is moved: a simulated robot or a real one."""
+"""Interface of controllers, for simulated robots and real ones."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ from phasmid.control.targets import JointTargets
 
 @runtime_checkable
 class Controller(Protocol):
-    """Decides what the joints do next; it neither knows nor asks what moves them.
+    """Computes joint targets from an observation and a command.
 
-    A class with these two methods is one. It may also have a method ``telemetry``, which tells
-    numbers by channel name, to be recorded beside what the sensors told.
+    A class with these two methods is a controller. It may also have ``telemetry()``, which returns
+    numbers by channel name to be recorded, and ``events``, a list of times [s] and sentences, with
+    ``take_events()``, which returns and clears them. Of a controller that walks without lost legs
+    `Sequencer` calls ``catch()`` to land swing legs at once, ``fold(leg, q)`` with joint angles
+    [rad] of a lost leg, and ``hold(leg, q)`` if such a leg is in the air already.
     """
 
     def reset(self, observation: Observation) -> None:
-        """Forget all, and begin with the robot as it is observed."""
+        """Begin with the robot as it is observed."""
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
-        """What the joints shall do until the next update, at the controller's own rate."""
+        """Return joint targets until the next update, at the controller's own rate."""

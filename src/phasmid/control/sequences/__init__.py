@@ -1,17 +1,7 @@
-"""Standing up, sitting down, legs by hand and lost legs, around a controller that walks."""
+"""Posture sequences and manual legs: a controller around the one that walks."""
 
-from phasmid.control.sequences.leg_loss import LegFaultDetector, lifted_leg
-from phasmid.control.sequences.packed import Packing, packing
-from phasmid.control.sequences.sequencer import Sequencer
+from phasmid.control.sequences.posture import Packing, packing
+from phasmid.control.sequences.sequencer import Sequencer, Stage
 from phasmid.control.sequences.settings import SequenceSettings
-from phasmid.control.sequences.stage import Stage
 
-__all__ = [
-    "LegFaultDetector",
-    "Packing",
-    "SequenceSettings",
-    "Sequencer",
-    "Stage",
-    "lifted_leg",
-    "packing",
-]
+__all__ = ["Packing", "SequenceSettings", "Sequencer", "Stage", "packing"]

@@ -1,4 +1,4 @@
-"""How carefully a robot stands up, sits down and moves its legs by hand."""
+"""Speeds, margins and heights of posture sequences."""
 
 from __future__ import annotations
 
@@ -12,18 +12,20 @@ from phasmid.robot import Robot
 
 @dataclass(frozen=True, slots=True)
 class SequenceSettings:
-    """How carefully a robot stands up, sits down and moves its legs by hand.
+    """Speeds, margins and heights of posture sequences and manual legs.
 
     Attributes:
-        speed_share: Of the servo's speed without load that a joint turns at most.
-        loaded_share: The same while the feet carry the body up or down.
-        acceleration: Largest acceleration of a joint [rad/s²].
-        clearance: Height over the ground that feet and knees keep on their way [m].
-        step_height: Height to which a foot lifts where it steps [m].
-        support_margin: Least distance of the centre of mass from the edge of the support polygon
-            while legs are in the air [m].
-        limit_margin: Angle that poses of rest keep from the joint limits [rad].
+        speed_share: Largest joint speed, as a share of the servo's no-load speed.
+        loaded_share: The same while the feet raise or lower the body.
+        acceleration: Largest joint acceleration [rad/s²].
+        clearance: Height of feet and knees over the ground on their paths [m].
+        step_height: Height to which a foot lifts for a step [m].
+        support_margin: Least support margin while legs are in the air [m].
+        limit_margin: Distance of resting poses from the joint limits [rad].
         knee_fold: Least angle between femur and tibia of a folded leg [rad].
+
+    Raises:
+        InvalidInput: A value is not positive, or a share is above 1.
     """
 
     speed_share: float = 0.5
@@ -47,6 +49,6 @@ class SequenceSettings:
                 )
 
     def speed(self, robot: Robot, *, loaded: bool = False) -> float:
-        """Largest speed of a joint [rad/s], of one that carries the body where loaded."""
+        """Return the largest joint speed [rad/s], with the body's load or without."""
         share = self.loaded_share if loaded else self.speed_share
         return share * robot.servo.no_load_speed
