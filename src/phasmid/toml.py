@@ -80,10 +80,24 @@ def is_file(path: Path) -> bool:
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], str]:
-    """The table in a TOML file, and its text.
+    """Return the table in a TOML file, and its text.
 
     Raises:
         InvalidInput: The file is absent, no regular file, too large, or not TOML.
+    """
+    content = read_text(path, LARGEST_FILE)
+    return parse_toml(content, path.name), content
+
+
+def read_text(path: Path, largest: int) -> str:
+    """Return the text of a file in UTF-8, lines ending in line feeds.
+
+    Args:
+        path: The file.
+        largest: Its largest size [bytes].
+
+    Raises:
+        InvalidInput: The file is absent, no regular file, too large, or not UTF-8.
     """
     if not is_file(path):
         try:
@@ -93,18 +107,17 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
         raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
     try:
         with path.open("rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
+            raw = file.read(largest + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InvalidInput(f"cannot read {path}: {reason}.") from None
-    if len(raw) > LARGEST_FILE:
-        raise InvalidInput(f"{path} holds more than {LARGEST_FILE} bytes; such files are refused.")
+    if len(raw) > largest:
+        raise InvalidInput(f"{path} holds more than {largest} bytes; such files are refused.")
     try:
         # Some editors put a byte order mark first.
-        content = raw.decode("utf-8-sig").replace("\r\n", "\n")
+        return raw.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
         raise InvalidInput(f"{path} is not text in UTF-8.") from None
-    return parse_toml(content, path.name), content
 
 
 def parse_toml(content: str, name: str) -> dict[str, Any]:

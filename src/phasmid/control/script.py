@@ -34,7 +34,7 @@ from phasmid.tables import (
     speaking,
     validate,
 )
-from phasmid.toml import parse_toml, read_toml, toml_string
+from phasmid.toml import parse_toml, read_text, read_toml, toml_string
 
 MOST_ENTRIES = 200_000
 """Largest number of commands of a script."""
@@ -266,8 +266,8 @@ def _toml(value: Any) -> str:
     if isinstance(value, dict):
         return f"{{ {', '.join(f'{key} = {_toml(item)}' for key, item in value.items())} }}"
     if isinstance(value, list | tuple):
-        break_ = "\n  " if value and isinstance(value[0], dict) else ""
-        return f"[{break_}{f', {break_}'.join(map(_toml, value))}]"
+        start, comma = ("\n  ", ",\n  ") if value and isinstance(value[0], dict) else ("", ", ")
+        return f"[{start}{comma.join(map(_toml, value))}]"
     return toml_string(value) if isinstance(value, str) else repr(value)
 
 
@@ -311,18 +311,10 @@ def script_from_text(text: str) -> CommandScript:
 def _read_csv(path: Path) -> CommandScript:
     """Return the script of a table with one command in each row."""
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_TEXT + 1)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InvalidInput(f"cannot read {path}: {reason}.") from None
-    if len(content) > LARGEST_TEXT:
-        raise InvalidInput(f"{path} holds more than {LARGEST_TEXT} bytes; such files are refused.")
-    try:
-        rows = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""))
+        rows = csv.reader(io.StringIO(read_text(path, LARGEST_TEXT)))
         table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows if any(row)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InvalidInput(f"{path} is no table in UTF-8: {error}.") from None
+    except csv.Error as error:
+        raise InvalidInput(f"{path} is no table: {error}.") from None
     if not table:
         raise InvalidInput(f"{path} is empty.", hint="time_s,ahead_mm_per_s")
     (_, head), *body = table
