@@ -13,7 +13,7 @@ from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.contact import POINT_RADIUS, foot_points
-from phasmid.simulation.prescribed.run import TrunkRun
+from phasmid.simulation.simscape.run import TrunkRun
 from walks import tilted_robot
 
 PAPER = load_scenario("paper").replace(contact_law="simscape")
@@ -309,8 +309,8 @@ def test_a_robot_thrown_too_fast_is_said_to_diverge():
 
 def test_the_same_numbers_without_a_compiler(monkeypatch):
     # The loop as plain Python, 5 steps of a walk; compiled sums may be ordered otherwise.
-    from phasmid.simulation.prescribed import ground, trunk
-    from phasmid.simulation.prescribed import run as room
+    from phasmid.simulation.simscape import ground, trunk
+    from phasmid.simulation.simscape import run as room
 
     scenario = PAPER.replace(duration=0.01)
     quick = TrunkRun(scenario, plan(scenario))
@@ -333,7 +333,7 @@ def test_a_general_robot_has_the_matrices_of_dynamics():
     # Inertia, momenta and their rates of `legs` for legs without any symmetry, against the mass
     # matrix of `dynamics`; rates against central differences of 1e-5 s: 1e-9 of their size.
     from general_robot import general_robot
-    from phasmid.simulation.prescribed import legs as room
+    from phasmid.simulation.simscape import legs as room
 
     robot = general_robot()
     rng = np.random.default_rng(5)

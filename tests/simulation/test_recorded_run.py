@@ -17,7 +17,7 @@ from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario, scenario_to_toml
 from phasmid.simulation import Run, many, record, simulate
-from phasmid.simulation.figures import CHANNELS
+from phasmid.simulation.model_reference import CHANNELS
 
 PAPER = load_scenario("paper").replace(duration=1.2)
 DRIVES = ("prescribed", "ideal-servo")
@@ -247,7 +247,7 @@ def asked(monkeypatch):
         counts.append(len(walk.q))
         return model_channels(scenario, walk)
 
-    monkeypatch.setattr("phasmid.simulation.figures.model_channels", counted)
+    monkeypatch.setattr("phasmid.simulation.model_reference.model_channels", counted)
     return counts
 
 
@@ -319,7 +319,7 @@ def test_a_replay_of_a_few_samples_plans_no_more(monkeypatch, terrain):
         planned.append(scenario.duration)
         return plan(scenario)
 
-    monkeypatch.setattr("phasmid.simulation.repetition.plan", counted)
+    monkeypatch.setattr("phasmid.simulation.rerun.plan", counted)
     assert replay(recording).equal
     assert planned == [pytest.approx(0.101, abs=1e-12)]
 
@@ -329,7 +329,7 @@ def test_ctrl_c_while_a_run_is_prepared_ends_it_at_once(monkeypatch):
         signal.raise_signal(signal.SIGINT)
         raise AssertionError("it went on")
 
-    monkeypatch.setattr("phasmid.simulation.figures.model_channels", interrupt)
+    monkeypatch.setattr("phasmid.simulation.model_reference.model_channels", interrupt)
     with pytest.raises(KeyboardInterrupt):
         simulate(PAPER, plan(PAPER))
 

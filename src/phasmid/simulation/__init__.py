@@ -1,8 +1,7 @@
 """What physics makes of a walk."""
 
 from phasmid.simulation.contact import CONTACT_POINTS
-from phasmid.simulation.driving import Driving, check_drive, drive
-from phasmid.simulation.ending import Ending
+from phasmid.simulation.drive import DriveExperiment, check_drive, drive
 from phasmid.simulation.experiment import (
     check_load,
     new_run,
@@ -10,18 +9,19 @@ from phasmid.simulation.experiment import (
     simulate,
     with_sensors,
 )
-from phasmid.simulation.fault import Fault
+from phasmid.simulation.faults import Fault
 from phasmid.simulation.many import simulate_many
 from phasmid.simulation.model import build_model
 from phasmid.simulation.refinement import Refinement, time_step_refinement
-from phasmid.simulation.repetition import Difference, Replay, replay
+from phasmid.simulation.rerun import Difference, Replay, replay
 from phasmid.simulation.run import Run
+from phasmid.simulation.termination import Ending
 from phasmid.simulation.time_step import check_time_step, longest_time_step
 
 __all__ = [
     "CONTACT_POINTS",
     "Difference",
-    "Driving",
+    "DriveExperiment",
     "check_drive",
     "Ending",
     "Fault",

@@ -15,14 +15,14 @@ from phasmid.motion import JointTrajectory, Motion, Walk
 from phasmid.recording import Recording, load_recording
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
-from phasmid.simulation.ending import Trouble
-from phasmid.simulation.fault import Faults, spoilt_recording_channels
-from phasmid.simulation.figures import BLOCK_SAMPLES, Figures
-from phasmid.simulation.keeping import kept_in_log, kept_in_memory
+from phasmid.simulation.channels import run_attributes, run_channels
+from phasmid.simulation.faults import Faults, spoilt_recording_channels
+from phasmid.simulation.model_reference import BLOCK_SAMPLES, ModelReference
+from phasmid.simulation.recorder import record_to_log, record_to_memory
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.start import check_start
-from phasmid.simulation.telling import run_attributes, run_channels
+from phasmid.simulation.termination import Failure
 from phasmid.simulation.time_step import check_time_step
 from phasmid.simulation.torque import check_feed_forward
 
@@ -99,7 +99,7 @@ def simulate_part(
     """
     scenario = _lasting(scenario, walk)
     run, figures = _prepare(scenario, walk, start, samples=samples, interrupted=interrupted or ())
-    recording = kept_in_memory(
+    recording = record_to_memory(
         run,
         lambda rows, time: _told(run, rows, time, figures),
         run_attributes(scenario, walk, run),
@@ -137,7 +137,7 @@ def record(
     progress: Progress | None = None,
     force: bool = False,
     start: Float[np.ndarray, " state"] | None = None,
-) -> Trouble | None:
+) -> Failure | None:
     """Run a walk as `simulate` does, into a log file alone, in memory that does not grow with it.
 
     Args:
@@ -158,7 +158,7 @@ def record(
     """
     scenario = _lasting(scenario, walk)
     run, figures = _prepare(scenario, walk, start, kept=LOGGED_FIGURES)
-    return kept_in_log(
+    return record_to_log(
         run,
         lambda rows, time: _told(run, rows, time, figures),
         run_attributes(scenario, walk, run),
@@ -197,7 +197,7 @@ def _prepare(
     samples: int | None = None,
     interrupted: Sequence[int] = (),
     kept: int = sys.maxsize,
-) -> tuple[Run, Figures | None]:
+) -> tuple[Run, ModelReference | None]:
     """The run, ready to start, of which what cannot be is refused at once; and what its model says.
 
     Of a trajectory there is no model.
@@ -211,13 +211,13 @@ def _prepare(
     if isinstance(walk, JointTrajectory):
         return run, None
     last = len(run.time) if samples is None else min(samples, len(run.time))
-    figures = Figures(scenario, walk, kept=kept)
+    figures = ModelReference(scenario, walk, kept=kept)
     figures.check(float(run.time[last - 1]), interrupted)
     return run, figures
 
 
 def _told(
-    run: Run, rows: Samples, time: Float[np.ndarray, " time"], figures: Figures | None
+    run: Run, rows: Samples, time: Float[np.ndarray, " time"], figures: ModelReference | None
 ) -> dict[str, np.ndarray]:
     """All channels at some samples: the model's beside the engine's."""
     if isinstance(run.walk, JointTrajectory):
@@ -248,7 +248,7 @@ def new_run(
     if scenario.contact.contact_law != "simscape":
         return Run(scenario, walk, start=start, interrupted=interrupted)
     # Here, since it readies its loops for the compiler when it is first imported.
-    from phasmid.simulation.prescribed.run import TrunkRun
+    from phasmid.simulation.simscape.run import TrunkRun
 
     return TrunkRun(scenario, walk, start=start, interrupted=interrupted)
 
@@ -275,4 +275,4 @@ def check_load(
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
     last = scenario.duration if until is None else until
-    Figures(scenario, walk, kept=0).check(last, interrupted)
+    ModelReference(scenario, walk, kept=0).check(last, interrupted)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.simulation.drives import Drive, LostConstraints
 from phasmid.simulation.ground import Footing
-from phasmid.simulation.joint_drive import Drive, LostConstraints
 from phasmid.simulation.samples import Samples
 
 if TYPE_CHECKING:

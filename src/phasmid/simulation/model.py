@@ -228,7 +228,7 @@ def _mount_quaternion(leg: Leg) -> tuple[float, float, float, float]:
 
 
 def _prescribe(spec: mujoco.MjSpec, joint: str, dt: float) -> None:
-    """Hold a joint at an angle that is set anew at each step."""
+    """SetpointInterpolator a joint at an angle that is set anew at each step."""
     import mujoco
 
     stiffness, damping = drive_gains(dt)

@@ -9,8 +9,8 @@ import numpy as np
 from phasmid.motion import Motion
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
-from phasmid.simulation.ending import Ending
 from phasmid.simulation.experiment import simulate
+from phasmid.simulation.termination import Ending
 
 CYCLES = 2
 """Cycles of the walk that are compared: one from standing still and one in full swing."""

@@ -16,21 +16,21 @@ from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import SETTLING_TIME, Scenario
-from phasmid.simulation.complaint import CollectedComplaints
-from phasmid.simulation.ending import Ending, Trouble, watch
-from phasmid.simulation.ground import Footing
-from phasmid.simulation.joint_drive import (
+from phasmid.simulation.drives import (
     Drive,
     IdealServoDrive,
     LostConstraints,
     PrescribedDrive,
     Setpoints,
 )
+from phasmid.simulation.engine_warnings import EngineWarnings
+from phasmid.simulation.ground import Footing
 from phasmid.simulation.loop import Loop
 from phasmid.simulation.model import build_model
 from phasmid.simulation.samples import Keep, Samples
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import raised
+from phasmid.simulation.termination import Ending, Failure, check_termination
 from phasmid.simulation.torque import TorqueDrive, standing_torque, walking_torque
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 WATCH_STEPS = 512
-"""Steps between two looks of the watch, which sees every step in between."""
+"""Steps between two looks of the check_termination, which sees every step in between."""
 
 PLAN_STEPS = 32 * WATCH_STEPS
 """Steps for which the plan is evaluated at once, so that long runs do not fill the memory."""
@@ -87,7 +87,7 @@ class Run:
         self.buffer = Samples.empty(self.model, self.drive, self.block_steps)
         self.log = Samples.empty(self.model, self.drive, 0)
         self.done = self.step = 0
-        self.trouble: Trouble | None = None
+        self.trouble: Failure | None = None
         self.ended = False
         self._fed = scenario.simulation.drive == "torque"
         self.lies = scenario.simulation.can_lie
@@ -228,17 +228,17 @@ class Run:
         self.first = Samples.empty(self.model, self.drive, 1)
         self.first.write(0, data, self.drive)
 
-    def _settle(self, interrupted: Sequence[int]) -> Trouble | None:
+    def _settle(self, interrupted: Sequence[int]) -> Failure | None:
         """Let the robot come to rest on its feet, then set it going as the plan does."""
         start = self.walk.sample(np.zeros(1))
         still = self._still(start, WATCH_STEPS)
         for _ in range(math.ceil(SETTLING_TIME / self.dt / WATCH_STEPS)):
             if interrupted:
-                return Trouble(Ending.STOPPED, 0, "before its first step")
+                return Failure(Ending.STOPPED, 0, "before its first step")
             self._advance(still)
             trouble = self._look(WATCH_STEPS)
             if trouble:
-                return Trouble(trouble.ending, 0, f"before its first step: {trouble.reason}")
+                return Failure(trouble.ending, 0, f"before its first step: {trouble.reason}")
         self._set_going(start)
         return None
 
@@ -270,7 +270,7 @@ class Run:
         keep: Keep | None = None,
         interrupted: Sequence[int] = (),
         until: int | None = None,
-    ) -> Trouble | None:
+    ) -> Failure | None:
         """Run to the end, or to the first trouble.
 
         Args:
@@ -295,7 +295,7 @@ class Run:
             if progress:
                 progress(min(self.step * self.dt, self.scenario.duration))
             if interrupted and trouble is None and self.step < end and not self.ended:
-                trouble = Trouble(Ending.STOPPED, self.step, f"at {self.step * self.dt:.3f} s")
+                trouble = Failure(Ending.STOPPED, self.step, f"at {self.step * self.dt:.3f} s")
         if trouble and self.done == 0:
             # There shall be something to look at.
             keep(self.first)
@@ -322,7 +322,7 @@ class Run:
         state = self.buffer.qpos[sample], self.buffer.qvel[sample]
         return sample + all(np.isfinite(part).all() for part in state)
 
-    def _placed(self, trouble: Trouble) -> Trouble:
+    def _placed(self, trouble: Failure) -> Failure:
         """What the watch found in the buffer, with its time and its place in the recording."""
         at = (self.step + trouble.sample) * self.dt
         kept = self.step_of(self.done - 1) * self.dt if self.done else math.nan
@@ -341,17 +341,19 @@ class Run:
             self.log = Samples.empty(self.model, self.drive, len(self.time))
         return lambda rows: self.log.put(self.done, rows)
 
-    def _look(self, count: int) -> Trouble | None:
+    def _look(self, count: int) -> Failure | None:
         """What the watch finds in the buffer's first samples, and what the engine complained of."""
         seen = self.buffer.qpos[:count], self.buffer.qvel[:count]
-        trouble = watch(self.robot, *seen, self.ground, lies=self.lies) if count else None
+        trouble = (
+            check_termination(self.robot, *seen, self.ground, lies=self.lies) if count else None
+        )
         if trouble:
             return trouble
         if self._complaints:
             said = f"the engine says: {self._complaints[0]}"
-            return Trouble(Ending.DIVERGED, max(0, count - 1), said)
+            return Failure(Ending.DIVERGED, max(0, count - 1), said)
         if self._lost:
-            return Trouble(Ending.DIVERGED, max(0, count - 1), self._lost.what.rstrip("."))
+            return Failure(Ending.DIVERGED, max(0, count - 1), self._lost.what.rstrip("."))
         return None
 
     def _advance(
@@ -374,7 +376,7 @@ class Run:
             Number of steps that were made.
         """
         end = len(targets) - last
-        with CollectedComplaints(self._complaints):
+        with EngineWarnings(self._complaints):
             made = self._loop.advance(targets, end, at, interrupted)
         if made.error:
             self._complaints.append(" ".join(made.error.split()))

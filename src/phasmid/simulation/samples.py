@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.simulation.joint_drive import Drive
+from phasmid.simulation.drives import Drive
 
 if TYPE_CHECKING:
     import mujoco

@@ -20,7 +20,7 @@ from phasmid.control.feed_forward.servo_goal import (
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.joint_drive import Setpoints
+from phasmid.simulation.drives import Setpoints
 
 if TYPE_CHECKING:
     import mujoco

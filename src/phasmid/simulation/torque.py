@@ -13,7 +13,7 @@ from phasmid.forces import minimum_norm, planned_torque
 from phasmid.kinematics import jacobian
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import Scenario
-from phasmid.simulation.joint_drive import IdealServoDrive, Setpoints
+from phasmid.simulation.drives import IdealServoDrive, Setpoints
 from phasmid.simulation.model import joint_gains
 
 if TYPE_CHECKING:

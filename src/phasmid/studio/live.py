@@ -14,11 +14,11 @@ from phasmid.control.sequences import Stage as Sequence
 from phasmid.errors import InvalidGait
 from phasmid.motion import Walk, plan
 from phasmid.reporting.source import Source
-from phasmid.simulation import Driving
-from phasmid.simulation.driven import DrivenRun
-from phasmid.simulation.driving import scenario_controller
-from phasmid.simulation.ending import Trouble
+from phasmid.simulation import DriveExperiment
+from phasmid.simulation.closed_loop import ClosedLoopRun
+from phasmid.simulation.drive import scenario_controller
 from phasmid.simulation.samples import Samples
+from phasmid.simulation.termination import Failure
 from phasmid.studio.meter import Meter, Reading
 from phasmid.studio.setting import Setting
 
@@ -83,14 +83,14 @@ class LiveRobot:
         self._controller = controller
         self._setting, self._lost = setting, frozenset[int]()
         self.command = Command()
-        self.driving = Driving.of(
+        self.driving = DriveExperiment.of(
             scenario, controller, lambda *_: self.command, rate=rate, between=None
         )
-        self.run: DrivenRun = self.driving.begin_run(endless=True)
+        self.run: ClosedLoopRun = self.driving.begin_run(endless=True)
         weight = robot.mass * scenario.model.gravity
         self.source = Source(self.run.robot, scenario, setting.gait, weight)
         self.meter = Meter(weight)
-        self.trouble: Trouble | None = self.run.trouble
+        self.trouble: Failure | None = self.run.trouble
         self.sample: Samples = self.run.first
         self.time = 0.0
         self.peak = np.abs(self.sample.torque[0])

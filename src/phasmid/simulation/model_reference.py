@@ -32,7 +32,7 @@ CHANNELS = (
 Channels = dict[str, np.ndarray]
 
 
-class Figures:
+class ModelReference:
     """The model's channels at a walk's recorded instants, each computed once where it can be.
 
     Where all cycles are alike in the world's axes, and each has the same whole number of samples,

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from phasmid.compiled import compiled
 from phasmid.control import JointTargets
 from phasmid.errors import InvalidInput, nearest
-from phasmid.simulation.joint_drive import Setpoints
+from phasmid.simulation.drives import Setpoints
 
 Between: TypeAlias = Literal["hold", "linear", "cubic"]
 """How targets are filled in between updates.
@@ -53,7 +53,7 @@ def between_updates(drive: str, between: str | None) -> Between:
     return between  # type: ignore[return-value]
 
 
-class Hold:
+class SetpointInterpolator:
     """Fills in targets for all steps of one period.
 
     Args:

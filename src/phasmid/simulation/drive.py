@@ -34,16 +34,16 @@ from phasmid.recording import Recording, load_recording
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.scenario.sensors import SENSORS
-from phasmid.simulation.driven import Commands, DrivenRun, period_steps
-from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.channels import run_attributes
+from phasmid.simulation.closed_loop import ClosedLoopRun, Commands, period_steps
 from phasmid.simulation.experiment import with_sensors
-from phasmid.simulation.fault import Fault, Faults
-from phasmid.simulation.hold import between_updates
-from phasmid.simulation.keeping import kept_in_log, kept_in_memory
+from phasmid.simulation.faults import Fault, Faults
+from phasmid.simulation.interpolation import between_updates
 from phasmid.simulation.recorded_controller import controller_attributes, recorded_controller
+from phasmid.simulation.recorder import record_to_log, record_to_memory
 from phasmid.simulation.run import Progress
 from phasmid.simulation.start import check_start, standing
-from phasmid.simulation.telling import run_attributes
+from phasmid.simulation.termination import Ending, Failure
 from phasmid.simulation.time_step import check_time_step
 
 MOST_EVENTS = 10_000
@@ -107,7 +107,7 @@ def drive(
             that does not fit it, or a controller that answers with no targets.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
-    driving = Driving.of(
+    driving = DriveExperiment.of(
         scenario,
         controller,
         commands,
@@ -151,7 +151,7 @@ def check_drive(
 
 
 @dataclass(frozen=True, eq=False)
-class Driving:
+class DriveExperiment:
     """All that a driven run is made of, checked; see `drive`."""
 
     scenario: Scenario
@@ -175,7 +175,7 @@ class Driving:
         between: str | None,
         start: Float[np.ndarray, "legs 3"] | None = None,
         faults: Sequence[Fault | str] = (),
-    ) -> Driving:
+    ) -> DriveExperiment:
         """What a caller gives, refused where it cannot be driven.
 
         Raises:
@@ -207,7 +207,7 @@ class Driving:
         return cls(scenario, begin, controller, is_own, commands, rate, between, start, failing)
 
     @classmethod
-    def again(cls, recording: Recording, scenario: Scenario) -> Driving:
+    def again(cls, recording: Recording, scenario: Scenario) -> DriveExperiment:
         """What a recorded run was made of.
 
         Args:
@@ -245,7 +245,7 @@ class Driving:
             progress: Is told how far the run is.
         """
         run = self.begin_run()
-        recording = kept_in_memory(
+        recording = record_to_memory(
             run,
             run.told,
             self.attributes(run),
@@ -258,7 +258,7 @@ class Driving:
     def simulate(self, *, progress: Progress | None = None) -> Recording:
         """Make the run in memory."""
         run = self.begin_run()
-        recording = kept_in_memory(
+        recording = record_to_memory(
             run,
             run.told,
             self.attributes(run),
@@ -271,14 +271,14 @@ class Driving:
 
     def record(
         self, path: str | Path, *, progress: Progress | None = None, force: bool = False
-    ) -> Trouble | None:
+    ) -> Failure | None:
         """Make the run into a log alone.
 
         Returns:
             What ended the run early; None where it was completed.
         """
         run = self.begin_run()
-        return kept_in_log(
+        return record_to_log(
             run,
             run.told,
             self.attributes(run),
@@ -289,13 +289,13 @@ class Driving:
             later=lambda: self._later(run),
         )
 
-    def begin_run(self, *, endless: bool = False) -> DrivenRun:
+    def begin_run(self, *, endless: bool = False) -> ClosedLoopRun:
         """The run, before its first step.
 
         Args:
             endless: Whether it goes on for as long as it is advanced.
         """
-        return DrivenRun(
+        return ClosedLoopRun(
             self.scenario,
             self.begin,
             self.controller,
@@ -306,7 +306,7 @@ class Driving:
             endless=endless,
         )
 
-    def attributes(self, run: DrivenRun) -> Attributes:
+    def attributes(self, run: ClosedLoopRun) -> Attributes:
         """What a recording says of the run, but for how it ended."""
         said = run_attributes(self.scenario, self.begin, run)
         if not isinstance(self.controller, Player):
@@ -328,7 +328,7 @@ class Driving:
             ),
         }
 
-    def _later(self, run: DrivenRun) -> Attributes:
+    def _later(self, run: ClosedLoopRun) -> Attributes:
         """What is known at the run's end alone."""
         told = list(getattr(self.controller, "events", ()))
         events = [[float(time), str(sentence)] for time, sentence in told[:MOST_EVENTS]]
@@ -380,7 +380,7 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
     return SafetyFilter(sequencer, robot, safety)
 
 
-def _shortfall(run: DrivenRun) -> Trouble | None:
+def _shortfall(run: ClosedLoopRun) -> Failure | None:
     return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
 
 
@@ -420,7 +420,7 @@ class _Waypoints:
         del observation
         return self.follower.command(time, pose)
 
-    def shortfall(self, run: DrivenRun) -> Trouble | None:
+    def shortfall(self, run: ClosedLoopRun) -> Failure | None:
         """Return why a run that came to its end is incomplete; None where it is complete."""
         count, reached = len(self.script.waypoint), len(self.follower.reached)
         if reached == count:
@@ -429,7 +429,7 @@ class _Waypoints:
             f"by {min(run.step, run.steps) * run.dt:.4g} s: {reached} of {count} reached, waypoint "
             f"{reached + 1} is {self.follower.remaining}. Try a longer --duration"
         )
-        return Trouble(Ending.INCOMPLETE, run.step, reason)
+        return Failure(Ending.INCOMPLETE, run.step, reason)
 
     def attributes(self) -> Attributes:
         """Return the waypoints for a recording, each with the time at which it was reached."""

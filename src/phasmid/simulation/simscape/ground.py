@@ -8,8 +8,8 @@ import numpy as np
 
 from phasmid.compiled import compiled
 from phasmid.simulation.contact import CONTACT_POINTS
-from phasmid.simulation.prescribed.law import friction_coefficient, normal_force
-from phasmid.simulation.prescribed.legs import COM, INERTIA, LEG, LEGS, MOMENTUM, TURNING
+from phasmid.simulation.simscape.law import friction_coefficient, normal_force
+from phasmid.simulation.simscape.legs import COM, INERTIA, LEG, LEGS, MOMENTUM, TURNING
 
 
 @compiled

@@ -11,7 +11,7 @@ _COLLECTING: dict[int, list[str]] = {}
 _BEFORE: list[Callable[[str], Any] | None] = []
 
 
-class CollectedComplaints:
+class EngineWarnings:
     """Collect the engine's warnings in this thread, which it would else print and write to a file.
 
     The engine has one place for all threads to be told of them, and calls it in the thread that it

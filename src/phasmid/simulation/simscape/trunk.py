@@ -22,7 +22,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled
-from phasmid.simulation.prescribed.ground import (
+from phasmid.simulation.simscape.ground import (
     cubic,
     cubic_rate,
     ground,
@@ -30,7 +30,7 @@ from phasmid.simulation.prescribed.ground import (
     rotation,
     solved,
 )
-from phasmid.simulation.prescribed.legs import (
+from phasmid.simulation.simscape.legs import (
     AXIS,
     COM,
     COM_ACCELERATION,

@@ -13,9 +13,9 @@ from phasmid.forces.analysis import recording_attributes
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import JointTrajectory, Motion
 from phasmid.scenario import Scenario
-from phasmid.simulation.ending import Ending, Trouble
 from phasmid.simulation.run import Run
 from phasmid.simulation.samples import Samples
+from phasmid.simulation.termination import Ending, Failure
 from phasmid.terrain import Ground
 
 
@@ -85,7 +85,7 @@ def run_attributes(scenario: Scenario, walk: Motion, run: Run) -> dict[str, str 
     )
 
 
-def ending_attributes(trouble: Trouble | None) -> dict[str, str | int | float]:
+def ending_attributes(trouble: Failure | None) -> dict[str, str | int | float]:
     """How a run ended, in a recording's attributes."""
     ending = trouble.ending if trouble else Ending.COMPLETED
     reason = trouble.sentence if trouble else ending.value

@@ -12,11 +12,11 @@ from jaxtyping import Float
 
 from phasmid.recording import Recording, RecordingLog, new_recording
 from phasmid.recording.recording import Attributes
-from phasmid.simulation.ending import Ending, Trouble
+from phasmid.simulation.channels import ending_attributes
 from phasmid.simulation.interrupt import noticed_interrupts
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.samples import Samples
-from phasmid.simulation.telling import ending_attributes
+from phasmid.simulation.termination import Ending, Failure
 
 Told: TypeAlias = Callable[[Samples, Float[np.ndarray, " time"]], dict[str, np.ndarray]]
 """From consecutive samples of a run and their times [s] to all their channels."""
@@ -24,11 +24,11 @@ Told: TypeAlias = Callable[[Samples, Float[np.ndarray, " time"]], dict[str, np.n
 Later: TypeAlias = Callable[[], Attributes]
 """What a recording says of its run that is known only at its end."""
 
-Shortfall: TypeAlias = Callable[[], Trouble | None]
+Shortfall: TypeAlias = Callable[[], Failure | None]
 """Why a run that came to its end is incomplete; None where it is complete."""
 
 
-def kept_in_memory(
+def record_to_memory(
     run: Run,
     told: Told,
     attributes: Attributes,
@@ -76,7 +76,7 @@ def kept_in_memory(
     return new_recording(run.time[:done], channels, said, own=done == count)
 
 
-def kept_in_log(
+def record_to_log(
     run: Run,
     told: Told,
     attributes: Attributes,
@@ -86,18 +86,18 @@ def kept_in_log(
     force: bool = False,
     shortfall: Shortfall = lambda: None,
     later: Later = dict,
-) -> Trouble | None:
+) -> Failure | None:
     """Make a run, recorded into a log file alone, in memory that does not grow with it.
 
     Args:
-        run: As in `kept_in_memory`.
-        told: As in `kept_in_memory`.
-        attributes: As in `kept_in_memory`.
+        run: As in `record_to_memory`.
+        told: As in `record_to_memory`.
+        attributes: As in `record_to_memory`.
         path: The log file.
-        progress: As in `kept_in_memory`.
+        progress: As in `record_to_memory`.
         force: Whether an older file of that name is replaced.
-        shortfall: As in `kept_in_memory`.
-        later: As in `kept_in_memory`; a log that is cut off lacks it.
+        shortfall: As in `record_to_memory`.
+        later: As in `record_to_memory`; a log that is cut off lacks it.
 
     Returns:
         What ended the run early; None where it was completed.

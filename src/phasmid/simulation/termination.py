@@ -36,7 +36,7 @@ class Ending(Enum):
 
 
 @dataclass(frozen=True)
-class Trouble:
+class Failure:
     """What the watch found.
 
     Attributes:
@@ -55,14 +55,14 @@ class Trouble:
         return f"{self.ending.value[:-1]} {self.reason}."
 
 
-def watch(
+def check_termination(
     robot: Robot,
     qpos: Float[np.ndarray, "samples q"],
     qvel: Float[np.ndarray, "samples v"],
     ground: Ground | None = None,
     *,
     lies: bool = False,
-) -> Trouble | None:
+) -> Failure | None:
     """Look through consecutive states for the first that ends a run.
 
     Args:
@@ -144,5 +144,5 @@ def trunk_clearance(
     return (z - ground.height(x, y)).min(axis=1)
 
 
-def _first(bad: np.ndarray, ending: Ending, reason: str) -> Trouble | None:
-    return Trouble(ending, int(np.argmax(bad)), reason) if bad.any() else None
+def _first(bad: np.ndarray, ending: Ending, reason: str) -> Failure | None:
+    return Failure(ending, int(np.argmax(bad)), reason) if bad.any() else None

@@ -11,16 +11,16 @@ from jaxtyping import Bool, Float
 
 from phasmid.control import Observation
 from phasmid.sensors.stream import SensorStream
-from phasmid.simulation.fault import Faults
+from phasmid.simulation.channels import run_channels
+from phasmid.simulation.faults import Faults
 from phasmid.simulation.samples import Samples
 from phasmid.simulation.servo import FIELDS, RUNNING
-from phasmid.simulation.telling import run_channels
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run
 
 
-class TrueSenses:
+class TrueObservation:
     """Senses without error or delay.
 
     Angles, speeds and the inertial sensor's readings are those of the instant; forces, contacts and
@@ -112,7 +112,7 @@ OBSERVED = {
 """Channels of measurements, and where an observation has them."""
 
 
-class ToldSenses:
+class MeasuredObservation:
     """Senses as the scenario's sensors tell them, and with faults.
 
     A force or a load is read at the end of the step in which it acts, so that a reading arrives a
@@ -125,7 +125,7 @@ class ToldSenses:
 
     def __init__(self, run: Run, faults: Faults) -> None:
         self._run, self._faults = run, faults
-        self._true = TrueSenses(run)
+        self._true = TrueObservation(run)
         self._stream: SensorStream | None = None
         if run.scenario.sensors.measured == "everything":
             self._stream = SensorStream(run.scenario, run.robot, run.time)
@@ -169,7 +169,7 @@ class ToldSenses:
         running: Bool[np.ndarray, "legs 3"],
         velocity_before: Float[np.ndarray, "3"],
     ) -> Observation:
-        """What the controller is told; arguments as in `TrueSenses.observe`."""
+        """What the controller is told; arguments as in `TrueObservation.observe`."""
         true = self._true.observe(time, running, velocity_before)
         spoilt = self._faults.of_sensors
         if self._stream is None and not spoilt:

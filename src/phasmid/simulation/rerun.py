@@ -16,10 +16,10 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.motion import plan, trajectory_from_text
 from phasmid.recording import Recording, check_recording, load_recording
 from phasmid.scenario import recorded_scenario
-from phasmid.simulation.driving import Driving
+from phasmid.simulation.channels import versions
+from phasmid.simulation.drive import DriveExperiment
 from phasmid.simulation.experiment import simulate_part
 from phasmid.simulation.run import Progress
-from phasmid.simulation.telling import versions
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
     scenario = scenario.replace(robot=robot)
     samples = recording.sizes["time"]
     if "controller" in recording.attrs:
-        repeated = Driving.again(recording, scenario).repeat(samples, progress)
+        repeated = DriveExperiment.again(recording, scenario).repeat(samples, progress)
         return _compared(recording, repeated)
     text = recording.attrs.get("trajectory")
     robot = scenario.load_robot()

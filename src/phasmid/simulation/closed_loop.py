@@ -18,13 +18,13 @@ from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation.ending import Ending, Trouble, trunk_clearance
-from phasmid.simulation.fault import Faults
-from phasmid.simulation.hold import Between, Hold
+from phasmid.simulation.channels import run_channels
+from phasmid.simulation.faults import Faults
+from phasmid.simulation.interpolation import Between, SetpointInterpolator
+from phasmid.simulation.observation import MeasuredObservation
 from phasmid.simulation.run import WATCH_STEPS, Run
 from phasmid.simulation.samples import Keep, Samples
-from phasmid.simulation.senses import ToldSenses
-from phasmid.simulation.telling import run_channels
+from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
 Pose: TypeAlias = tuple[float, float, float]
 """Where the body truly is: x, y [m] and yaw [rad] in the world."""
@@ -44,7 +44,7 @@ class Decision(NamedTuple):
     telemetry: Mapping[str, Any]
 
 
-class DrivenRun(Run):
+class ClosedLoopRun(Run):
     """A controller that drives the robot in the engine.
 
     The controller is asked at a fixed rate; in between, the engine makes its steps with the
@@ -66,7 +66,7 @@ class DrivenRun(Run):
         period_steps: Time steps from one update to the next.
         now: Index of the next time step.
         hold: Fills in targets between updates.
-        wanted: What joints shall do in each period of a block, as `Hold.setpoints` writes it.
+        wanted: What joints shall do in each period of a block, as the interpolator writes it.
         told_now: What each update of a block has told, by channel.
         asked: Every command that differed from the one before it, with its time [s].
 
@@ -92,7 +92,7 @@ class DrivenRun(Run):
         self._shall_lie = True
         # Whole periods alone, so that each block begins with an update.
         self.block_steps = math.ceil(WATCH_STEPS / self.period_steps) * self.period_steps
-        self._failure: Trouble | None = None
+        self._failure: Failure | None = None
         self._pushes: list[tuple[int, np.ndarray]] = []
         super().__init__(scenario, begin, interrupted=interrupted, endless=endless)
         self.controller, self.commands = controller, commands
@@ -102,10 +102,12 @@ class DrivenRun(Run):
         self._moves = self.data.qpos, self.data.qvel
         self._whereabouts = self._moves[0][:7]
         self._velocity_before = self.data.qvel[:3].copy()
-        self._senses = ToldSenses(self, faults)
+        self._senses = MeasuredObservation(self, faults)
         self._deaths = sorted(faults.servos())
         start = begin.sample(np.zeros(1))
-        self.hold = Hold(between, self.period_steps, self.dt, start.q[0], start.qd[0])
+        self.hold = SetpointInterpolator(
+            between, self.period_steps, self.dt, start.q[0], start.qd[0]
+        )
         updates = self.block_steps // self.period_steps
         self.wanted = np.zeros((updates, 3, self.period_steps, *self._shape))
         self.wanted[0, :2, 0] = start.q[0], start.qd[0]
@@ -220,7 +222,7 @@ class DrivenRun(Run):
         targets = decision.targets
         if not _adds_up(targets.position, targets.velocity):
             # One more step with what was asked last, so that there is a sample to tell it of.
-            self._failure = Trouble(Ending.FAILED, at, _not_finite(targets, self.robot.leg_names))
+            self._failure = Failure(Ending.FAILED, at, _not_finite(targets, self.robot.leg_names))
             targets, count = self.hold.last, 1
         update = at // self.period_steps
         wanted = self.hold.setpoints(targets, self.wanted[update])
@@ -238,7 +240,7 @@ class DrivenRun(Run):
         """Whether the engine has complained, or its state is none to tell a controller of."""
         return bool(self._complaints or self._lost or not _adds_up(*self._moves))
 
-    def _look(self, count: int) -> Trouble | None:
+    def _look(self, count: int) -> Failure | None:
         """What the watch finds, or why the controller cannot be followed."""
         trouble = super()._look(count) or self._failure
         if self.lies and count and not self._shall_lie:

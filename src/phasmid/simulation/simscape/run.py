@@ -17,8 +17,10 @@ from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.joint_drive import Memoryless, Setpoints
-from phasmid.simulation.prescribed.legs import (
+from phasmid.simulation.drives import Memoryless, Setpoints
+from phasmid.simulation.run import WATCH_STEPS, Run
+from phasmid.simulation.samples import Samples
+from phasmid.simulation.simscape.legs import (
     AXIS,
     LEG,
     LEGS,
@@ -28,9 +30,7 @@ from phasmid.simulation.prescribed.legs import (
     joints_of,
     leg_rows,
 )
-from phasmid.simulation.prescribed.trunk import advance
-from phasmid.simulation.run import WATCH_STEPS, Run
-from phasmid.simulation.samples import Samples
+from phasmid.simulation.simscape.trunk import advance
 from phasmid.simulation.start import raised
 from phasmid.simulation.time_step import longest_time_step
 from phasmid.terrain import Blocky
