@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidInput, nearest
 from phasmid.robot import JOINTS, Robot
-from phasmid.sensors.imu import turned
+from phasmid.sensors.models import rotated
 
 KINDS = ("dead", "stuck", "off")
 """``dead``: tells no number any more, of a foot also no contact; of a servo: its joint is limp.
@@ -260,7 +260,7 @@ class Faults:
             # Its force has been spoilt before.
             values[at] = told["foot_normal_force_measured"][at] >= self._threshold
         elif name == "imu_orientation":
-            values[rows] = turned(values[rows], np.tile(fault.amount, (int(rows.sum()), 1)))
+            values[rows] = rotated(values[rows], np.tile(fault.amount, (int(rows.sum()), 1)))
         else:
             values[at] += fault.amount if len(fault.amount) > 1 else fault.amount[0]
 

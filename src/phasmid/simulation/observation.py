@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.control import Observation
-from phasmid.sensors.stream import SensorStream
+from phasmid.sensors.measurement import SensorStream
 from phasmid.simulation.channels import run_channels
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.samples import Samples
@@ -194,7 +194,7 @@ class MeasuredObservation:
 
     def _told(self, time: float, true: Observation) -> dict[str, np.ndarray]:
         if self._stream is not None:
-            return self._stream.told(time)
+            return self._stream.measured(time)
         return {name: getattr(true, field) for name, field in OBSERVED.items()}
 
     def _freeze(self, time: float, true: Observation) -> None:
