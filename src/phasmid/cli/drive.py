@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         from phasmid.cli.keyboard import Keyboard
 
         keyboard = commands = Keyboard(len(robot.legs))
-    driving = DriveExperiment.of(
+    driving = DriveExperiment(
         scenario,
         None,
         commands,

@@ -1,107 +1,83 @@
-"""What a recording tells of a run: channels and attributes."""
+"""Recorded channels and attributes of a run."""
 
 from __future__ import annotations
 
 import platform
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
+from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.forces.analysis import recording_attributes
 from phasmid.kinematics import quaternion_rotation
-from phasmid.motion import JointTrajectory, Motion
-from phasmid.scenario import Scenario
-from phasmid.simulation.run import Run
-from phasmid.simulation.samples import Samples
+from phasmid.motion import JointTrajectory
+from phasmid.recording.recording import Attributes
+from phasmid.simulation.loop import Samples
 from phasmid.simulation.termination import Ending, Failure
-from phasmid.terrain import Ground
+
+if TYPE_CHECKING:
+    from phasmid.simulation.run import Run
 
 
-def run_channels(run: Run, log: Samples, model: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The engine's samples and the model's figures under the names of the house.
-
-    Args:
-        run: Whose samples they are.
-        log: The samples.
-        model: The model's channels at these samples.
-    """
-    legs, n = len(run.robot.legs), len(log.qpos)
-    contact = log.sensors[:, : 4 * legs].reshape(n, legs, 4)
+def run_channels(run: Run, samples: Samples) -> dict[str, np.ndarray]:
+    """Return the simulated channels of N samples of a run, by the names of the recording."""
+    legs, n = len(run.robot.legs), len(samples.qpos)
+    contact = samples.sensors[:, : 4 * legs].reshape(n, legs, 4)
     force = contact[..., 1:]
-    position = log.sensors[:, 4 * legs :].reshape(n, legs, 3)
-    channels = model | {
-        "joint_position": log.qpos[:, 7:].reshape(n, legs, 3),
-        "joint_velocity": log.qvel[:, 6:].reshape(n, legs, 3),
-        "joint_torque": log.torque.reshape(n, legs, 3),
+    position = samples.sensors[:, 4 * legs :].reshape(n, legs, 3)
+    normal_force = force[..., 2]
+    if not run.ground.is_level:
+        normal = run.ground.normal(position[..., 0], position[..., 1])
+        normal_force = np.einsum("tlk,tlk->tl", force, normal)
+    R_world_body = quaternion_rotation(samples.qpos[:, 3:7])
+    return {
+        "joint_position": samples.qpos[:, 7:].reshape(n, legs, 3),
+        "joint_velocity": samples.qvel[:, 6:].reshape(n, legs, 3),
+        "joint_torque": samples.torque.reshape(n, legs, 3),
         "foot_force": force,
-        "foot_normal_force": _normal_part(force, position, run.ground),
+        # The riser of a step can push a foot away from the ground below it.
+        "foot_normal_force": np.maximum(normal_force, 0.0),
         "foot_position": position,
         "contact": contact[..., 0] > 0,
-        "body_position": log.qpos[:, :3],
-        "body_velocity": log.qvel[:, :3],
-        "body_orientation": log.qpos[:, 3:7],
-        # The engine keeps a free body's angular velocity in its own axes.
-        "body_angular_velocity": np.einsum(
-            "tij,tj->ti", quaternion_rotation(log.qpos[:, 3:7]), log.qvel[:, 3:6]
-        ),
+        "body_position": samples.qpos[:, :3],
+        "body_velocity": samples.qvel[:, :3],
+        "body_orientation": samples.qpos[:, 3:7],
+        # MuJoCo keeps a free body's angular velocity in body axes.
+        "body_angular_velocity": np.einsum("tij,tj->ti", R_world_body, samples.qvel[:, 3:6]),
+        **run.drive.channels(samples.drive),
     }
-    return channels | run.drive.channels(log.drive)
 
 
 @cache
 def versions() -> dict[str, str]:
-    """What a run's bits depend on besides its scenario and its robot, by attribute."""
-    import mujoco
-
-    try:
-        numba = version("numba")
-    except PackageNotFoundError:
-        numba = "none"
+    """Return what a run's bits depend on besides scenario and robot, by attribute."""
     return {
-        "phasmid_version": version("phasmid"),
-        "mujoco_version": mujoco.__version__,
-        "numpy_version": np.__version__,
-        "numba_version": numba,
+        **{f"{name}_version": version(name) for name in ("phasmid", "mujoco", "numpy", "numba")},
         "machine": f"{platform.system()} {platform.machine()}",
     }
 
 
-def run_attributes(scenario: Scenario, walk: Motion, run: Run) -> dict[str, str | int | float]:
-    """What a recording says of its run, but for how it ended."""
-    return (
-        recording_attributes(scenario, walk)
-        | {
-            "kind": "simulation",
-            "drive": scenario.simulation.planned_drive,
-            "contact_law": scenario.contact.contact_law,
-            "simulator": run.simulator,
-            "time_step": scenario.simulation.dt,
-        }
-        | versions()
-        | ({"trajectory": walk.to_text()} if isinstance(walk, JointTrajectory) else {})
-        | run.start_attribute()
-    )
+def run_attributes(run: Run) -> Attributes:
+    """Return the attributes of a run's recording, except for how it ended."""
+    scenario, walk = run.scenario, run.walk
+    return {
+        **recording_attributes(scenario, walk),
+        "kind": "simulation",
+        "drive": scenario.simulation.planned_drive,
+        "contact_law": scenario.contact.contact_law,
+        "simulator": run.simulator,
+        "time_step": scenario.simulation.dt,
+        **versions(),
+        **({"trajectory": walk.to_text()} if isinstance(walk, JointTrajectory) else {}),
+        **run.start_attribute(),
+    }
 
 
-def ending_attributes(trouble: Failure | None) -> dict[str, str | int | float]:
-    """How a run ended, in a recording's attributes."""
-    ending = trouble.ending if trouble else Ending.COMPLETED
-    reason = trouble.sentence if trouble else ending.value
-    return {"ending": ending.name, "ending_reason": reason}
-
-
-def _normal_part(
-    force: Float[np.ndarray, "time legs 3"],
-    position: Float[np.ndarray, "time legs 3"],
-    ground: Ground,
-) -> Float[np.ndarray, "time legs"]:
-    """Return the part of the forces along the ground's normal at the feet, not below zero [N].
-
-    The side of a step can push a foot away from the ground beneath it; that is no normal force.
-    """
-    if ground.is_level:
-        return np.maximum(force[..., 2], 0.0)
-    normal = ground.normal(position[..., 0], position[..., 1])
-    return np.maximum(np.einsum("tlk,tlk->tl", force, normal), 0.0)
+def ending_attributes(failure: Failure | None) -> dict[str, str | int | float]:
+    """Return how a run ended, as attributes of its recording."""
+    ending = failure.ending if failure else Ending.COMPLETED
+    return {
+        "ending": ending.name,
+        "ending_reason": failure.sentence if failure else ending.value,
+    }

@@ -1,11 +1,10 @@
-"""Robots driven by a controller in the simulator, recorded."""
+"""Closed-loop experiments: a controller drives the simulated robot by commands."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
@@ -23,7 +22,6 @@ from phasmid.control import (
     SafetyFilter,
     SafetySettings,
     Sequencer,
-    script_from_text,
 )
 from phasmid.control.sequences import SequenceSettings, packing
 from phasmid.control.waypoints import Follower
@@ -34,27 +32,29 @@ from phasmid.recording import Recording, load_recording
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.scenario.sensors import SENSORS
-from phasmid.simulation.channels import run_attributes
-from phasmid.simulation.closed_loop import ClosedLoopRun, Commands, period_steps
-from phasmid.simulation.experiment import with_sensors
+from phasmid.simulation.closed_loop import (
+    ClosedLoopRun,
+    Commands,
+    Pose,
+    interpolation,
+    period_steps,
+)
+from phasmid.simulation.experiment import Experiment, with_sensors
 from phasmid.simulation.faults import Fault, Faults
-from phasmid.simulation.interpolation import between_updates
-from phasmid.simulation.recorded_controller import controller_attributes, recorded_controller
-from phasmid.simulation.recorder import record_to_log, record_to_memory
-from phasmid.simulation.run import Progress
-from phasmid.simulation.start import check_start, standing
+from phasmid.simulation.loop import Samples
+from phasmid.simulation.rerun import SCENARIO_CONTROLLER, controller_attributes
+from phasmid.simulation.run import Progress, Run
+from phasmid.simulation.start import check_start, check_time_step, standing
 from phasmid.simulation.termination import Ending, Failure
-from phasmid.simulation.time_step import check_time_step
 
 MOST_EVENTS = 10_000
-"""Most sentences of a controller that a recording keeps."""
+"""Most events of a controller that a recording keeps."""
 
-MISSED = 2.5
-"""Periods without an update that are a gap in what sensors tell, at the least."""
+MISSED_PERIODS = 2.5
+"""Periods without an observation that the safety monitor tolerates at least."""
 
 Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
-"""A command that stands for the whole run, a script, or a function of time [s] and observation,
-whose answer None ends the run."""
+"""A constant command, a script, or a function of time [s] and observation; None ends the run."""
 
 
 def drive(
@@ -70,69 +70,54 @@ def drive(
     log: str | Path | None = None,
     force: bool = False,
 ) -> Recording:
-    """Let a controller drive the robot in the physics engine, in closed loop.
+    """Let a controller drive the simulated robot in closed loop.
 
-    The robot starts at rest on its feet, where the controller's own motion begins if it has one in
-    an attribute ``motion``, and else at neutral. The controller is told what the sensors tell, and
-    asked for targets at a fixed rate. Interrupting the run (Ctrl-C) ends it and keeps what was
-    recorded.
+    The robot starts at rest on its feet, at the start of the controller's attribute ``motion`` if
+    it has one, else at neutral. The controller receives observations and returns targets at a
+    fixed rate. Interrupting the run (Ctrl-C) ends it and keeps what was recorded.
 
     Args:
-        scenario: Robot, ground, drive and engine; its duration is the longest.
-        controller: What decides; None: the locomotion engine with the scenario's gait, period and
-            step height, which stands up and sits down, moves legs by hand, walks on without lost
-            ones and has safety around it: see `scenario_controller`.
-        commands: What it is told to do: a command, a script, or a function of time and
-            observation. Places of a script are gone to by where the robot truly is.
-        rate: Updates of the controller a second [1/s]; a period must be a whole number of time
-            steps.
-        between: What joints do between updates. ``hold``: their goals stay, as on a servo's bus;
-            ``linear``: they go on with the targets' speeds; ``cubic``: they go from the last
-            targets to the new ones, which they reach as the next update comes. None: ``cubic``
-            where the drive is ``prescribed``, which knows no other, and else ``hold``.
-        start: Joint angles to begin with [rad], shape (L, 3).
-        faults: What fails, when: each a `phasmid.simulation.Fault`, or a sentence such as
+        scenario: Robot, ground, drive and simulation; its duration is the longest.
+        controller: The controller; None: the locomotion engine with the scenario's gait, period
+            and step height, with posture sequences and safety, see `scenario_controller`.
+        commands: A command, a script, or a function of time and observation. Waypoints of a script
+            are followed by the robot's true pose.
+        rate: Updates per second [1/s]; a period must be a whole number of time steps.
+        between: Interpolation of targets between updates. ``hold``: the goals stay, as on a
+            servo's bus; ``linear``: they go on with the targets' velocities; ``cubic``: joints go
+            from the last targets to the new ones, which they reach at the next update. None:
+            ``cubic`` for the drive ``prescribed``, ``linear`` for ``torque``, else ``hold``.
+        start: Joint angles at the start [rad], shape (L, 3).
+        faults: What fails, and when: each a `phasmid.simulation.Fault`, or a sentence such as
             ``right_middle.tibia dead at 5 s``.
-        progress: Is told how far the run is.
+        progress: Receives the simulated time [s].
         log: As in `phasmid.simulate`.
         force: Whether an older log of that name is replaced.
 
     Returns:
-        What physics made of it: the engine's channels, the targets, the commanded velocity and the
-        controller's telemetry. The controller's own sentences are in the attribute ``events``, a
-        list of [time, sentence] as JSON, and all commands in ``commands``, a script as text.
+        The simulated channels, the targets, the commanded velocity and the controller's telemetry.
+        The attribute ``events`` holds the controller's events, a list of [time, sentence] as JSON,
+        the attribute ``commands`` all commands, a script as text.
 
     Raises:
-        InvalidInput: What cannot be, such as a time step that cannot resolve the contact, a rate
-            that does not fit it, or a controller that answers with no targets.
+        InvalidInput: The time step cannot resolve the contact, the rate does not fit it, or the
+            controller returns no targets, and the like.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
-    driving = DriveExperiment.of(
-        scenario,
-        controller,
-        commands,
-        rate=rate,
-        between=between,
-        start=start,
-        faults=faults,
+    experiment = DriveExperiment(
+        scenario, controller, commands, rate=rate, between=between, start=start, faults=faults
     )
     check_callable("progress", progress)
-    if log is not None:
-        driving.record(log, progress=progress, force=force)
-        return with_sensors(driving.scenario, load_recording(log))
-    return driving.simulate(progress=progress)
+    if log is None:
+        return experiment.simulate(progress=progress)
+    experiment.record(log, progress=progress, force=force)
+    return with_sensors(experiment.scenario, load_recording(log))
 
 
 def check_drive(
     scenario: Scenario, *, rate: float, between: str | None, faults: Sequence[Fault | str] = ()
 ) -> Faults:
-    """Refuse what no controller could change, before one is made and compiled.
-
-    Args:
-        scenario: As driven.
-        rate: Updates of the controller a second [1/s].
-        between: What joints do between updates; None: as the drive needs it.
-        faults: What fails, and when.
+    """Refuse what no controller could change, before one is made; arguments as in `drive`.
 
     Returns:
         The faults, of the scenario's robot.
@@ -140,7 +125,7 @@ def check_drive(
     Raises:
         InvalidInput: As in `drive`.
     """
-    between_updates(scenario.simulation.planned_drive, between)
+    interpolation(scenario.simulation.planned_drive, between)
     period_steps(scenario, rate)
     if scenario.contact.contact_law == "simscape":
         raise InvalidInput(
@@ -150,218 +135,140 @@ def check_drive(
     return Faults(scenario.load_robot(), faults, scenario.sensors.contact_threshold)
 
 
-@dataclass(frozen=True, eq=False)
-class DriveExperiment:
-    """All that a driven run is made of, checked; see `drive`."""
+class DriveExperiment(Experiment):
+    """A closed-loop run that can be made; arguments and errors as in `drive`.
 
-    scenario: Scenario
-    begin: Motion
-    controller: Controller
-    own: bool
-    commands: Commanded
-    rate: float
-    between: str | None
-    start: Float[np.ndarray, "legs 3"] | None
-    faults: Faults
+    Attributes:
+        scenario: With the drive of a driven robot, and sensor delays of a time step at least.
+        begin: A motion at whose first instant the robot begins.
+        controller: The controller.
+    """
 
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         scenario: Scenario,
         controller: Controller | None,
         commands: Commanded,
         *,
-        rate: float,
-        between: str | None,
+        rate: float = 200.0,
+        between: str | None = None,
         start: Float[np.ndarray, "legs 3"] | None = None,
         faults: Sequence[Fault | str] = (),
-    ) -> DriveExperiment:
-        """What a caller gives, refused where it cannot be driven.
-
-        Raises:
-            InvalidInput: As in `drive`.
-        """
+    ) -> None:
         check_scenario(scenario)
         scenario = scenario.driven()
-        failing = check_drive(scenario, rate=rate, between=between, faults=faults)
-        is_own = controller is None
+        self._faults = check_drive(scenario, rate=rate, between=between, faults=faults)
+        self._between = interpolation(scenario.simulation.planned_drive, between)
+        self._is_scenarios = controller is None
         if controller is None:
             controller = scenario_controller(scenario, rate)
         hint = "a class with the methods reset and update"
         check_type("controller", controller, (Controller,), "a Controller", hint)
         _check_prescribed(scenario, controller)
-        own = getattr(controller, "motion", None)
-        begin: Motion
-        if own is not None and start is None:
-            begin = own
-            begin.check_planned_for(scenario)
+        motion = getattr(controller, "motion", None)
+        self.begin: Motion
+        if motion is not None and start is None:
+            self.begin = motion
+            self.begin.check_planned_for(scenario)
         else:
             robot = scenario.load_robot()
             if start is None and scenario.simulation.start_posture == "packed":
                 start = packing(robot, SequenceSettings()).folded
-            begin = standing(scenario, robot, start)
-        check_time_step(scenario, begin)
-        check_start(scenario, begin)
-        scenario = _with_delays(scenario)
-        _asking(commands)
-        return cls(scenario, begin, controller, is_own, commands, rate, between, start, failing)
+            self.begin = standing(scenario, robot, start)
+        check_time_step(scenario, self.begin)
+        check_start(scenario, self.begin)
+        table, dt = scenario.sensors, scenario.simulation.dt
+        delays = {f"{sensor}_delay": getattr(table, f"{sensor}_delay") for sensor in SENSORS}
+        short = {name: dt for name, delay in delays.items() if delay < dt}
+        if short and table.measured == "everything":
+            scenario = scenario.replace(**short)
+        _command_function(commands)
+        self.scenario, self.controller = scenario, controller
+        self._commands, self._rate, self._start = commands, rate, start
 
-    @classmethod
-    def again(cls, recording: Recording, scenario: Scenario) -> DriveExperiment:
-        """What a recorded run was made of.
-
-        Args:
-            recording: Of a driven run.
-            scenario: Its own, with its robot.
-
-        Raises:
-            InvalidInput: It was driven by a controller of somebody's own, or by commands that no
-                script can tell.
-        """
-        said = recording.attrs
-        text, controller = said.get("commands"), recorded_controller(recording, scenario)
-        if text is None:
-            raise InvalidInput(
-                "the recording does not hold its run's commands; it cannot be run again.",
-                hint="phasmid.drive with commands in a CommandScript",
-            )
-        rate = float(said["control_rate"])
-        start = said.get("start_angles")
-        return cls.of(
-            scenario,
-            controller,
-            script_from_text(str(text)),
-            rate=rate,
-            between=str(said["between_updates"]),
-            start=None if start is None else np.array(json.loads(str(start))),
-            faults=json.loads(str(said.get("faults", "[]"))),
-        )
-
-    def repeat(self, samples: int, progress: Progress | None = None) -> Recording:
-        """Make the run's first samples.
-
-        Args:
-            samples: How many.
-            progress: Is told how far the run is.
-        """
-        run = self.begin_run()
-        recording = record_to_memory(
-            run,
-            run.told,
-            self.attributes(run),
-            samples=samples,
-            progress=progress,
-            interrupted=None,
-        )
-        return with_sensors(self.scenario, recording)
-
-    def simulate(self, *, progress: Progress | None = None) -> Recording:
-        """Make the run in memory."""
-        run = self.begin_run()
-        recording = record_to_memory(
-            run,
-            run.told,
-            self.attributes(run),
-            progress=progress,
-            interrupted=None,
-            shortfall=lambda: _shortfall(run),
-            later=lambda: self._later(run),
-        )
-        return with_sensors(self.scenario, recording)
-
-    def record(
-        self, path: str | Path, *, progress: Progress | None = None, force: bool = False
-    ) -> Failure | None:
-        """Make the run into a log alone.
-
-        Returns:
-            What ended the run early; None where it was completed.
-        """
-        run = self.begin_run()
-        return record_to_log(
-            run,
-            run.told,
-            self.attributes(run),
-            path,
-            progress=progress,
-            force=force,
-            shortfall=lambda: _shortfall(run),
-            later=lambda: self._later(run),
-        )
-
-    def begin_run(self, *, endless: bool = False) -> ClosedLoopRun:
-        """The run, before its first step.
-
-        Args:
-            endless: Whether it goes on for as long as it is advanced.
-        """
+    def begin_run(
+        self,
+        *,
+        samples: int | None = None,
+        interrupted: Sequence[int] = (),
+        endless: bool = False,
+    ) -> ClosedLoopRun:
+        """Return the run before its first step; `endless` goes on for as long as it is advanced."""
+        del samples
         return ClosedLoopRun(
             self.scenario,
             self.begin,
             self.controller,
-            _asking(self.commands),
-            rate=self.rate,
-            between=between_updates(self.scenario.simulation.planned_drive, self.between),
-            faults=self.faults,
+            _command_function(self._commands),
+            rate=self._rate,
+            between=self._between,
+            faults=self._faults,
+            interrupted=interrupted,
             endless=endless,
         )
 
-    def attributes(self, run: ClosedLoopRun) -> Attributes:
-        """What a recording says of the run, but for how it ended."""
-        said = run_attributes(self.scenario, self.begin, run)
+    def channels(self, run: Run, samples: Samples, time: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the channels of the samples that the run passed on last."""
+        del time
+        assert isinstance(run, ClosedLoopRun)
+        return run.channels(samples)
+
+    def attributes(self, run: Run) -> Attributes:
+        """Return run, controller, commands and faults."""
+        attributes = dict(super().attributes(run))
         if not isinstance(self.controller, Player):
-            said.pop("trajectory", None)
-            said = {**said, "servo_verdict": verdict_text(self.scenario)}
-        told = controller_attributes(self.controller, own=self.own)
-        start = self.start
-        if isinstance(self.commands, CommandScript):
-            said = {**said, "commands": self.commands.to_text()}
-        if start is not None:
-            said = {**said, "start_angles": json.dumps(np.asarray(start).tolist())}
+            attributes.pop("trajectory", None)
+            attributes["servo_verdict"] = verdict_text(self.scenario)
+        if isinstance(self._commands, CommandScript):
+            attributes["commands"] = self._commands.to_text()
+        if self._start is not None:
+            attributes["start_angles"] = json.dumps(np.asarray(self._start).tolist())
+        own = {"controller": SCENARIO_CONTROLLER}
         return {
-            **said,
-            **told,
-            "control_rate": float(self.rate),
-            "faults": json.dumps([str(fault) for fault in self.faults.faults]),
-            "between_updates": between_updates(
-                self.scenario.simulation.planned_drive, self.between
-            ),
+            **attributes,
+            **(own if self._is_scenarios else controller_attributes(self.controller)),
+            "control_rate": float(self._rate),
+            "faults": json.dumps([str(fault) for fault in self._faults.faults]),
+            "between_updates": self._between,
         }
 
-    def _later(self, run: ClosedLoopRun) -> Attributes:
-        """What is known at the run's end alone."""
-        told = list(getattr(self.controller, "events", ()))
-        events = [[float(time), str(sentence)] for time, sentence in told[:MOST_EVENTS]]
-        if len(told) > MOST_EVENTS:
-            events.append([events[-1][0], f"{len(told) - MOST_EVENTS} more were not kept"])
-        later: Attributes = {"events": json.dumps(events, ensure_ascii=False)}
+    def final_attributes(self, run: Run) -> Attributes:
+        """Return the controller's events, the waypoints reached, and the commands."""
+        assert isinstance(run, ClosedLoopRun)
+        all_events = list(getattr(self.controller, "events", ()))
+        events = [[float(time), str(sentence)] for time, sentence in all_events[:MOST_EVENTS]]
+        if len(all_events) > MOST_EVENTS:
+            events.append([events[-1][0], f"{len(all_events) - MOST_EVENTS} more were not kept"])
+        final = {"events": json.dumps(events, ensure_ascii=False)}
         if isinstance(run.commands, _Waypoints):
-            later = {**later, **run.commands.attributes()}
-        if not isinstance(self.commands, CommandScript):
-            end = None
-            if run.ended:
-                # After the last update that was answered, and before the one that was not.
-                end = (run.step - 0.5 * run.period_steps) * run.dt
-            # A command that no script can tell is in the channel alone.
+            final |= run.commands.attributes()
+        if not isinstance(self._commands, CommandScript):
+            # The run ended after the last update with a command, before the one without.
+            end = (run.step - 0.5 * run.period_steps) * run.dt if run.ended else None
+            # Commands that no script can express are in the channel only.
             with contextlib.suppress(InvalidInput):
-                later = {**later, "commands": CommandScript.of(run.asked, end).to_text()}
-        return later
+                final["commands"] = CommandScript.of(run.command_changes, end).to_text()
+        return final
+
+    def shortfall(self, run: Run) -> Failure | None:
+        """Return which waypoint was not reached, or None."""
+        assert isinstance(run, ClosedLoopRun)
+        return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
 
 
 def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True) -> SafetyFilter:
-    """The controller that a scenario has where nobody gives one.
+    """Return the controller of a scenario that is driven without another one.
 
-    It is the locomotion engine with the scenario's robot, gait, period and step height, in
-    sequences that let the robot stand up and sit down, moved legs by hand and lost ones, with
-    safety around it.
+    It is the locomotion engine with the scenario's robot, gait, period and step height, inside
+    posture sequences (standing up, sitting down, legs moved by hand, lost legs), inside safety.
 
     Args:
         scenario: The experiment.
-        rate: Updates a second [1/s].
-        feeling: Whether it feels the ground.
+        rate: Updates per second [1/s].
+        feeling: Whether it estimates the ground.
 
     Raises:
-        InvalidInput: It cannot walk so.
+        InvalidInput: The robot cannot walk so.
     """
     period_steps(scenario, rate)
     robot, stride = scenario.load_robot(), scenario.stride
@@ -373,21 +280,15 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
         update_period=1 / rate,
         feeling=feeling,
     )
-    sequencer = Sequencer(engine, robot)
-    usual = SafetySettings().observation_time
-    # Updates that are rarer than that are no gap.
-    safety = SafetySettings(observation_time=max(usual, MISSED / rate))
-    return SafetyFilter(sequencer, robot, safety)
-
-
-def _shortfall(run: ClosedLoopRun) -> Failure | None:
-    return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
+    patience = max(SafetySettings().observation_time, MISSED_PERIODS / rate)
+    safety = SafetySettings(observation_time=patience)
+    return SafetyFilter(Sequencer(engine, robot), robot, safety)
 
 
 def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
     """Refuse prescribed joints on ground that the controller does not know.
 
-    They do not yield, so that feet which meet the ground early strike it with any force.
+    They do not yield: feet that touch down early would hit the ground with any force.
     """
     if scenario.simulation.drive != "prescribed" or scenario.load_terrain().is_level:
         return
@@ -400,60 +301,49 @@ def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
     )
 
 
-def _with_delays(scenario: Scenario) -> Scenario:
-    """The scenario, with sensors whose readings arrive a time step late at the earliest."""
-    table, dt = scenario.sensors, scenario.simulation.dt
-    delays = {f"{sensor}_delay": getattr(table, f"{sensor}_delay") for sensor in SENSORS}
-    short = {name: dt for name, delay in delays.items() if delay < dt}
-    return scenario.replace(**short) if short and table.measured == "everything" else scenario
-
-
 class _Waypoints:
-    """Commands that lead to a script's waypoints, by the true pose."""
+    """Commands that lead to a script's waypoints by the true pose."""
 
     def __init__(self, script: CommandScript) -> None:
-        self.script, self.follower = script, Follower(script)
+        self._waypoints, self._follower = script.waypoint, Follower(script)
 
     def __call__(
-        self, time: float, observation: Observation, pose: tuple[float, float, float]
+        self, time: float, observation: Observation, pose: Callable[[], Pose]
     ) -> Command | None:
         del observation
-        return self.follower.command(time, pose)
+        return self._follower.command(time, pose())
 
-    def shortfall(self, run: ClosedLoopRun) -> Failure | None:
-        """Return why a run that came to its end is incomplete; None where it is complete."""
-        count, reached = len(self.script.waypoint), len(self.follower.reached)
+    def shortfall(self, run: Run) -> Failure | None:
+        """Return which waypoint was not reached, or None."""
+        count, reached = len(self._waypoints), len(self._follower.reached)
         if reached == count:
             return None
         reason = (
             f"by {min(run.step, run.steps) * run.dt:.4g} s: {reached} of {count} reached, waypoint "
-            f"{reached + 1} is {self.follower.remaining}. Try a longer --duration"
+            f"{reached + 1} is {self._follower.remaining}. Try a longer --duration"
         )
         return Failure(Ending.INCOMPLETE, run.step, reason)
 
-    def attributes(self) -> Attributes:
-        """Return the waypoints for a recording, each with the time at which it was reached."""
-        count = len(self.script.waypoint)
-        times = [*self.follower.reached, *[None] * count][:count]
+    def attributes(self) -> dict[str, str]:
+        """Return the waypoints with the times at which they were reached."""
+        times = [*self._follower.reached, *[None] * len(self._waypoints)]
         rows = [
             {"x": place.x, "y": place.y, "heading": place.heading, "reached": time}
-            for place, time in zip(self.script.waypoint, times, strict=True)
+            for place, time in zip(self._waypoints, times, strict=False)
         ]
         return {"waypoints": json.dumps(rows)}
 
 
-def _asking(commands: Commanded) -> Commands:
-    """What a caller commands, as a function that begins anew.
+def _command_function(commands: Commanded) -> Commands:
+    """Return commands as a function, which starts anew.
 
     Raises:
-        InvalidInput: It commands nothing.
+        InvalidInput: They are no commands.
     """
     if isinstance(commands, Command):
         return lambda *_: commands
     if isinstance(commands, CommandScript):
-        if commands.waypoint:
-            return _Waypoints(commands)
-        return lambda time, *_: commands.at(time)
+        return _Waypoints(commands) if commands.waypoint else lambda time, *_: commands.at(time)
     if not callable(commands):
         raise InvalidInput(
             f"commands is {described(commands)}; it must be a Command, a CommandScript, or a "

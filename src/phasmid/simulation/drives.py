@@ -1,4 +1,7 @@
-"""What moves the joints: prescribed motion, or ideal position servos."""
+"""Joint drives: prescribed motion, ideal position servos, and torque control.
+
+The robot's own servos, with their law, motor and gears, are in `servo`.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +11,20 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.feed_forward.servo_goal import SLOW
-from phasmid.errors import PhasmidError
-from phasmid.motion import Motion
-from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains
+from phasmid.dynamics import BodyMotion, inverse_dynamics
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.forces import minimum_norm, planned_torque
+from phasmid.kinematics import jacobian
+from phasmid.motion import Motion, SampledMotion, Walk
+from phasmid.scenario import Scenario
+from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains, joint_gains
 
 if TYPE_CHECKING:
     import mujoco
 
 
 class LostConstraints(PhasmidError):
-    """The engine made no constraint for some of the joints that constraints hold."""
+    """MuJoCo made no constraint for some of the joints that constraints hold."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -26,14 +33,13 @@ class LostConstraints(PhasmidError):
 
 
 class Setpoints(NamedTuple):
-    """What the joints shall do at some steps, whatever moves them.
+    """Reference motion of the joints at N steps, for any drive.
 
     Attributes:
         q: Angles [rad], shape (N, L, 3).
-        qd: Speeds [rad/s], shape (N, L, 3).
+        qd: Velocities [rad/s], shape (N, L, 3).
         qdd: Accelerations [rad/s²], shape (N, L, 3).
-        torque: Feed-forward torque beside what follows from the angles [N·m], shape (N, L, 3);
-            None: none.
+        torque: Feed-forward torque [N·m], shape (N, L, 3); None: none.
     """
 
     q: Float[np.ndarray, "samples legs 3"]
@@ -44,175 +50,212 @@ class Setpoints(NamedTuple):
 
 @runtime_checkable
 class Drive(Protocol):
-    """Sets the joints' targets before each step and tells their torques after it.
+    """Applies commands to the joints before each step, and reads their torques after it.
 
     Attributes:
-        state: All that the drive remembers from one step to the next, one row of numbers that is
-            changed in place; empty where the joints' own state is all. It is recorded with every
-            sample, and a run is continued from it.
+        state: The drive's own state, changed in place; empty where it has none. It is recorded
+            with every sample and restored with a run.
     """
 
     state: Float[np.ndarray, " state"]
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
-        """Set what the joints shall do in the next step; one row of `targets`."""
+        """Apply one row of `targets` in the next step."""
 
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Start the walk with joint speeds [rad/s], shape (3 L,), after all has settled."""
+        """Reset the state after the robot has settled, with joint velocities [rad/s], (3 L,)."""
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Torques of the last step, leg by leg [N·m], shape (3 L,).
+        """Return the torques of the last step, leg by leg [N·m], shape (3 L,).
 
         Raises:
             LostConstraints: There are none.
         """
 
-    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """What `command` is told so that setpoints are followed with a time step [s], (N, 3 L)."""
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Convert setpoints to what `command` takes, with a time step dt [s], shape (N, 3 L)."""
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """What the states of all samples tell a recording, by channel name."""
+        """Return the recorded channels of states."""
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """What is wrong with the drive in a state, to be told when a run ends early; or nothing."""
+        """Return the failures in a state, for the message of a run that ends early; or nothing."""
 
     def fail(self, joint: int) -> None:
-        """Let go of a joint from now on, counted leg by leg: it is limp."""
+        """Make a joint limp from now on; joints are counted leg by leg."""
 
 
-class Memoryless:
-    """What drives share that remember nothing from one step to the next, and do not fail."""
+class StatelessDrive:
+    """Base of the drives without a state of their own."""
 
     def __init__(self) -> None:
         self.state = np.empty(0)
 
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Nothing: these joints remember nothing."""
-        del speed
+        """Do nothing."""
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Nothing: these joints remember nothing."""
+        """Return no channels."""
         del states
         return {}
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Nothing: these joints do not fail."""
+        """Return nothing: these drives do not fail."""
         del state
         return ""
 
 
-class PrescribedDrive(Memoryless):
-    """Joints that follow the plan exactly, whatever torque it takes: the paper's way.
+class PrescribedDrive(StatelessDrive):
+    """Joints that follow the setpoints exactly, whatever torque it takes, as in the paper.
 
-    Each joint is held by an equality constraint; its force is the joint's torque.
+    Each joint is held by an equality constraint, whose force is the joint's torque.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
-        self._data = data
-        self._angle = model.eq_data[:, 0]
+        self._data, self._angle = data, model.eq_data[:, 0]
         self._held = np.arange(3 * len(walk.robot.legs))
-        self._count = len(self._held)
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
-        """Set the angles at which the constraints hold."""
+        """Set the angles of the constraints [rad]."""
         self._angle[:] = target
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Forces of the constraints, which stand first among the engine's constraint forces.
-
-        Raises:
-            LostConstraints: The engine left some of them out.
-        """
-        force: np.ndarray = self._data.efc_force[: self._count]
-        if self._data.ne < self._count or len(force) < self._count:
+        """Return the forces of the constraints, which come first among MuJoCo's."""
+        data, held = self._data, self._held
+        force: np.ndarray = data.efc_force[: len(held)]
+        if data.ne < len(held) or len(force) < len(held):
             raise LostConstraints
-        if self._count == len(self._angle):
+        if len(held) == len(self._angle):
             return force
         torque = np.zeros(len(self._angle))
-        torque[self._held] = force
+        torque[held] = force
         return torque
 
     def fail(self, joint: int) -> None:
-        """Take away a joint's constraint."""
+        """Disable a joint's constraint."""
         self._data.eq_active[joint] = 0
         self._held = self._held[self._held != joint]
-        self._count = len(self._held)
 
-    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Angles to hold so that position, velocity and acceleration are those wanted.
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the constraint angles that give the acceleration of the setpoints.
 
-        The engine's constraint asks for the acceleration -b q' - k (q - target), so a target of
-        q + (b q' + q'')/k asks for the acceleration wanted. Its gains b and k come divided by the
-        impedance, and once more multiplied in k.
-
-        Args:
-            wanted: At the steps; a feed-forward torque changes nothing, as these joints take
-                whatever torque they need.
-            dt: Time step [s].
-
-        Returns:
-            Shape (N, 3 L) [rad].
+        A constraint asks for the acceleration -b q' - k (q - target), so that a target of
+        q + (b q' + q'')/k asks for q''. MuJoCo takes the gains b and k divided by the impedance,
+        and k divided by it once more. Torques of the setpoints have no effect.
         """
         stiffness, damping = drive_gains(dt)
-        angle = wanted.q + (damping * wanted.qd + JOINT_IMPEDANCE * wanted.qdd) / stiffness
-        return angle.reshape(len(wanted.q), -1)
+        q, qd, qdd, _ = setpoints
+        return (q + (damping * qd + JOINT_IMPEDANCE * qdd) / stiffness).reshape(len(q), -1)
 
 
-class IdealServoDrive(Memoryless):
-    """Position servos with a torque that falls with speed, from stall to none at no load."""
+class IdealServoDrive(StatelessDrive):
+    """Position servos whose largest torque falls with speed, from stall to none at no load."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         servo = walk.robot.servo
-        self._control, self._force = data.ctrl, data.actuator_force
-        self._velocity = data.qvel[6:]
-        self._limits = model.actuator_forcerange
-        self._lower, self._upper = self._limits.T
-        # The engine's friction holds a load beside the motor; together they hold the stall torque.
+        self._control, self._force, self._speed = data.ctrl, data.actuator_force, data.qvel[6:]
+        self._lower, self._upper = model.actuator_forcerange.T
+        # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
         self._stall = max(servo.stall_torque - servo.friction, 0.0)
         self._friction = servo.friction
         self._stiffness: float | np.ndarray = servo.stiffness
         self._damping: float | np.ndarray = servo.damping
         self._drop_per_speed = self._stall / servo.no_load_speed
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
-        self._drop, self._loss = np.empty((2, model.nu))
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
-        """Set the servos' goals, and what torque they can give at the present speed."""
+        """Set the servos' goals [rad], and the torque limits at the present speed."""
         self._control[:] = target
-        # In-place ufuncs, with buffers of their own: this runs at every step.
-        np.multiply(self._velocity, self._drop_per_speed, out=self._drop)
-        np.subtract(self._stall, np.maximum(self._drop, 0.0, out=self._loss), out=self._loss)
-        np.maximum(self._loss, 0.0, out=self._upper)
-        np.add(self._stall, np.minimum(self._drop, 0.0, out=self._loss), out=self._loss)
-        np.minimum(np.negative(self._loss, out=self._loss), 0.0, out=self._lower)
+        drop = self._drop_per_speed * self._speed
+        np.maximum(self._stall - np.maximum(drop, 0.0), 0.0, out=self._upper)
+        np.minimum(-self._stall - np.minimum(drop, 0.0), 0.0, out=self._lower)
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """What the servos gave, their own friction not taken off."""
+        """Return the motors' torques; friction is not subtracted."""
         force: np.ndarray = self._force
         return force
 
     def fail(self, joint: int) -> None:
-        """Take a joint's motor away; rotor and friction stay."""
+        """Remove a joint's motor; rotor and friction stay."""
         self._gains[joint] = self._biases[joint] = 0.0
 
-    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Goals of the servos, shape (N, 3 L) [rad], whatever the time step.
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the servos' goals [rad].
 
-        A servo gives its stiffness times how far it is from its goal: a goal further by the
-        feed-forward torque over that stiffness adds this torque, within the servo's limits. With
-        it goes what the servo's damping and friction take from the wanted motion.
+        A servo gives its stiffness times the distance to its goal, so that a goal further by
+        torque over stiffness adds a torque: the feed-forward torque, damping and friction.
         """
         del dt
-        goal = wanted.q.reshape(len(wanted.q), -1)
-        if wanted.torque is None:
-            return goal
-        speed = wanted.qd.reshape(goal.shape)
-        torque = wanted.torque.reshape(goal.shape) + self._damping * speed
-        return goal + (torque + self._friction_at(speed)) / self._stiffness
+        q, qd, _, torque = setpoints
+        if torque is not None:
+            q = q + (torque + self._damping * qd + self._friction_at(qd)) / self._stiffness
+        return q.reshape(len(q), -1)
 
     def _friction_at(self, speed: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-        """Torque that friction takes from joints that turn [N·m]; slow ones have part of it."""
+        """Return the friction torque at a speed [N·m]; part of it at slow speeds."""
         # As np.clip, in a third of its time.
         return self._friction * np.minimum(np.maximum(speed / SLOW, -1.0), 1.0)
+
+
+class TorqueDrive(IdealServoDrive):
+    """Torque-controlled joints, with the torque limits, rotor and friction of an ideal servo.
+
+    The torque is the feed-forward torque, friction, and a spring and a damper about the setpoint.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
+    ) -> None:
+        super().__init__(model, data, walk)
+        self._stiffness, self._damping = joint_gains(walk.robot, scenario)
+
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the torques at zero angle and speed [N·m]; MuJoCo adds spring and damper."""
+        del dt
+        q, qd, _, torque = setpoints
+        q, qd = q.reshape(len(q), -1), qd.reshape(len(q), -1)
+        total = self._stiffness * q + self._damping * qd + self._friction_at(qd)
+        return total if torque is None else total + torque.reshape(len(q), -1)
+
+
+def check_feed_forward(scenario: Scenario, walk: Motion) -> None:
+    """Refuse the torque drive for a trajectory, whose stance feet are unknown.
+
+    Raises:
+        InvalidInput: The drive is ``torque`` and the motion is no planned walk.
+    """
+    if scenario.simulation.drive == "torque" and not isinstance(walk, Walk):
+        raise InvalidInput(
+            'drive is "torque" and the joints follow a trajectory, which does not tell which feet '
+            "stand; it must be another drive.",
+            hint='"ideal-servo"',
+        )
+
+
+def walking_torque(scenario: Scenario, walk: Walk) -> Float[np.ndarray, "samples legs 3"]:
+    """Return the model torques of a sampled plan with the servos' rotors [N·m], shape (N, L, 3).
+
+    Raises:
+        InfeasibleLoad: The stance feet cannot give what the motion needs.
+    """
+    return planned_torque(scenario, walk) + walk.robot.servo.armature * walk.qdd
+
+
+def standing_torque(
+    scenario: Scenario, start: SampledMotion
+) -> Float[np.ndarray, "samples legs 3"]:
+    """Return the static torques of a robot on all its feet [N·m], shape (N, L, 3).
+
+    Raises:
+        InfeasibleLoad: Its feet lie on a line.
+    """
+    robot, trunk, q = start.robot, start.trunk, start.q
+    R, still, gravity = trunk.rotation, np.zeros_like(q), scenario.model.gravity
+    body = BodyMotion.at_rest(trunk.position, R)
+    torque, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
+    feet = start.foot_position - trunk.position[:, None]
+    force = minimum_norm(feet, np.ones(q.shape[:-1], dtype=bool), wrench)
+    J = R[:, None] @ robot.arrays.R_body_hip @ jacobian(robot.arrays, q)
+    return torque - np.einsum("...ij,...i->...j", J, force)

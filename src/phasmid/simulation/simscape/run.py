@@ -9,17 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid import batch
-from phasmid.dynamics import BodyMotion
+from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.drives import Memoryless, Setpoints
-from phasmid.simulation.run import WATCH_STEPS, Run
-from phasmid.simulation.samples import Samples
+from phasmid.simulation.drives import Setpoints, StatelessDrive
+from phasmid.simulation.loop import Samples
+from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.simscape.legs import (
     AXIS,
     LEG,
@@ -31,8 +30,7 @@ from phasmid.simulation.simscape.legs import (
     leg_rows,
 )
 from phasmid.simulation.simscape.trunk import advance
-from phasmid.simulation.start import raised
-from phasmid.simulation.time_step import longest_time_step
+from phasmid.simulation.start import longest_time_step, start_offset
 from phasmid.terrain import Blocky
 from phasmid.terrain.ground import upright
 
@@ -58,7 +56,7 @@ class _Widths:
     nsensordata: int
 
 
-class _Planned(Memoryless):
+class _Planned(StatelessDrive):
     """Joints that do what is planned, and remember nothing."""
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -73,13 +71,13 @@ class _Planned(Memoryless):
         """None: torques are found after the motion."""
         return np.empty(0)
 
-    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Planned angles, shape (N, 3 L) [rad]."""
         del dt
-        return wanted.q.reshape(len(wanted.q), -1)
+        return setpoints.q.reshape(len(setpoints.q), -1)
 
 
-class TrunkRun(Run):
+class SimscapeRun(Run):
     """A walk with prescribed joints under the contact law of the paper's library.
 
     The log is that of the engine: positions, speeds, the feet's forces and places, torques.
@@ -103,8 +101,8 @@ class TrunkRun(Run):
         legs = len(robot.legs)
         self.model = _Widths(7 + 3 * legs, 6 + 3 * legs, 7 * legs)
         self.drive = _Planned()
-        self.turns = np.zeros((WATCH_STEPS, 3 * legs))
-        self.acceleration = np.zeros((WATCH_STEPS, 6))
+        self.turns = np.zeros((BLOCK_STEPS, 3 * legs))
+        self.acceleration = np.zeros((BLOCK_STEPS, 6))
         self.substeps = substeps(scenario, robot)
         self.weight = np.array([0.0, 0.0, -robot.mass * scenario.model.gravity])
         contact = scenario.contact
@@ -121,6 +119,9 @@ class TrunkRun(Run):
                 1.5 * contact.tip_width,
             ]
         )
+
+    def _error(self) -> str:
+        return ""
 
     def _physics(self) -> Float[np.ndarray, " physics"]:
         """Pose and twist, and the planes, since a foot may be beyond the edge of its own."""
@@ -139,7 +140,7 @@ class TrunkRun(Run):
     def _place(self, start: SampledMotion) -> None:
         """Put the robot where the plan starts."""
         self.pose = np.concatenate([start.trunk.position[0], start.trunk.quaternion[0]])
-        self.pose[2] += raised(self.scenario, start)
+        self.pose[2] += start_offset(self.scenario, start)
         self.twist = np.zeros(6)
         self._advance(self._still(start, 1), last=True)
         self.first = Samples.empty(self.model, self.drive, 1)
@@ -241,7 +242,7 @@ class TrunkRun(Run):
             angular_acceleration=self.acceleration[:good, 3:],
         )
         force = log.sensors[:good, : 4 * legs].reshape(good, legs, 4)[..., 1:]
-        needed = batch.inverse_dynamics(
+        needed = inverse_dynamics(
             self.robot,
             body,
             *(each[:good] for each in joints),
