@@ -52,8 +52,13 @@ def run_channels(run: Run, samples: Samples) -> dict[str, np.ndarray]:
 @cache
 def versions() -> dict[str, str]:
     """Return what a run's bits depend on besides scenario and robot, by attribute."""
+    import mujoco
+
     return {
-        **{f"{name}_version": version(name) for name in ("phasmid", "mujoco", "numpy", "numba")},
+        "phasmid_version": version("phasmid"),
+        "mujoco_version": mujoco.__version__,
+        "numpy_version": np.__version__,
+        "numba_version": version("numba"),
         "machine": f"{platform.system()} {platform.machine()}",
     }
 

@@ -333,15 +333,14 @@ class ClosedLoopRun(Run):
             self._controller_failure = Failure(Ending.FAILED, at, reason)
             # One more step with the last targets, so that there is a sample to report.
             torque, count = None, 1
-        setpoints = self._setpoints[update]
-        self._interpolator.interpolate(setpoints)
+        rows = self._setpoints[update]
+        self._interpolator.interpolate(rows)
         self._record_telemetry(update, decision)
+        setpoints = Setpoints(rows[0], rows[1], rows[2])
         if torque is not None:
             self._torque[:] = torque
-        given = self._torque if torque is not None else None
-        return self.drive.targets(
-            Setpoints(setpoints[0], setpoints[1], setpoints[2], given), self.dt
-        )[:count]
+            setpoints = setpoints._replace(torque=self._torque)
+        return self.drive.targets(setpoints, self.dt)[:count]
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure of the block, or why the controller cannot be followed."""
