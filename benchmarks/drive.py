@@ -23,7 +23,7 @@ COMMAND = Command(velocity=(0.05, 0.0, 0.1))
 
 def driving(scenario: Scenario) -> DriveExperiment:
     """A walk with everything that `phasmid.drive` has around it."""
-    return DriveExperiment.of(scenario, None, COMMAND, rate=200.0, between=None)
+    return DriveExperiment(scenario, None, COMMAND, rate=200.0, between=None)
 
 
 def goals(scenario: Scenario) -> list[np.ndarray]:

@@ -13,7 +13,7 @@ from phasmid.recording import load_recording, save_recording
 from phasmid.reporting import report
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, replay, simulate
-from phasmid.simulation.ground import Footing
+from phasmid.simulation.contact import FootGround
 from phasmid.simulation.model import build_model
 from phasmid.simulation.termination import check_termination
 from phasmid.terrain import Blocky, Ground, Steps, height_text, heights_from_text
@@ -46,18 +46,18 @@ def robot():
 
 
 def placed(robot, scenario, x, y, yaw, z):
-    """The engine with the robot at its neutral stance there, its footing set."""
+    """The engine with the robot at its neutral stance there, the ground under its feet set."""
     walk = plan(PAPER)
     model = build_model(robot, scenario)
     data = mujoco.MjData(model)
-    footing = Footing(model, data, robot, scenario.load_terrain())
+    foot_ground = FootGround(model, data, robot, scenario.load_terrain())
 
     def place(x, y, yaw, z):
         data.qpos[:3] = x, y, z
         data.qpos[3:7] = yaw_quaternion(np.array(yaw))
         data.qpos[7:] = walk.q[0].ravel()
-        if footing.needed:
-            footing.follow()
+        if foot_ground.varies:
+            foot_ground.update()
         mujoco.mj_forward(model, data)
 
     place(x, y, yaw, z)

@@ -181,9 +181,9 @@ def _add_leg(
 ) -> None:
     import mujoco
 
-    parent, mount = trunk, (leg.mount_roll, leg.mount_pitch, leg.mount_yaw)
+    parent, mount = trunk, np.array([leg.mount_roll, leg.mount_pitch, leg.mount_yaw])
     poses = (
-        (leg.mount_position, rpy_quaternion(*np.array(mount))),
+        (leg.mount_position, rpy_quaternion(*mount[:, None])[0]),
         ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
         ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
     )

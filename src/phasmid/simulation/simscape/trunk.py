@@ -1,35 +1,32 @@
-"""The motion of the trunk under its legs and the ground, integrated in small steps.
+"""Compiled integration of a free trunk with prescribed joints under the paper's contact law.
 
-The state of a substep is what forces change most simply: place and momentum of the centre of mass,
-orientation, and angular momentum about that centre, all in world axes,
+The state is the position c of the centre of mass, the orientation R, the momentum p and the angular
+momentum L about the centre of mass, all in world axes:
 
     c' = p/m,   p' = m g + sum F,   L' = sum r x F,   R' = R [w]x,   w = J⁻¹ (Rᵀ L - l),
 
-with the inertia J about the centre of mass and the legs' own angular momentum l, in body axes, of
-`legs`. In flight both momenta are kept to round-off, whatever the legs do.
+with the inertia J about the centre of mass and the angular momentum l of the legs, in body axes,
+from `legs`. In flight both momenta are conserved to round-off.
 
-Friction that sticks is a stiff damper: its rate is static friction times weight over threshold and
-mass, some thousands per second. So a substep is linearly implicit: ROS2, a Rosenbrock method of
-second order that keeps its order with any matrix in the place of the Jacobian (Verwer, Spee, Blom
-and Hundsdorfer 1999), and is L-stable with gamma = 1 - 1/√2. The matrix is that of the contacts'
-dampers: of normal damping, and of friction as force over slip, which never turns a slip around.
+Sticking friction is a stiff damper: its rate is static friction times weight over threshold and
+mass, thousands per second. A substep is therefore linearly implicit: ROS2, a Rosenbrock method of
+second order that keeps its order with any matrix in place of the Jacobian (Verwer, Spee, Blom and
+Hundsdorfer 1999), and is L-stable with gamma = 1 - 1/√2. The matrix is that of the contacts'
+dampers: normal damping, and friction as force over slip, which never turns a slip around.
+
+The contact law is that of the Simscape Multibody Contact Forces Library, sphere to plane, with its
+defaults (the tool of the paper's Figs. 9 to 11).
 """
 
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
 from phasmid.compiled import compiled
-from phasmid.simulation.simscape.ground import (
-    cubic,
-    cubic_rate,
-    ground,
-    inertia_at,
-    rotation,
-    solved,
-)
+from phasmid.simulation.contact import CONTACT_POINTS
 from phasmid.simulation.simscape.legs import (
     AXIS,
     COM,
@@ -40,15 +37,272 @@ from phasmid.simulation.simscape.legs import (
     LEGS,
     MOMENTUM,
     TIP,
+    TURNING,
 )
 
+Vector: TypeAlias = tuple[float, float, float]
+
 GAMMA = 1.0 - math.sqrt(0.5)
-"""Of the method."""
+"""Coefficient of ROS2."""
+
+KINETIC_FROM = 1.5
+"""Slip, over the threshold speed, from which friction is kinetic."""
 
 
 @compiled
-def factored(dampers: np.ndarray, mass: float, J: np.ndarray, weight: float, C: np.ndarray) -> None:
-    """Fill C with the Cholesky factor of the mass matrix and so much of the dampers."""
+def normal_force(depth: float, sinking: float, stiffness: float, damping: float) -> float:
+    """Return the normal force on one point [N]: a spring, and a damper while the point sinks.
+
+    Args:
+        depth: Of the point in the ground [m].
+        sinking: Velocity into the ground [m/s].
+        stiffness: [N/m].
+        damping: [N·s/m].
+    """
+    if depth <= 0.0:
+        return 0.0
+    return stiffness * depth + damping * max(sinking, 0.0)
+
+
+@compiled
+def friction_coefficient(speed: float, static: float, kinetic: float, threshold: float) -> float:
+    """Return friction over normal force of one point.
+
+    It rises linearly to the static coefficient at the threshold, and falls linearly to the kinetic
+    one at 1.5 times the threshold.
+
+    Args:
+        speed: Of the slip, not negative [m/s].
+        static: Coefficient at the threshold.
+        kinetic: Coefficient of fast slip.
+        threshold: Speed up to which the point sticks, by creeping [m/s].
+    """
+    if speed <= threshold:
+        return static * speed / threshold
+    if speed >= KINETIC_FROM * threshold:
+        return kinetic
+    return static - (static - kinetic) * (speed / threshold - 1.0) / (KINETIC_FROM - 1.0)
+
+
+# Vectors are tuples, which the compiler keeps in registers.
+
+
+@compiled
+def plus(a: Vector, b: Vector) -> Vector:
+    """Return a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@compiled
+def minus(a: Vector, b: Vector) -> Vector:
+    """Return a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@compiled
+def times(k: float, a: Vector) -> Vector:
+    """Return k a."""
+    return k * a[0], k * a[1], k * a[2]
+
+
+@compiled
+def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@compiled
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@compiled
+def vector(array: np.ndarray, at: int) -> Vector:
+    """Return three numbers of an array."""
+    return array[at], array[at + 1], array[at + 2]
+
+
+@compiled
+def put(array: np.ndarray, at: int, a: Vector) -> None:
+    """Write three numbers of an array."""
+    array[at], array[at + 1], array[at + 2] = a
+
+
+@compiled
+def apply(M: np.ndarray, a: Vector) -> Vector:
+    """Return M a."""
+    return dot(vector(M[0], 0), a), dot(vector(M[1], 0), a), dot(vector(M[2], 0), a)
+
+
+@compiled
+def apply_transposed(M: np.ndarray, a: Vector) -> Vector:
+    """Return Mᵀ a."""
+    x, y, z = vector(M[0], 0), vector(M[1], 0), vector(M[2], 0)
+    return plus(plus(times(a[0], x), times(a[1], y)), times(a[2], z))
+
+
+@compiled
+def solve(J: np.ndarray, b: Vector) -> Vector:
+    """Return x of J x = b for a symmetric matrix."""
+    x, y, z = vector(J[0], 0), vector(J[1], 0), vector(J[2], 0)
+    yz, zx, xy = cross(y, z), cross(z, x), cross(x, y)
+    d = 1.0 / dot(x, yz)
+    return times(d, plus(plus(times(b[0], yz), times(b[1], zx)), times(b[2], xy)))
+
+
+@compiled
+def cubic(row: np.ndarray, at: int, s: float) -> float:
+    """Return the value of a cubic at a share of the step."""
+    return row[at] + s * (row[at + 1] + s * (row[at + 2] + s * row[at + 3]))
+
+
+@compiled
+def cubics(row: np.ndarray, at: int, s: float) -> Vector:
+    """Return the values of three cubics."""
+    return cubic(row, at, s), cubic(row, at + 4, s), cubic(row, at + 8, s)
+
+
+@compiled
+def rate(row: np.ndarray, at: int, s: float, dt: float) -> float:
+    """Return the time derivative of a cubic."""
+    return (row[at + 1] + s * (2.0 * row[at + 2] + s * 3.0 * row[at + 3])) / dt
+
+
+@compiled
+def rates(row: np.ndarray, at: int, s: float, dt: float) -> Vector:
+    """Return the time derivatives of three cubics."""
+    return rate(row, at, s, dt), rate(row, at + 4, s, dt), rate(row, at + 8, s, dt)
+
+
+@compiled
+def fill_rotation(state: np.ndarray, R: np.ndarray) -> None:
+    """Fill R with the rotation of the state's quaternion, which may be of any length."""
+    w, x, y, z = state[3], state[4], state[5], state[6]
+    n = 2.0 / (w * w + x * x + y * y + z * z)
+    put(R[0], 0, (1 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)))
+    put(R[1], 0, (n * (x * y + w * z), 1 - n * (x * x + z * z), n * (y * z - w * x)))
+    put(R[2], 0, (n * (x * z - w * y), n * (y * z + w * x), 1 - n * (x * x + y * y)))
+
+
+@compiled
+def fill_symmetric(xx_yy_zz: Vector, xy_xz_yz: Vector, J: np.ndarray) -> None:
+    """Fill a symmetric matrix."""
+    (xx, yy, zz), (xy, xz, yz) = xx_yy_zz, xy_xz_yz
+    put(J[0], 0, (xx, xy, xz))
+    put(J[1], 0, (xy, yy, yz))
+    put(J[2], 0, (xz, yz, zz))
+
+
+# Forces -------------------------------------------------------------------------------------------
+
+
+@compiled
+def contact(
+    row: np.ndarray,
+    s: float,
+    dt: float,
+    state: np.ndarray,
+    mass: float,
+    planes: np.ndarray,
+    law: np.ndarray,
+    R: np.ndarray,
+    J: np.ndarray,
+    feet: np.ndarray,
+    wrench: np.ndarray,
+    dampers: np.ndarray,
+) -> Vector:
+    """Compute the contact forces in a state, in body axes, and return the angular velocity.
+
+    Args:
+        row: The legs in this step, from `leg_rows`.
+        s: Share of the step that has passed.
+        dt: Time step [s].
+        state: Centre of mass, quaternion, momentum, angular momentum (13).
+        mass: Of the robot [kg].
+        planes: Ground under each leg: normal in world axes, distance from the origin along it, and
+            static coefficient of friction, shape (L, 5).
+        law: Stiffness, damping, kinetic coefficient and threshold speed of a point, its radius,
+            and the greatest distance of two points of a foot.
+        R: Filled with the body's rotation.
+        J: Filled with the inertia about the centre of mass.
+        feet: Filled with the number of touching points, force and moment on each foot, the moment
+            about the centre of mass, shape (L, 7).
+        wrench: Filled with the feet's sum (6).
+        dampers: Filled with the lower triangle of the damping matrix of the contacts (6, 6), by
+            which a twist of the body changes the wrench; not where it has no rows.
+    """
+    stiffness, damping, kinetic, threshold, radius, size = law
+    fill_rotation(state, R)
+    fill_symmetric(cubics(row, INERTIA, s), cubics(row, INERTIA + 12, s), J)
+    com = cubics(row, COM, s)
+    w = solve(J, minus(apply_transposed(R, vector(state, 10)), cubics(row, MOMENTUM, s)))
+    velocity = apply_transposed(R, times(1.0 / mass, vector(state, 7)))
+    velocity = minus(velocity, rates(row, COM, s, dt))
+    feet[:] = 0.0
+    wrench[:] = 0.0
+    dampers[:] = 0.0
+    for leg in range(len(planes)):
+        at = LEGS + leg * LEG
+        upward, static = vector(planes[leg], 0), planes[leg, 4]
+        n = apply_transposed(R, upward)
+        height = dot(upward, vector(state, 0)) - planes[leg, 3] - radius
+        begin, end = vector(row, at + TURNING), vector(row, at + TURNING + 3)
+        turning = plus(begin, times(s, minus(end, begin)))
+        for point in range(CONTACT_POINTS):
+            r = minus(cubics(row, at + 12 * point, s), com)
+            depth = -(height + dot(n, r))
+            if depth <= 0.0:
+                # No other point of this foot can reach the ground.
+                if depth < -size:
+                    break
+                continue
+            # The point of the tibia that touches, halfway into the ground.
+            below = times(radius - depth / 2.0, n)
+            r = minus(r, below)
+            v = plus(plus(velocity, cross(w, r)), rates(row, at + 12 * point, s, dt))
+            v = minus(v, cross(turning, below))
+            rising = dot(n, v)
+            v = minus(v, times(rising, n))
+            slip = math.sqrt(dot(v, v))
+            normal = normal_force(depth, -rising, stiffness, damping)
+            drag = static * normal / threshold
+            if slip > threshold:
+                least = min(kinetic, static)
+                drag = friction_coefficient(slip, static, least, threshold) * normal / slip
+            force = minus(times(normal, n), times(drag, v))
+            feet[leg, 0] += 1.0
+            put(feet[leg], 1, plus(vector(feet[leg], 1), force))
+            put(feet[leg], 4, plus(vector(feet[leg], 4), cross(r, force)))
+            if len(dampers):
+                # Drag in all directions, and along the normal what differs from it.
+                add_damper(dampers, drag, (1.0, 0.0, 0.0), r)
+                add_damper(dampers, drag, (0.0, 1.0, 0.0), r)
+                add_damper(dampers, drag, (0.0, 0.0, 1.0), r)
+                add_damper(dampers, (damping if rising < 0.0 else 0.0) - drag, n, r)
+        for a in range(6):
+            wrench[a] += feet[leg, 1 + a]
+    return w
+
+
+@compiled
+def add_damper(dampers: np.ndarray, damping: float, along: Vector, r: Vector) -> None:
+    """Add a damper at the point r along a direction to the lower triangle of a matrix."""
+    moment = cross(r, along)
+    b = (along[0], along[1], along[2], moment[0], moment[1], moment[2])
+    for i in range(6):
+        for j in range(i + 1):
+            dampers[i, j] += damping * b[i] * b[j]
+
+
+# Integration --------------------------------------------------------------------------------------
+
+
+@compiled
+def factorise(
+    dampers: np.ndarray, mass: float, J: np.ndarray, weight: float, C: np.ndarray
+) -> None:
+    """Fill C with the Cholesky factor of the mass matrix plus a weight times the dampers."""
     for i in range(6):
         for j in range(i + 1):
             value = weight * dampers[i, j]
@@ -62,7 +316,7 @@ def factored(dampers: np.ndarray, mass: float, J: np.ndarray, weight: float, C: 
 
 
 @compiled
-def damped(C: np.ndarray, mass: float, J: np.ndarray, b: np.ndarray, x: np.ndarray) -> None:
+def damp(C: np.ndarray, mass: float, J: np.ndarray, b: np.ndarray, x: np.ndarray) -> None:
     """Fill x with M (M + weight D)⁻¹ b, from the factor of the matrix in brackets."""
     for i in range(6):
         value = b[i]
@@ -74,46 +328,39 @@ def damped(C: np.ndarray, mass: float, J: np.ndarray, b: np.ndarray, x: np.ndarr
         for k in range(i + 1, 6):
             value -= C[k, i] * x[k]
         x[i] = value / C[i, i]
-    y3, y4, y5 = x[3], x[4], x[5]
-    for a in range(3):
-        x[a] *= mass
-        x[3 + a] = J[a, 0] * y3 + J[a, 1] * y4 + J[a, 2] * y5
+    put(x, 0, times(mass, vector(x, 0)))
+    put(x, 3, apply(J, vector(x, 3)))
 
 
 @compiled
-def drift(state: np.ndarray, w: np.ndarray, mass: float, rate: np.ndarray) -> None:
+def fill_drift(state: np.ndarray, w: Vector, mass: float, drift: np.ndarray) -> None:
     """Fill the rates of the centre of mass (3) and of the quaternion (4)."""
-    for a in range(3):
-        rate[a] = state[7 + a] / mass
-    qw, qx, qy, qz = state[3], state[4], state[5], state[6]
-    rate[3] = 0.5 * (-qx * w[0] - qy * w[1] - qz * w[2])
-    rate[4] = 0.5 * (qw * w[0] + qy * w[2] - qz * w[1])
-    rate[5] = 0.5 * (qw * w[1] + qz * w[0] - qx * w[2])
-    rate[6] = 0.5 * (qw * w[2] + qx * w[1] - qy * w[0])
+    put(drift, 0, times(1.0 / mass, vector(state, 7)))
+    scalar, q = state[3], vector(state, 4)
+    drift[3] = -0.5 * dot(q, w)
+    put(drift, 4, times(0.5, plus(times(scalar, w), cross(q, w))))
 
 
 @compiled
-def with_weight(
-    R: np.ndarray,
-    wrench: np.ndarray,
-    weight: np.ndarray,
-    R_to: np.ndarray,
-    total: np.ndarray,
-) -> None:
-    """Fill the total wrench, with the weight in it, in the axes of another rotation."""
+def add_impulse(state: np.ndarray, R: np.ndarray, force: np.ndarray, h: float) -> None:
+    """Add a force and a moment in body axes, over a time, to the momenta."""
     for half in (0, 3):
-        x, y, z = wrench[half], wrench[half + 1], wrench[half + 2]
-        a = R[0, 0] * x + R[0, 1] * y + R[0, 2] * z
-        b = R[1, 0] * x + R[1, 1] * y + R[1, 2] * z
-        c = R[2, 0] * x + R[2, 1] * y + R[2, 2] * z
-        if half == 0:
-            a, b, c = a + weight[0], b + weight[1], c + weight[2]
-        for i in range(3):
-            total[half + i] = R_to[0, i] * a + R_to[1, i] * b + R_to[2, i] * c
+        change = times(h, apply(R, vector(force, half)))
+        put(state, 7 + half, plus(vector(state, 7 + half), change))
 
 
 @compiled
-def moved(
+def total_wrench(
+    R: np.ndarray, wrench: np.ndarray, weight: np.ndarray, R_to: np.ndarray, total: np.ndarray
+) -> None:
+    """Fill the wrench with the weight, in the body axes of another rotation."""
+    force = plus(apply(R, vector(wrench, 0)), vector(weight, 0))
+    put(total, 0, apply_transposed(R_to, force))
+    put(total, 3, apply_transposed(R_to, apply(R, vector(wrench, 3))))
+
+
+@compiled
+def move(
     row: np.ndarray,
     dt: float,
     substeps: int,
@@ -122,208 +369,110 @@ def moved(
     planes: np.ndarray,
     law: np.ndarray,
     state: np.ndarray,
-    space: np.ndarray,
     feet: np.ndarray,
 ) -> None:
-    """Move the state over one step.
-
-    Args:
-        row: The legs in this step.
-        dt: Length of the step [s].
-        substeps: In how many equal parts.
-        mass: Of the robot [kg].
-        weight: Of the robot, world axes [N].
-        planes: As of `ground`.
-        law: As of `ground`.
-        state: Is moved.
-        space: For numbers in between, shape (30, 6).
-        feet: For numbers in between, shape (L, 7).
-    """
-    R, J, R2, J2 = space[0:3, :3], space[3:6, :3], space[6:9, :3], space[9:12, :3]
-    dampers, C, none = space[12:18], space[18:24], space[:0]
-    w, wrench, force, k1, k2 = space[24, :3], space[25], space[26], space[27], space[28]
-    rate, later, stage = np.empty(7), np.empty(7), np.empty(13)
+    """Advance the state by one step in equal substeps; arguments as of `advance`."""
+    R, J, R2, J2 = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    dampers, C, none = np.empty((6, 6)), np.empty((6, 6)), np.empty((0, 6))
+    wrench, force, k1, k2 = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
+    drift, drift2, stage = np.empty(7), np.empty(7), np.empty(13)
     h = dt / substeps
     for part in range(substeps):
         s = part / substeps
-        ground(row, s, dt, state, R, J, w, mass, planes, law, feet, wrench, dampers)
-        factored(dampers, mass, J, GAMMA * h, C)
-        drift(state, w, mass, rate)
-        with_weight(R, wrench, weight, R, force)
-        damped(C, mass, J, force, k1)
-        stage[:7] = state[:7] + h * rate
-        for a in range(3):
-            stage[7 + a] = state[7 + a] + h * (R[a, 0] * k1[0] + R[a, 1] * k1[1] + R[a, 2] * k1[2])
-            stage[10 + a] = state[10 + a] + h * (
-                R[a, 0] * k1[3] + R[a, 1] * k1[4] + R[a, 2] * k1[5]
-            )
+        w = contact(row, s, dt, state, mass, planes, law, R, J, feet, wrench, dampers)
+        factorise(dampers, mass, J, GAMMA * h, C)
+        fill_drift(state, w, mass, drift)
+        total_wrench(R, wrench, weight, R, force)
+        damp(C, mass, J, force, k1)
+        stage[:7] = state[:7] + h * drift
+        stage[7:] = state[7:]
+        add_impulse(stage, R, k1, h)
         s = (part + 1.0) / substeps
-        ground(row, s, dt, stage, R2, J2, w, mass, planes, law, feet, wrench, none)
-        drift(stage, w, mass, later)
-        with_weight(R2, wrench, weight, R, force)
-        for a in range(6):
-            force[a] -= 2.0 * k1[a]
-        damped(C, mass, J, force, k2)
-        for a in range(7):
-            state[a] += 0.5 * h * (rate[a] + later[a])
-        for a in range(6):
-            k1[a] = h * (1.5 * k1[a] + 0.5 * k2[a])
-        for a in range(3):
-            state[7 + a] += R[a, 0] * k1[0] + R[a, 1] * k1[1] + R[a, 2] * k1[2]
-            state[10 + a] += R[a, 0] * k1[3] + R[a, 1] * k1[4] + R[a, 2] * k1[5]
-
-    size = 0.0
-    for a in range(3, 7):
-        size += state[a] * state[a]
-    state[3:7] /= math.sqrt(size)
+        w = contact(row, s, dt, stage, mass, planes, law, R2, J2, feet, wrench, none)
+        fill_drift(stage, w, mass, drift2)
+        total_wrench(R2, wrench, weight, R, force)
+        force -= 2.0 * k1
+        damp(C, mass, J, force, k2)
+        state[:7] += 0.5 * h * (drift + drift2)
+        k1 = 1.5 * k1 + 0.5 * k2
+        add_impulse(state, R, k1, h)
+    state[3:7] /= math.sqrt(np.sum(state[3:7] ** 2))
 
 
 @compiled
-def momenta(
-    row: np.ndarray,
-    dt: float,
-    mass: float,
-    pose: np.ndarray,
-    twist: np.ndarray,
-    space: np.ndarray,
-    state: np.ndarray,
+def fill_state(
+    row: np.ndarray, dt: float, mass: float, pose: np.ndarray, twist: np.ndarray, state: np.ndarray
 ) -> None:
-    """Fill the state from pose and twist of the body frame, where a step begins.
-
-    Args:
-        row: The legs in this step.
-        dt: Length of the step [s].
-        mass: Of the robot [kg].
-        pose: Position and quaternion (7).
-        twist: Velocity in world axes and angular velocity in body axes (6).
-        space: For numbers in between.
-        state: Is filled.
-    """
-    R, J = space[0:3, :3], space[3:6, :3]
-    rotation(pose[3:7], R)
-    inertia_at(row, 0.0, J)
-    c0, c1, c2 = row[COM], row[COM + 4], row[COM + 8]
-    w0, w1, w2 = twist[3], twist[4], twist[5]
-    v0 = row[COM + 1] / dt + w1 * c2 - w2 * c1
-    v1 = row[COM + 5] / dt + w2 * c0 - w0 * c2
-    v2 = row[COM + 9] / dt + w0 * c1 - w1 * c0
-    l0 = J[0, 0] * w0 + J[0, 1] * w1 + J[0, 2] * w2 + row[MOMENTUM]
-    l1 = J[1, 0] * w0 + J[1, 1] * w1 + J[1, 2] * w2 + row[MOMENTUM + 4]
-    l2 = J[2, 0] * w0 + J[2, 1] * w1 + J[2, 2] * w2 + row[MOMENTUM + 8]
-    for a in range(3):
-        state[a] = pose[a] + R[a, 0] * c0 + R[a, 1] * c1 + R[a, 2] * c2
-        state[7 + a] = mass * (twist[a] + R[a, 0] * v0 + R[a, 1] * v1 + R[a, 2] * v2)
-        state[10 + a] = R[a, 0] * l0 + R[a, 1] * l1 + R[a, 2] * l2
-    for a in range(3, 7):
-        state[a] = pose[a]
+    """Fill the state from pose and twist of the body frame, at the beginning of a step."""
+    R, J = np.empty((3, 3)), np.empty((3, 3))
+    state[3:7] = pose[3:7]
+    fill_rotation(state, R)
+    fill_symmetric(cubics(row, INERTIA, 0.0), cubics(row, INERTIA + 12, 0.0), J)
+    com, w = cubics(row, COM, 0.0), vector(twist, 3)
+    v = plus(rates(row, COM, 0.0, dt), cross(w, com))
+    put(state, 0, plus(vector(pose, 0), apply(R, com)))
+    put(state, 7, times(mass, plus(vector(twist, 0), apply(R, v))))
+    put(state, 10, apply(R, plus(apply(J, w), cubics(row, MOMENTUM, 0.0))))
 
 
 @compiled
-def twisted(
-    row: np.ndarray,
-    dt: float,
-    mass: float,
-    state: np.ndarray,
-    space: np.ndarray,
-    pose: np.ndarray,
-    twist: np.ndarray,
+def fill_twist(
+    row: np.ndarray, dt: float, mass: float, state: np.ndarray, pose: np.ndarray, twist: np.ndarray
 ) -> None:
-    """Fill pose and twist of the body frame from the state where a step ends; see `momenta`."""
-    R, J, rest, w = space[0:3, :3], space[3:6, :3], space[6, :3], space[7, :3]
-    rotation(state[3:7], R)
-    inertia_at(row, 1.0, J)
-    for a in range(3):
-        inner = R[0, a] * state[10] + R[1, a] * state[11] + R[2, a] * state[12]
-        rest[a] = inner - cubic(row, MOMENTUM + 4 * a, 1.0)
-    solved(J, rest, w)
-    c0, c1, c2 = cubic(row, COM, 1.0), cubic(row, COM + 4, 1.0), cubic(row, COM + 8, 1.0)
-    v0 = cubic_rate(row, COM, 1.0) / dt + w[1] * c2 - w[2] * c1
-    v1 = cubic_rate(row, COM + 4, 1.0) / dt + w[2] * c0 - w[0] * c2
-    v2 = cubic_rate(row, COM + 8, 1.0) / dt + w[0] * c1 - w[1] * c0
-    for a in range(3):
-        pose[a] = state[a] - (R[a, 0] * c0 + R[a, 1] * c1 + R[a, 2] * c2)
-        twist[a] = state[7 + a] / mass - (R[a, 0] * v0 + R[a, 1] * v1 + R[a, 2] * v2)
-        twist[3 + a] = w[a]
-    for a in range(3, 7):
-        pose[a] = state[a]
+    """Fill pose and twist of the body frame from the state, at the end of a step."""
+    R, J = np.empty((3, 3)), np.empty((3, 3))
+    pose[3:7] = state[3:7]
+    fill_rotation(state, R)
+    fill_symmetric(cubics(row, INERTIA, 1.0), cubics(row, INERTIA + 12, 1.0), J)
+    w = solve(J, minus(apply_transposed(R, vector(state, 10)), cubics(row, MOMENTUM, 1.0)))
+    com = cubics(row, COM, 1.0)
+    v = plus(rates(row, COM, 1.0, dt), cross(w, com))
+    put(pose, 0, minus(vector(state, 0), apply(R, com)))
+    put(twist, 0, minus(times(1.0 / mass, vector(state, 7)), apply(R, v)))
+    put(twist, 3, w)
 
 
 @compiled
-def looked(
+def measure(
     row: np.ndarray,
     dt: float,
     mass: float,
     weight: np.ndarray,
     state: np.ndarray,
-    space: np.ndarray,
-    feet: np.ndarray,
     pose: np.ndarray,
+    w: Vector,
+    R: np.ndarray,
+    J: np.ndarray,
+    feet: np.ndarray,
+    wrench: np.ndarray,
     sensors: np.ndarray,
-    turns: np.ndarray,
+    tip_torque: np.ndarray,
     acceleration: np.ndarray,
 ) -> None:
-    """Write down what is felt where a step begins; `ground` has just filled space and feet.
-
-    Args:
-        row: The legs in this step.
-        dt: Length of the step [s].
-        mass: Of the robot [kg].
-        weight: Of the robot, world axes [N].
-        state: Centre of mass, quaternion, momenta.
-        space: What `ground` filled.
-        feet: What `ground` filled.
-        pose: Of the body frame.
-        sensors: Filled as the engine's: leg by leg points that touch and force in world axes,
-            then the feet's positions.
-        turns: Filled with the torques about coxa, femur and tibia that the feet's forces have
-            beyond those of the same forces at the tips.
-        acceleration: Filled with those of the body frame's origin and of its turning, world axes.
-    """
-    R, J, w, wrench = space[0:3, :3], space[3:6, :3], space[24, :3], space[25]
-    legs = len(feet)
-    c0, c1, c2 = row[COM], row[COM + 4], row[COM + 8]
+    """Write the measurements at the beginning of a step, after `contact`; see `advance`."""
+    legs, com = len(feet), cubics(row, COM, 0.0)
     for leg in range(legs):
-        at = LEGS + leg * LEG
-        tip, axis, foot = row[at + TIP : at + AXIS], row[at + AXIS : at + COXA_AXIS], feet[leg]
-        hip = row[at + COXA_AXIS : at + LEG]
-        f0, f1, f2 = foot[1], foot[2], foot[3]
-        r0, r1, r2 = tip[0] - c0, tip[1] - c1, tip[2] - c2
-        m0 = foot[4] - (r1 * f2 - r2 * f1)
-        m1 = foot[5] - (r2 * f0 - r0 * f2)
-        m2 = foot[6] - (r0 * f1 - r1 * f0)
-        turns[3 * leg] = hip[0] * m0 + hip[1] * m1 + hip[2] * m2
-        turns[3 * leg + 1] = turns[3 * leg + 2] = axis[0] * m0 + axis[1] * m1 + axis[2] * m2
-        sensors[4 * leg] = foot[0]
-        for a in range(3):
-            sensors[4 * leg + 1 + a] = R[a, 0] * f0 + R[a, 1] * f1 + R[a, 2] * f2
-            arm = R[a, 0] * tip[0] + R[a, 1] * tip[1] + R[a, 2] * tip[2]
-            sensors[4 * legs + 3 * leg + a] = pose[a] + arm
+        at, force = LEGS + leg * LEG, vector(feet[leg], 1)
+        tip = vector(row, at + TIP)
+        moment = minus(vector(feet[leg], 4), cross(minus(tip, com), force))
+        tip_torque[3 * leg] = dot(vector(row, at + COXA_AXIS), moment)
+        tip_torque[3 * leg + 1] = tip_torque[3 * leg + 2] = dot(vector(row, at + AXIS), moment)
+        sensors[4 * leg] = feet[leg, 0]
+        put(sensors, 4 * leg + 1, apply(R, force))
+        put(sensors, 4 * legs + 3 * leg, plus(vector(pose, 0), apply(R, tip)))
     # J w' = moment - J' w - l' - w x (J w + l).
-    w0, w1, w2 = w
-    spin, rest, turning = space[26, :3], space[27, :3], space[28, :3]
-    for a in range(3):
-        spin[a] = R[0, a] * state[10] + R[1, a] * state[11] + R[2, a] * state[12]
-    g0, g1, g2 = row[INERTIA + 1] / dt, row[INERTIA + 5] / dt, row[INERTIA + 9] / dt
-    g3, g4, g5 = row[INERTIA + 13] / dt, row[INERTIA + 17] / dt, row[INERTIA + 21] / dt
-    rest[0] = g0 * w0 + g3 * w1 + g4 * w2 + w1 * spin[2] - w2 * spin[1]
-    rest[1] = g3 * w0 + g1 * w1 + g5 * w2 + w2 * spin[0] - w0 * spin[2]
-    rest[2] = g4 * w0 + g5 * w1 + g2 * w2 + w0 * spin[1] - w1 * spin[0]
-    for a in range(3):
-        rest[a] = wrench[3 + a] - rest[a] - row[MOMENTUM + 4 * a + 1] / dt
-    solved(J, rest, turning)
-    # The origin against the centre of mass: -c'' - 2 w x c' - w' x c - w x (w x c), body axes.
-    d0, d1, d2 = row[COM + 1] / dt, row[COM + 5] / dt, row[COM + 9] / dt
-    e0, e1, e2 = 2 * d0 + w1 * c2 - w2 * c1, 2 * d1 + w2 * c0 - w0 * c2, 2 * d2 + w0 * c1 - w1 * c0
-    t0, t1, t2 = turning
-    rest[0] = row[COM_ACCELERATION] + w1 * e2 - w2 * e1 + t1 * c2 - t2 * c1
-    rest[1] = row[COM_ACCELERATION + 1] + w2 * e0 - w0 * e2 + t2 * c0 - t0 * c2
-    rest[2] = row[COM_ACCELERATION + 2] + w0 * e1 - w1 * e0 + t0 * c1 - t1 * c0
-    for a in range(3):
-        inner = 0.0
-        for b in range(3):
-            inner += R[a, b] * (wrench[b] / mass - rest[b])
-        acceleration[a] = weight[a] / mass + inner
-        acceleration[3 + a] = R[a, 0] * t0 + R[a, 1] * t1 + R[a, 2] * t2
+    J_rate = np.empty((3, 3))
+    fill_symmetric(rates(row, INERTIA, 0.0, dt), rates(row, INERTIA + 12, 0.0, dt), J_rate)
+    momentum = apply_transposed(R, vector(state, 10))
+    gyration = plus(plus(apply(J_rate, w), rates(row, MOMENTUM, 0.0, dt)), cross(w, momentum))
+    turning = solve(J, minus(vector(wrench, 3), gyration))
+    # Centre of mass against the origin: c'' + 2 w x c' + w' x c + w x (w x c), in body axes.
+    com_rate = rates(row, COM, 0.0, dt)
+    relative = plus(vector(row, COM_ACCELERATION), cross(turning, com))
+    relative = plus(relative, cross(w, plus(times(2.0, com_rate), cross(w, com))))
+    linear = apply(R, minus(times(1.0 / mass, vector(wrench, 0)), relative))
+    put(acceleration, 0, plus(times(1.0 / mass, vector(weight, 0)), linear))
+    put(acceleration, 3, apply(R, turning))
 
 
 @compiled
@@ -341,43 +490,38 @@ def advance(
     log_pose: np.ndarray,
     log_twist: np.ndarray,
     sensors: np.ndarray,
-    turns: np.ndarray,
+    tip_torque: np.ndarray,
     acceleration: np.ndarray,
 ) -> None:
-    """Make a step for each row, and write down what was there where each one began.
+    """Make a step per row, and write the measurements at its beginning.
 
     Args:
-        rows: The legs in each step.
-        dt: Length of a step [s].
-        substeps: Parts in which a step is integrated.
-        last: Whether the last row is the end, where there is nothing more than a look.
+        rows: The legs in each step, from `leg_rows`.
+        dt: Time step [s].
+        substeps: Substeps of a step.
+        last: Whether the last row is measured and not stepped.
         mass: Of the robot [kg].
         weight: Of the robot, world axes [N].
-        planes: As of `ground`.
-        law: As of `ground`.
-        pose: Position and quaternion of the body frame, where it is and then where it will be.
-        twist: Its velocity in world axes and angular velocity in body axes.
-        log_pose: A row of the pose for each step.
-        log_twist: A row of the twist for each step.
-        sensors: As of `looked`, a row for each step.
-        turns: As of `looked`, a row for each step.
-        acceleration: As of `looked`, a row for each step.
+        planes: As of `contact`.
+        law: As of `contact`.
+        pose: Position and quaternion of the body frame, advanced.
+        twist: Its velocity in world axes and angular velocity in body axes, advanced.
+        log_pose: A row of the pose per step.
+        log_twist: A row of the twist per step.
+        sensors: As of `build_model`, a row per step.
+        tip_torque: Joint torques of the feet's forces beyond those of forces at the tips.
+        acceleration: Of the body frame's origin, and angular acceleration, world axes.
     """
-    space, feet, state = np.zeros((30, 6)), np.zeros((len(planes), 7)), np.zeros(13)
-    R, J, none = space[0:3, :3], space[3:6, :3], space[:0]
-    w, wrench = space[24, :3], space[25]
+    R, J, none = np.empty((3, 3)), np.empty((3, 3)), np.empty((0, 6))
+    feet, wrench, state = np.empty((len(planes), 7)), np.empty(6), np.empty(13)
     for k in range(len(rows)):
         row = rows[k]
-        momenta(row, dt, mass, pose, twist, space, state)
-        ground(row, 0.0, dt, state, R, J, w, mass, planes, law, feet, wrench, none)
-        for a in range(7):
-            log_pose[k, a] = pose[a]
-        for a in range(6):
-            log_twist[k, a] = twist[a]
-        looked(
-            row, dt, mass, weight, state, space, feet, pose, sensors[k], turns[k], acceleration[k]
-        )
+        fill_state(row, dt, mass, pose, twist, state)
+        w = contact(row, 0.0, dt, state, mass, planes, law, R, J, feet, wrench, none)
+        log_pose[k], log_twist[k] = pose, twist
+        measured = sensors[k], tip_torque[k], acceleration[k]
+        measure(row, dt, mass, weight, state, pose, w, R, J, feet, wrench, *measured)
         if last and k == len(rows) - 1:
             return
-        moved(row, dt, substeps, mass, weight, planes, law, state, space, feet)
-        twisted(row, dt, mass, state, space, pose, twist)
+        move(row, dt, substeps, mass, weight, planes, law, state, feet)
+        fill_twist(row, dt, mass, state, pose, twist)
