@@ -275,24 +275,34 @@ def contact(
             put(feet[leg], 1, plus(vector(feet[leg], 1), force))
             put(feet[leg], 4, plus(vector(feet[leg], 4), cross(r, force)))
             if len(dampers):
-                # Drag in all directions, and along the normal what differs from it.
-                add_damper(dampers, drag, (1.0, 0.0, 0.0), r)
-                add_damper(dampers, drag, (0.0, 1.0, 0.0), r)
-                add_damper(dampers, drag, (0.0, 0.0, 1.0), r)
-                add_damper(dampers, (damping if rising < 0.0 else 0.0) - drag, n, r)
+                add_dampers(dampers, damping if rising < 0.0 else 0.0, drag, n, r)
         for a in range(6):
             wrench[a] += feet[leg, 1 + a]
     return w
 
 
 @compiled
-def add_damper(dampers: np.ndarray, damping: float, along: Vector, r: Vector) -> None:
-    """Add a damper at the point r along a direction to the lower triangle of a matrix."""
-    moment = cross(r, along)
-    b = (along[0], along[1], along[2], moment[0], moment[1], moment[2])
+def add_dampers(dampers: np.ndarray, damping: float, drag: float, n: Vector, r: Vector) -> None:
+    """Add damping along the normal n and drag along the ground, at the point r."""
+    D = dampers
+    # Drag in all directions: the lower triangle of drag Gᵀ G with G = [1, -[r]x].
+    for i in range(3):
+        D[i, i] += drag
+        D[3 + i, 3 + i] += drag * dot(r, r)
+        for j in range(i + 1):
+            D[3 + i, 3 + j] -= drag * r[i] * r[j]
+    D[3, 1] -= drag * r[2]
+    D[3, 2] += drag * r[1]
+    D[4, 0] += drag * r[2]
+    D[4, 2] -= drag * r[0]
+    D[5, 0] -= drag * r[1]
+    D[5, 1] += drag * r[0]
+    # Along the normal, what differs from it.
+    moment = cross(r, n)
+    b = (n[0], n[1], n[2], moment[0], moment[1], moment[2])
     for i in range(6):
         for j in range(i + 1):
-            dampers[i, j] += damping * b[i] * b[j]
+            D[i, j] += (damping - drag) * b[i] * b[j]
 
 
 # Integration --------------------------------------------------------------------------------------
@@ -518,7 +528,7 @@ def advance(
         row = rows[k]
         fill_state(row, dt, mass, pose, twist, state)
         w = contact(row, 0.0, dt, state, mass, planes, law, R, J, feet, wrench, none)
-        log_pose[k], log_twist[k] = pose, twist
+        log_pose[k, :7], log_twist[k, :6] = pose, twist
         measured = sensors[k], tip_torque[k], acceleration[k]
         measure(row, dt, mass, weight, state, pose, w, R, J, feet, wrench, *measured)
         if last and k == len(rows) - 1:
