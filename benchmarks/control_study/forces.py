@@ -8,7 +8,7 @@ from phasmid.control import Command, EngineSettings, LocomotionEngine
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
-from phasmid.simulation.tracking import track
+from phasmid.reporting.tracking import track
 
 from .study import Case, markdown
 

@@ -15,7 +15,7 @@ from phasmid.reporting.style import JOINT_COLOURS, LIMIT_COLOUR, leg_colour, sav
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
-from phasmid.simulation.tracking import track
+from phasmid.reporting.tracking import track
 
 from .study import Case, grouped, markdown
 
