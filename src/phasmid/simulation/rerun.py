@@ -155,26 +155,24 @@ def first_difference(recorded: Recording, repeated: Recording) -> Difference | N
         was, now = np.asarray(recorded[name].values), np.asarray(repeated.get(name, np.empty(0)))
         if was.shape[1:] != now.shape[1:]:
             now = np.empty((0, *was.shape[1:]))
-        was, now = _bits(was), _bits(now)
+        was, now = (np.ascontiguousarray(each).reshape(len(each), -1) for each in (was, now))
         count = min(len(was), len(now))
-        rows = np.flatnonzero((was[:count] != now[:count]).any(axis=1))
+        differs = _bits(was[:count]) != _bits(now[:count])
+        rows = np.flatnonzero(differs.any(axis=1))
         sample = int(rows[0]) if len(rows) else count
         if sample == len(was) or (first and first.sample <= sample):
             continue
-        recorded_row, repeated_row = np.asarray(recorded[name].values)[sample].ravel(), None
         column, repeats = 0, float("nan")
         if sample < count:
-            column = int(np.argmax(was[sample] != now[sample]))
-            repeated_row = np.asarray(repeated[name].values)[sample].ravel()
-            repeats = float(repeated_row[column])
-        first = Difference(name, sample, float(time[sample]), float(recorded_row[column]), repeats)
+            column = int(np.argmax(differs[sample]))
+            repeats = float(now[sample, column])
+        first = Difference(name, sample, float(time[sample]), float(was[sample, column]), repeats)
     return first
 
 
 def _bits(values: np.ndarray) -> np.ndarray:
-    """Return numbers as their bits, one row per sample: nan equals itself, -0 differs from 0."""
-    flat = np.ascontiguousarray(values).reshape(len(values), -1)
-    return flat.view(np.uint64) if values.dtype == np.float64 else flat
+    """Return numbers as their bits: nan equals itself, -0 differs from 0."""
+    return values.view(np.uint64) if values.dtype == np.float64 else values
 
 
 def _walk(recording: Recording, scenario: Scenario) -> Experiment:
