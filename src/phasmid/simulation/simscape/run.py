@@ -86,6 +86,8 @@ class SimscapeRun(Run):
         planes: Ground under each leg, as of `trunk.contact`; updated before each step on uneven
             ground, but not over an edge that a foot has not cleared.
         weight: Weight of the robot, world axes [N].
+        substeps: Substeps of a time step.
+        acceleration: Linear and angular acceleration of the body frame, world axes, of the buffer.
     """
 
     simulator = "phasmid, prescribed joints"
@@ -97,8 +99,8 @@ class SimscapeRun(Run):
         self.model = _Widths(7 + 3 * legs, 6 + 3 * legs, 7 * legs)
         self.drive = _PlannedJoints()
         self._tip_torque = np.zeros((BLOCK_STEPS, 3 * legs))
-        self._acceleration = np.zeros((BLOCK_STEPS, 6))
-        self._substeps = substeps(scenario, robot)
+        self.acceleration = np.zeros((BLOCK_STEPS, 6))
+        self.substeps = substeps(scenario, robot)
         self.weight = np.array([0.0, 0.0, -robot.mass * scenario.model.gravity])
         self._is_uneven = bool(self.ground.patches) or not self.ground.is_level
         self.planes = np.zeros((legs, 5))
@@ -172,7 +174,7 @@ class SimscapeRun(Run):
             advance(
                 targets[part],
                 self.dt,
-                self._substeps,
+                self.substeps,
                 last and part.stop == count,
                 self.robot.mass,
                 self.weight,
@@ -184,7 +186,7 @@ class SimscapeRun(Run):
                 log.qvel[part],
                 log.sensors[part],
                 self._tip_torque[part],
-                self._acceleration[part],
+                self.acceleration[part],
             )
             made = part.stop
         self._compute_torque(Legs(*(each[:made] for each in joints)))
@@ -218,7 +220,7 @@ class SimscapeRun(Run):
         """Compute the joint torques of the motion under the feet's forces by inverse dynamics."""
         log, (count, legs, _) = self.buffer, joints.q.shape
         log.torque[:count] = np.nan
-        state = np.hstack([log.qpos[:count], log.qvel[:count], self._acceleration[:count]])
+        state = np.hstack([log.qpos[:count], log.qvel[:count], self.acceleration[:count]])
         finite = np.isfinite(state).all(axis=1)
         good = slice(0, count if finite.all() else int(np.argmin(finite)))
         R = quaternion_rotation(log.qpos[good, 3:7])
@@ -227,8 +229,8 @@ class SimscapeRun(Run):
             rotation=R,
             velocity=log.qvel[good, :3],
             angular_velocity=(R @ log.qvel[good, 3:6, None])[..., 0],
-            acceleration=self._acceleration[good, :3],
-            angular_acceleration=self._acceleration[good, 3:],
+            acceleration=self.acceleration[good, :3],
+            angular_acceleration=self.acceleration[good, 3:],
         )
         torque = inverse_dynamics(
             self.robot,
