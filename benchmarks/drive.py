@@ -14,16 +14,16 @@ import numpy as np
 
 from phasmid import Scenario, load_scenario
 from phasmid.control import Command
-from phasmid.simulation.driven import DrivenRun
-from phasmid.simulation.driving import Driving
+from phasmid.simulation.closed_loop import ClosedLoopRun
+from phasmid.simulation.drive import DriveExperiment
 
 DURATION, ROUNDS = 30.0, 3
 COMMAND = Command(velocity=(0.05, 0.0, 0.1))
 
 
-def driving(scenario: Scenario) -> Driving:
+def driving(scenario: Scenario) -> DriveExperiment:
     """A walk with everything that `phasmid.drive` has around it."""
-    return Driving.of(scenario, None, COMMAND, rate=200.0, between=None)
+    return DriveExperiment(scenario, None, COMMAND, rate=200.0, between=None)
 
 
 def goals(scenario: Scenario) -> list[np.ndarray]:
@@ -40,7 +40,7 @@ def goals(scenario: Scenario) -> list[np.ndarray]:
     return told
 
 
-def step_through(run: DrivenRun, told: list[np.ndarray]) -> float:
+def step_through(run: ClosedLoopRun, told: list[np.ndarray]) -> float:
     """How long the steps alone take, with goals that are known [s]."""
     began = time.perf_counter()
     for rows in told:

@@ -4,7 +4,7 @@ import math
 
 import phasmid
 from phasmid.control import Command, EngineSettings, LocomotionEngine
-from phasmid.simulation.tracking import track
+from phasmid.reporting.tracking import track
 
 DRIVES = {"ideal-servo": "ideal servos", "servo": "its own servos", "torque": "torque"}
 PERIOD, CYCLES = 1.0, 3

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from phasmid.control import Command, EngineSettings, LocomotionEngine
+from phasmid.reporting.tracking import track
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
-from phasmid.simulation.tracking import track
 
 from .study import Case, markdown
 

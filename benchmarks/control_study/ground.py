@@ -16,8 +16,8 @@ from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
-from phasmid.simulation.driven import DrivenRun
-from phasmid.simulation.fault import Faults
+from phasmid.simulation.closed_loop import ClosedLoopRun
+from phasmid.simulation.faults import Faults
 from phasmid.simulation.start import standing
 
 from .study import Case, grouped, markdown
@@ -130,7 +130,7 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
         ),
     )
     told = Command(velocity=(SPEED, 0.0, 0.0))
-    run = DrivenRun(
+    run = ClosedLoopRun(
         scenario,
         standing(scenario, robot, None),
         engine,

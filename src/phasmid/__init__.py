@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from phasmid.scenario import Scenario, load_scenario
     from phasmid.sensors import sense
     from phasmid.simulation import replay, simulate, simulate_many
-    from phasmid.simulation.driving import drive
+    from phasmid.simulation.drive import drive
     from phasmid.verification import verify
     from phasmid.video import save_video
 

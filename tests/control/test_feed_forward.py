@@ -12,7 +12,7 @@ from phasmid.control import Command, EngineSettings, LocomotionEngine, Observati
 from phasmid.control.feed_forward.contact_force_qp import ContactForceQP
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.errors import InvalidInput
-from phasmid.simulation.tracking import Tracking, track
+from phasmid.reporting.tracking import Tracking, track
 
 ROBOT = phasmid.load_robot("phantomx-paper")
 

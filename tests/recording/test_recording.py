@@ -17,7 +17,7 @@ from phasmid.recording import (
     save_recording,
 )
 from phasmid.recording.file import CHECKSUM
-from phasmid.simulation.repetition import Replay
+from phasmid.simulation.rerun import Replay
 
 SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4, "way": 3}
 

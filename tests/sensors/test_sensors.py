@@ -10,8 +10,8 @@ from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation, rotation_rpy
 from phasmid.recording import new_recording
 from phasmid.scenario.sensors import SensorsTable
-from phasmid.sensors.imu import imu_channels
-from phasmid.sensors.sampling import Sampling, quantised
+from phasmid.sensors.measurement import mean_acceleration, measure
+from phasmid.sensors.models import InertialSensor, Sampling, quantised
 
 GRAVITY = 9.81
 PERFECT = {
@@ -141,6 +141,16 @@ def test_noise_and_bias_have_the_size_that_the_table_says():
         assert np.array_equal(told, np.repeat(told[:1], 3, axis=0))
         biases.append(told[0, 0])
     assert np.std(biases) == pytest.approx(0.02, rel=5 / math.sqrt(400))
+
+
+def imu_channels(table, gravity, time, orientation, velocity, angular_velocity):
+    """Readings of an inertial sensor that has not been used before."""
+    true = {
+        "body_orientation": orientation,
+        "body_acceleration": mean_acceleration(time, velocity),
+        "body_angular_velocity": angular_velocity,
+    }
+    return measure(InertialSensor(table, gravity), time, true)
 
 
 def at_rest(table, samples):

@@ -30,7 +30,7 @@ def test_a_warning_of_the_engine_ends_the_run(run):
     run.advance(until=100)
     run.data.qpos[0] = np.nan
     run.advance()
-    assert run._complaints[0].startswith("Nan, Inf or huge value in QPOS")
+    assert run._warnings[0].startswith("Nan, Inf or huge value in QPOS")
 
 
 def test_an_interrupted_run_begins_no_step(run):

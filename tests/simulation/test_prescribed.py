@@ -13,7 +13,7 @@ from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.contact import POINT_RADIUS, foot_points
-from phasmid.simulation.prescribed.run import TrunkRun
+from phasmid.simulation.simscape.run import SimscapeRun
 from walks import tilted_robot
 
 PAPER = load_scenario("paper").replace(contact_law="simscape")
@@ -24,7 +24,7 @@ G, STATIC, KINETIC, THRESHOLD = 9.81, 0.7, 0.5, 1e-3
 
 def started(scenario, *, pose=None, twist=None, weight=None):
     """A run that has settled, with another start, and in another field of gravity."""
-    run = TrunkRun(scenario, plan(scenario))
+    run = SimscapeRun(scenario, plan(scenario))
     run.pose[:] = run.pose if pose is None else pose
     run.twist[:] = run.twist if twist is None else twist
     run.weight[:] = run.weight if weight is None else weight
@@ -309,20 +309,19 @@ def test_a_robot_thrown_too_fast_is_said_to_diverge():
 
 def test_the_same_numbers_without_a_compiler(monkeypatch):
     # The loop as plain Python, 5 steps of a walk; compiled sums may be ordered otherwise.
-    from phasmid.simulation.prescribed import ground, trunk
-    from phasmid.simulation.prescribed import run as room
+    from phasmid.simulation.simscape import run as room
+    from phasmid.simulation.simscape import trunk
 
     scenario = PAPER.replace(duration=0.01)
-    quick = TrunkRun(scenario, plan(scenario))
+    quick = SimscapeRun(scenario, plan(scenario))
     begin = quick.pose.copy(), quick.twist.copy()
     rows = quick.targets(0, 5)
     quick._advance(rows)
     seen = quick.buffer.sensors[:5].copy(), quick.buffer.torque[:5].copy()
     quick.pose[:], quick.twist[:] = begin
-    for module in (ground, trunk):
-        for name, value in vars(module).items():
-            if hasattr(value, "py_func"):
-                monkeypatch.setattr(module, name, value.py_func)
+    for name, value in vars(trunk).items():
+        if hasattr(value, "py_func"):
+            monkeypatch.setattr(trunk, name, value.py_func)
     monkeypatch.setattr(room, "advance", trunk.advance)
     quick._advance(rows)
     assert quick.buffer.sensors[:5] == pytest.approx(seen[0], abs=1e-9)
@@ -333,19 +332,19 @@ def test_a_general_robot_has_the_matrices_of_dynamics():
     # Inertia, momenta and their rates of `legs` for legs without any symmetry, against the mass
     # matrix of `dynamics`; rates against central differences of 1e-5 s: 1e-9 of their size.
     from general_robot import general_robot
-    from phasmid.simulation.prescribed import legs as room
+    from phasmid.simulation.simscape import legs as room
 
     robot = general_robot()
     rng = np.random.default_rng(5)
     q0, qd0, qdd = rng.uniform(-1, 1, (3, 1, len(robot.legs), 3))
     times = np.array([-1e-5, 0.0, 1e-5])[:, None, None]
     joints = room.Legs(q0 + qd0 * times + qdd * times**2 / 2, qd0 + qdd * times, qdd + 0 * times)
-    whole = room._whole(robot, room._links(*link_frames(robot, joints.q), joints.qd), joints)
+    whole = room.mass_distribution(robot, link_frames(robot, joints.q), joints)
     body = dynamics.BodyMotion.at_rest()
     M = dynamics.mass_matrix(robot, body, joints.q)
     momenta = dynamics.momentum(robot, body, joints.q, joints.qd)
     first = robot.mass * whole.com
-    second = M[:, 3:6, 3:6] - robot.mass * room._spread(whole.com, whole.com) / 2
+    second = M[:, 3:6, 3:6] - robot.mass * room.spread(whole.com, whole.com) / 2
     assert np.abs(M[:, 5, 1] - first[:, 0]).max() < 1e-14
     assert np.abs(second - whole.inertia).max() < 1e-14
     assert np.abs(momenta.linear - robot.mass * whole.com_rate).max() < 1e-14
@@ -363,11 +362,11 @@ def test_a_general_robot_has_the_matrices_of_dynamics():
 def test_a_run_goes_on_from_a_state_bit_by_bit():
     # The next step depends on pose, twist and plan alone: the same arithmetic, the same bits.
     scenario = PAPER.replace(duration=0.3)
-    whole = TrunkRun(scenario, plan(scenario))
+    whole = SimscapeRun(scenario, plan(scenario))
     whole.advance(until=137)
     state = whole.state()
     whole.advance()
-    rest = TrunkRun(scenario, plan(scenario), start=state)
+    rest = SimscapeRun(scenario, plan(scenario), start=state)
     rest.advance()
     assert rest.done == 301 - 137
     for name in ("qpos", "qvel", "sensors", "torque"):
@@ -376,7 +375,7 @@ def test_a_run_goes_on_from_a_state_bit_by_bit():
 
 def test_an_interrupted_run_stops_within_its_chunk():
     scenario = PAPER.replace(duration=0.3)
-    run = TrunkRun(scenario, plan(scenario))
+    run = SimscapeRun(scenario, plan(scenario))
     trouble = run.advance(interrupted=[2])
     assert trouble.ending.name == "STOPPED"
 
@@ -406,6 +405,6 @@ def test_an_edge_gives_no_energy_to_feet_that_slide_over_it(rise):
     assert body.position[-1, 0] > 0.15
     assert (energy - energy[0]).max() < 1e-3
     # Which planes lie under the feet is part of the state from which the run goes on bit by bit.
-    rest = TrunkRun(scenario, plan(scenario), start=state)
+    rest = SimscapeRun(scenario, plan(scenario), start=state)
     rest.advance()
     assert np.array_equal(rest.log.qpos[: rest.done], run.log.qpos[500 : run.done])

@@ -16,8 +16,9 @@ from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario, scenario_to_toml
-from phasmid.simulation import Run, many, record, simulate
-from phasmid.simulation.figures import CHANNELS
+from phasmid.simulation import Run, record, simulate
+from phasmid.simulation.experiment import WalkExperiment
+from phasmid.simulation.model_reference import CHANNELS
 
 PAPER = load_scenario("paper").replace(duration=1.2)
 DRIVES = ("prescribed", "ideal-servo")
@@ -71,7 +72,7 @@ def test_the_state_that_ends_a_run_is_its_last_sample(tmp_path):
     walk = plan(scenario)
     run = Run(scenario, walk)
     # Put low above the ground with servos that cannot hold it: it comes down within the run.
-    run.trouble = None
+    run.failure = None
     run.data.qpos[2] = 0.08
     trouble = run.advance()
     assert trouble.ending.name == "FELL"
@@ -247,7 +248,7 @@ def asked(monkeypatch):
         counts.append(len(walk.q))
         return model_channels(scenario, walk)
 
-    monkeypatch.setattr("phasmid.simulation.figures.model_channels", counted)
+    monkeypatch.setattr("phasmid.simulation.model_reference.model_channels", counted)
     return counts
 
 
@@ -277,12 +278,12 @@ def test_a_run_asks_the_model_for_no_sample_twice(asked, changes):
 
 
 def test_a_long_run_in_a_log_keeps_few_figures(asked, tmp_path, monkeypatch):
-    # Of 1501 samples the first 1024 wait for their turn; the others are asked for again.
-    monkeypatch.setattr("phasmid.simulation.experiment.LOGGED_FIGURES", 1024)
+    # Two blocks where one is kept: each is computed for the check, and again in its turn.
+    monkeypatch.setattr("phasmid.simulation.model_reference.KEPT_BLOCKS", 1)
     scenario = PAPER.replace(duration=1.5, terrain="waves")
     walk = plan(scenario)
     record(scenario, walk, tmp_path / "walk.rec")
-    assert sum(asked) == 1501 + 477
+    assert sum(asked) == 2 * 1501
     assert bits(load_recording(tmp_path / "walk.rec")) == bits(simulate(scenario, walk))
 
 
@@ -319,7 +320,7 @@ def test_a_replay_of_a_few_samples_plans_no_more(monkeypatch, terrain):
         planned.append(scenario.duration)
         return plan(scenario)
 
-    monkeypatch.setattr("phasmid.simulation.repetition.plan", counted)
+    monkeypatch.setattr("phasmid.simulation.rerun.plan", counted)
     assert replay(recording).equal
     assert planned == [pytest.approx(0.101, abs=1e-12)]
 
@@ -329,14 +330,14 @@ def test_ctrl_c_while_a_run_is_prepared_ends_it_at_once(monkeypatch):
         signal.raise_signal(signal.SIGINT)
         raise AssertionError("it went on")
 
-    monkeypatch.setattr("phasmid.simulation.figures.model_channels", interrupt)
+    monkeypatch.setattr("phasmid.simulation.model_reference.model_channels", interrupt)
     with pytest.raises(KeyboardInterrupt):
         simulate(PAPER, plan(PAPER))
 
 
 def test_a_run_that_is_stopped_does_not_settle():
     run = Run(PAPER, plan(PAPER), interrupted=[1])
-    assert run.trouble.ending.name == "STOPPED"
+    assert run.failure.ending.name == "STOPPED"
     assert not run.data.qvel.any()
 
 
@@ -351,14 +352,14 @@ def test_a_start_after_the_last_recorded_step_is_refused():
 
 
 def test_a_run_that_fails_in_any_way_leaves_the_others(monkeypatch):
-    right = many.simulate_part
+    right = WalkExperiment.simulate
 
-    def failing(scenario, walk, **options):
-        if scenario.name == "bad":
+    def failing(experiment, **options):
+        if experiment.scenario.name == "bad":
             raise ZeroDivisionError("division by zero")
-        return right(scenario, walk, **options)
+        return right(experiment, **options)
 
-    monkeypatch.setattr(many, "simulate_part", failing)
+    monkeypatch.setattr(WalkExperiment, "simulate", failing)
     with pytest.raises(FailedRuns) as caught:
         simulate_many([PAPER.replace(name="bad"), PAPER], workers=1)
     assert caught.value.what == "run 1 of 2 (bad): ZeroDivisionError: division by zero."

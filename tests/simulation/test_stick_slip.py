@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from phasmid.scenario.contact import ContactTable
-from phasmid.simulation.prescribed.law import friction_coefficient, normal_force
+from phasmid.simulation.simscape.trunk import friction_coefficient, normal_force
 
 K, B = 1e4, 1e2
 STATIC, KINETIC, THRESHOLD = 0.7, 0.5, 1e-3

@@ -13,9 +13,9 @@ from phasmid.recording import load_recording, save_recording
 from phasmid.reporting import report
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, replay, simulate
-from phasmid.simulation.ending import watch
-from phasmid.simulation.ground import Footing
+from phasmid.simulation.contact import FootGround
 from phasmid.simulation.model import build_model
+from phasmid.simulation.termination import check_termination
 from phasmid.terrain import Blocky, Ground, Steps, height_text, heights_from_text
 
 PAPER = load_scenario("paper").replace(planned_on="level")
@@ -46,18 +46,18 @@ def robot():
 
 
 def placed(robot, scenario, x, y, yaw, z):
-    """The engine with the robot at its neutral stance there, its footing set."""
+    """The engine with the robot at its neutral stance there, the ground under its feet set."""
     walk = plan(PAPER)
     model = build_model(robot, scenario)
     data = mujoco.MjData(model)
-    footing = Footing(model, data, robot, scenario.load_terrain())
+    foot_ground = FootGround(model, data, robot, scenario.load_terrain())
 
     def place(x, y, yaw, z):
         data.qpos[:3] = x, y, z
         data.qpos[3:7] = yaw_quaternion(np.array(yaw))
         data.qpos[7:] = walk.q[0].ravel()
-        if footing.needed:
-            footing.follow()
+        if foot_ground.varies:
+            foot_ground.update()
         mujoco.mj_forward(model, data)
 
     place(x, y, yaw, z)
@@ -174,10 +174,12 @@ def test_a_trunk_on_a_step_has_fallen_and_beside_it_has_not(robot):
     qpos, qvel = np.zeros((4, 25)), np.zeros((4, 24))
     qpos[:, 2], qpos[:, 3] = 0.1, 1.0
     low, high = (Ground(Steps((0.1,), (rise,)), 0.7) for rise in (0.074, 0.076))
-    assert watch(robot, qpos, qvel, low) is None
-    assert watch(robot, qpos, qvel, high).reason.startswith("the trunk touched the ground")
+    assert check_termination(robot, qpos, qvel, low) is None
+    assert check_termination(robot, qpos, qvel, high).reason.startswith(
+        "the trunk touched the ground"
+    )
     qpos[:, 0] = -0.1
-    assert watch(robot, qpos, qvel, high) is None
+    assert check_termination(robot, qpos, qvel, high) is None
 
 
 def test_on_a_raised_floor_the_watch_counts_from_that_floor(robot):
@@ -185,9 +187,9 @@ def test_on_a_raised_floor_the_watch_counts_from_that_floor(robot):
     qpos, qvel = np.zeros((2, 25)), np.zeros((2, 24))
     qpos[:, 2], qpos[:, 3] = 1.1, 1.0
     floor = Ground(Steps((-9.0,), (1.0,)), 0.7)
-    assert watch(robot, qpos, qvel, floor) is None
+    assert check_termination(robot, qpos, qvel, floor) is None
     qpos[:, 2] -= 0.08
-    assert watch(robot, qpos, qvel, floor) is not None
+    assert check_termination(robot, qpos, qvel, floor) is not None
 
 
 @pytest.mark.parametrize("kind", ["rough", "ice"])

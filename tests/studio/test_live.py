@@ -96,7 +96,7 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
     assert live.trouble is None
     run, controller = live.run, live.driving.controller
     assert isinstance(controller, SafetyFilter)
-    assert len(run.asked) <= 1
+    assert len(run.command_changes) <= 1
     assert not controller.events
     assert not controller.controller.events
     assert not controller.controller.walker.events
@@ -175,7 +175,7 @@ def test_a_gait_that_cannot_be_is_refused_and_the_robot_goes_on():
 def test_a_servo_that_is_let_die_is_limp():
     live = LiveRobot(field_of("drive").changed(PAPER, "ideal-servo"))
     live.advance(2)
-    live.run.let_die(3, 2)
+    live.run.fail_servo(3, 2)
     live.advance(40)
     torque = live.sample.torque[0].reshape(6, 3)
     assert torque[3, 2] == 0.0

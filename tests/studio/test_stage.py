@@ -13,7 +13,7 @@ import pytest
 from phasmid import load_recording, load_scenario
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import scenario_to_toml
-from phasmid.simulation import Driving
+from phasmid.simulation import DriveExperiment
 from phasmid.studio import recorder, stage
 from phasmid.studio.clearing import clear_away
 from phasmid.studio.errors import TooMany
@@ -77,7 +77,7 @@ def test_what_is_refused_changes_nothing_and_is_said_as_the_command_line_says_it
     number = heard.newest("scene")["number"]
     scenario = load_scenario("paper").replace(contact_law="simscape")
     with pytest.raises(InvalidInput) as own:
-        Driving.of(scenario, None, lambda *_: None, rate=200.0, between=None)
+        DriveExperiment(scenario, None, lambda *_: None, rate=200.0, between=None)
     file = scenario_to_toml(scenario, "phantomx-paper").encode()
     with pytest.raises(InvalidInput) as told:
         heard.ask(Load("scenario", "x.toml", file))

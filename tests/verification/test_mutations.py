@@ -12,7 +12,6 @@ import pytest
 
 import phasmid
 import phasmid.motion.walk
-import phasmid.simulation.experiment
 import phasmid.simulation.run
 import phasmid.simulation.servo
 import phasmid.verification.engine
@@ -23,6 +22,7 @@ from phasmid.gait import Gait
 from phasmid.kinematics import foot_position
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model
+from phasmid.simulation.experiment import WalkExperiment
 from phasmid.simulation.servo import ServoDrive
 from phasmid.verification import (
     CHECKS,
@@ -429,13 +429,13 @@ def test_a_walk_that_ends_early_is_a_row_that_fails():
 def test_ctrl_c_ends_the_verification_and_not_only_a_walk_of_it(monkeypatch):
     import signal
 
-    right = phasmid.simulation.experiment.simulate_part
+    right = WalkExperiment.simulate
 
     def interrupt(*arguments, **options):
         signal.raise_signal(signal.SIGINT)
         return right(*arguments, **options)
 
-    monkeypatch.setattr(phasmid.simulation.experiment, "simulate_part", interrupt)
+    monkeypatch.setattr(WalkExperiment, "simulate", interrupt)
     for number in (25, 28):
         with pytest.raises(KeyboardInterrupt):
             CHECKS[number].rows(Laboratory(PAPER.replace(duration=0.1)))

@@ -43,14 +43,14 @@ def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
     if quiet or are_compiled():
         return
     from phasmid.control import Command
-    from phasmid.simulation import Driving
+    from phasmid.simulation import DriveExperiment
 
     trial = scenario.replace(duration=TRIAL)
     with (
         progress_bar("compiling", len(LOOPS), quiet=quiet, notice=NOTICE) as progress,
         _polled(progress),
     ):
-        driving = Driving.of(trial, None, Command(), rate=rate, between=None)
+        driving = DriveExperiment(trial, None, Command(), rate=rate, between=None)
         driving.begin_run().advance()
 
 

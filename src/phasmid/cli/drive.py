@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
     from phasmid.recording import check_log, check_mcap, load_recording
     from phasmid.reporting import check_folder
-    from phasmid.simulation import Driving, check_drive, with_sensors
+    from phasmid.simulation import DriveExperiment, check_drive, with_sensors
 
     robot = scenario.load_robot()
     legs = walk.leg_numbers(options.legs, robot)
@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
         from phasmid.cli.keyboard import Keyboard
 
         keyboard = commands = Keyboard(len(robot.legs))
-    driving = Driving.of(
+    driving = DriveExperiment(
         scenario,
         None,
         commands,

@@ -1,5 +1,5 @@
-"""What is measured of the robot, as its sensors tell it: rate, delay, steps, noise."""
+"""Measured channels of the robot's own sensors: rate, delay, resolution, noise."""
 
-from phasmid.sensors.measurement import measured_channels, sense
+from phasmid.sensors.measurement import sense
 
-__all__ = ["measured_channels", "sense"]
+__all__ = ["sense"]

@@ -1,34 +1,35 @@
-"""What physics makes of a walk."""
+"""Simulation of planned walks and of robots in closed loop."""
 
 from phasmid.simulation.contact import CONTACT_POINTS
-from phasmid.simulation.driving import Driving, check_drive, drive
-from phasmid.simulation.ending import Ending
+from phasmid.simulation.drive import DriveExperiment, check_drive, drive
 from phasmid.simulation.experiment import (
+    Refinement,
     check_load,
     new_run,
     record,
     simulate,
+    simulate_many,
+    time_step_refinement,
     with_sensors,
 )
-from phasmid.simulation.fault import Fault
-from phasmid.simulation.many import simulate_many
+from phasmid.simulation.faults import Fault
 from phasmid.simulation.model import build_model
-from phasmid.simulation.refinement import Refinement, time_step_refinement
-from phasmid.simulation.repetition import Difference, Replay, replay
+from phasmid.simulation.rerun import Difference, Replay, replay
 from phasmid.simulation.run import Run
-from phasmid.simulation.time_step import check_time_step, longest_time_step
+from phasmid.simulation.start import check_time_step, longest_time_step
+from phasmid.simulation.termination import Ending
 
 __all__ = [
     "CONTACT_POINTS",
     "Difference",
-    "Driving",
-    "check_drive",
+    "DriveExperiment",
     "Ending",
     "Fault",
     "Refinement",
     "Replay",
     "Run",
     "build_model",
+    "check_drive",
     "check_load",
     "check_time_step",
     "drive",

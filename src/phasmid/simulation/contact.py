@@ -1,4 +1,4 @@
-"""Feet on the ground: the contact points and their law in the engine."""
+"""Feet and ground in MuJoCo: contact points, their spring-damper law, terrain geometry."""
 
 from __future__ import annotations
 
@@ -8,125 +8,247 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.errors import InvalidInput
 from phasmid.kinematics import joint_angles, leg_frames
 from phasmid.robot import Leg, Robot
 from phasmid.scenario import Scenario
+from phasmid.terrain import Blocky, Ground, Slope
 
 if TYPE_CHECKING:
     import mujoco
 
-POINT_RADIUS = 0.0005
-"""Radius of the small sphere that stands for one contact point [m]."""
+GROUND = "world"
+"""MuJoCo body that holds all ground geometry and nothing else."""
 
 CONTACT_POINTS = 4
-"""Points of a foot that touch the ground, each a spring and a damper."""
+"""Contact points of a foot, each a small sphere with a spring and a damper."""
 
+POINT_RADIUS = 0.0005
+"""Radius of a contact point [m]."""
 
 SOFT_TIME = 0.02
-"""Time constant of the engine's own contact [s]."""
+"""Time constant of MuJoCo's own contact [s]."""
+
+BLOCK_BOTTOM = 1.0
+"""Depth of terrain blocks below the lowest top [m]."""
+
+
+# Feet and trunk -----------------------------------------------------------------------------------
+
+
+def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
+    """Return the centres of a foot's contact points, a square that is level at the neutral stance.
+
+    Args:
+        leg: The leg.
+        tip_width: Side of the square [m].
+
+    Returns:
+        In tibia axes [m], shape (4, 3).
+    """
+    tip = np.array([leg.tibia.length, 0.0, 0.0])
+    X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
+    forward, left, up = leg.R_level_hip @ X_hip_tibia[:3, :3]
+    return np.stack(
+        [
+            tip + tip_width / 2 * (a * forward + b * left) + POINT_RADIUS * up
+            for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))
+        ]
+    )
+
+
+def trunk_points(robot: Robot) -> Float[np.ndarray, "points 3"]:
+    """Return the contact points under a trunk that can lie, body axes [m], shape (4, 3)."""
+    corners = np.array([[1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, -1.0], [-1.0, 1.0, -1.0]])
+    points = corners * robot.body.size / 2
+    points[:, 2] += POINT_RADIUS
+    return points
+
+
+def point_name(owner: str, point: int) -> str:
+    """Return the geom name of a contact point; `owner` is a leg's name or ``trunk``."""
+    return f"{owner}.point{point}"
+
+
+def add_points(
+    body: mujoco.MjsBody, owner: str, points: Float[np.ndarray, "points 3"], friction: list[float]
+) -> None:
+    """Add contact points, which touch the ground and not each other, to a body."""
+    import mujoco
+
+    for i, position in enumerate(points):
+        body.add_geom(
+            name=point_name(owner, i),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[POINT_RADIUS, 0.0, 0.0],
+            pos=position,
+            mass=0.0,
+            condim=3,
+            friction=friction,
+            # The point's own spring counts, not a mixture with the ground's.
+            priority=1,
+            contype=0,
+            conaffinity=1,
+        )
 
 
 def friction_hardness(scenario: Scenario) -> float:
-    """How much harder the engine makes friction than normal forces: its ``impratio``.
-
-    Under its own law it is its own number, one.
-    """
+    """Return MuJoCo's ``impratio``: hardness of friction against that of normal forces."""
     contact = scenario.contact
     if contact.contact_law == "mujoco":
         return 1.0
     return contact.friction_damping / contact.law_damping
 
 
-def add_belly(trunk: mujoco.MjsBody, robot: Robot, friction: list[float]) -> None:
-    """Give the trunk the points on which it can lie: the corners of its underside."""
-    for i, corner in enumerate(belly_points(robot)):
-        _add_point(trunk, belly_name(i), corner, friction)
-
-
-def belly_points(robot: Robot) -> Float[np.ndarray, "points 3"]:
-    """Centres of the small spheres on which a trunk lies, in the body frame [m], shape (4, 3)."""
-    corners = np.array([[1.0, 1.0], [1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0]])
-    points = np.concatenate([corners, -np.ones((4, 1))], axis=1) * robot.body.size / 2
-    points[:, 2] += POINT_RADIUS
-    return points
-
-
-def belly_name(point: int) -> str:
-    """Name of one of the trunk's four contact points in the engine's model."""
-    return f"trunk.point{point}"
-
-
-def add_foot(tibia: mujoco.MjsBody, leg: Leg, tip_width: float, friction: list[float]) -> None:
-    """Give a tibia its foot: four points that touch the ground, and a site at its tip."""
-    tibia.add_site(name=f"{leg.name}.foot", pos=[leg.tibia.length, 0.0, 0.0])
-    for i, corner in enumerate(foot_points(leg, tip_width)):
-        _add_point(tibia, point_name(leg, i), corner, friction)
-
-
-def _add_point(
-    body: mujoco.MjsBody, name: str, place: Float[np.ndarray, "3"], friction: list[float]
-) -> None:
-    import mujoco
-
-    body.add_geom(
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=[POINT_RADIUS, 0.0, 0.0],
-        pos=place,
-        mass=0.0,
-        condim=3,
-        friction=friction,
-        # The point's own spring counts, not a mixture with the ground's.
-        priority=1,
-        # Points touch the ground and not each other.
-        contype=0,
-        conaffinity=1,
-    )
-
-
-def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
-    """Centres of the small spheres that stand for a foot's contact points.
-
-    Args:
-        leg: The leg.
-        tip_width: Side of the square on which they lie [m].
-
-    Returns:
-        In the tibia's frame [m], shape (4, 3); level when the foot is at its neutral place.
-    """
-    tip = np.array([leg.tibia.length, 0.0, 0.0])
-    X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
-    # Axes of a level frame of the leg's yaw in the tibia's at the neutral stance.
-    ahead, side, up = leg.R_level_hip @ X_hip_tibia[:3, :3]
-    return np.stack(
-        [
-            tip + tip_width / 2 * (a * ahead + b * side) + POINT_RADIUS * up
-            for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))
-        ]
-    )
-
-
-def point_name(leg: Leg, point: int) -> str:
-    """Name of one of a foot's four contact points in the engine's model."""
-    return f"{leg.name}.point{point}"
-
-
 def set_contact(
     spec: mujoco.MjSpec, points: Iterable[str], scenario: Scenario, mobility: float
 ) -> None:
-    """Make contact points springs and dampers in N/m and N·s/m.
+    """Make contact points linear springs and dampers with constants in N/m and N·s/m.
 
-    With a constant impedance d the engine's force on a point of mobility A is
-    (reference acceleration - acceleration) d / ((1 - d) A). Direct values of -K (1 - d) A and
-    -B (1 - d) A, which it divides by d² and d, make this K depth + B speed - m acceleration with
-    m = d / ((1 - d) A): exact at rest, and with a small mass of its own in motion. Under the
-    engine's own law the points keep its own numbers.
+    With a constant impedance d MuJoCo's force on a point of mobility A is
+    (reference acceleration - acceleration) d / ((1 - d) A). Direct ``solref`` values of
+    -K (1 - d) A and -B (1 - d) A, which MuJoCo divides by d² and d, make this
+    K depth + B speed - m acceleration with m = d / ((1 - d) A). It is exact at rest.
     """
-    if scenario.contact.contact_law == "mujoco":
+    contact = scenario.contact
+    if contact.contact_law == "mujoco":
         return
-    d = scenario.contact.impedance
+    d = contact.impedance
     scale = (1 - d) * mobility
     for name in points:
         point = spec.geom(name)
         point.solimp = [d, d, 0.001, 0.5, 2.0]
-        point.solref = [-scenario.contact.stiffness * scale, -scenario.contact.law_damping * scale]
+        point.solref = [-contact.stiffness * scale, -contact.law_damping * scale]
+
+
+# Ground -------------------------------------------------------------------------------------------
+
+
+def add_ground(spec: mujoco.MjSpec, scenario: Scenario) -> list[float]:
+    """Add the ground: a plane, or boxes; `add_foot_planes` adds curved ground.
+
+    Returns:
+        Friction coefficients: sliding, torsional, rolling.
+    """
+    import mujoco
+
+    ground = scenario.load_terrain()
+    friction = [scenario.terrain.friction, 0.005, 0.0001]
+    shape = ground.shape
+    if isinstance(shape, Blocky):
+        c, s = np.cos(ground.yaw), np.sin(ground.yaw)
+        R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        bottom = min(block.top for block in shape.blocks) - BLOCK_BOTTOM
+        for block in shape.blocks:
+            low = np.array([block.u[0], block.v[0], bottom])
+            high = np.array([block.u[1], block.v[1], block.top])
+            spec.worldbody.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                size=(high - low) / 2,
+                pos=R @ (high + low) / 2,
+                quat=[np.cos(ground.yaw / 2), 0.0, 0.0, np.sin(ground.yaw / 2)],
+                friction=friction,
+            )
+    elif not _is_curved(ground):
+        origin = np.zeros(())
+        spec.worldbody.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[0, 0, 0.1],
+            quat=_slope_quaternion(ground.surface(origin, origin)[1]),
+            friction=friction,
+        )
+    return friction
+
+
+def check_flat(scenario: Scenario) -> None:
+    """Refuse curved ground, which has planes for the feet only, for a trunk that can lie.
+
+    Raises:
+        InvalidInput: The ground is curved.
+    """
+    if _is_curved(scenario.load_terrain()):
+        raise InvalidInput(
+            f'terrain is "{scenario.terrain.kind}"; a trunk can lie on flat ground, on a slope '
+            "and on what is built of blocks alone.",
+            where="simulation",
+            hint='start_posture = "standing" and belly_contact = false',
+        )
+
+
+def add_foot_planes(spec: mujoco.MjSpec, robot: Robot, scenario: Scenario) -> None:
+    """Give each foot a tangent plane of its own where the ground is curved.
+
+    A height field would touch a small contact point with several prisms at once and push it
+    sideways at their inner edges; on a plane the contact law is that of level ground.
+    """
+    import mujoco
+
+    if not _is_curved(scenario.load_terrain()):
+        return
+    # MuJoCo's midphase uses bounding boxes of the geoms as they lay when the model was compiled.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
+    for number, leg in enumerate(robot.legs):
+        spec.worldbody.add_geom(
+            name=_plane_name(leg),
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[0, 0, 0.1],
+            contype=1 << number,
+            conaffinity=0,
+        )
+        for i in range(CONTACT_POINTS):
+            spec.geom(point_name(leg.name, i)).conaffinity = 1 << number
+
+
+class FootGround:
+    """Tangent planes and friction coefficients under the feet, where they depend on the place.
+
+    Attributes:
+        varies: Whether `update` must be called before each step.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, ground: Ground
+    ) -> None:
+        self._model, self._data, self._ground = model, data, ground
+        names = [point_name(leg.name, i) for leg in robot.legs for i in range(CONTACT_POINTS)]
+        self._points = np.array([model.geom(name).id for name in names])
+        self._sites = np.array([model.site(f"{leg.name}.foot").id for leg in robot.legs])
+        self._planes = None
+        if _is_curved(ground):
+            self._planes = np.array([model.geom(_plane_name(leg)).id for leg in robot.legs])
+            # The planes move, so that they have not their body's frame.
+            model.geom_sameframe[self._planes] = 0
+        self.varies = self._planes is not None or bool(ground.patches)
+
+    def update(self) -> None:
+        """Place the planes and set the friction for the present positions of the feet."""
+        import mujoco
+
+        model, data, ground = self._model, self._data, self._ground
+        # mj_step leaves the positions of the feet as they were at its beginning.
+        mujoco.mj_kinematics(model, data)
+        if self._planes is not None:
+            position = data.site_xpos[self._sites]
+            position[:, 2], slope = ground.surface(position[:, 0], position[:, 1])
+            model.geom_pos[self._planes] = position
+            model.geom_quat[self._planes] = _slope_quaternion(slope)
+        if ground.patches:
+            x, y, _ = data.geom_xpos[self._points].T
+            model.geom_friction[self._points, 0] = ground.friction(x, y)
+
+
+def _is_curved(ground: Ground) -> bool:
+    is_plane = ground.is_level or (isinstance(ground.shape, Slope) and ground.shape.start is None)
+    return not is_plane and not isinstance(ground.shape, Blocky)
+
+
+def _plane_name(leg: Leg) -> str:
+    return f"{leg.name}.ground"
+
+
+def _slope_quaternion(slope: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 4"]:
+    """Return the shortest rotation from the vertical to the normal of a slope, (..., 4)."""
+    p, q = slope[..., 0], slope[..., 1]
+    up = 1 / np.sqrt(1 + p * p + q * q)
+    half = 1 / np.sqrt(2 + 2 * up)
+    return np.stack([(1 + up) * half, q * up * half, -p * up * half, np.zeros_like(p)], axis=-1)

@@ -1,33 +1,193 @@
-"""Walks in a simulator, recorded."""
+"""Experiments: a run of a scenario, recorded in memory or in a log."""
 
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Sequence
+import signal
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_callable, check_type
-from phasmid.motion import JointTrajectory, Motion, Walk
-from phasmid.recording import Recording, load_recording
+from phasmid.arguments import check_callable, check_type, described
+from phasmid.cores import cores
+from phasmid.errors import FailedRuns, InvalidInput
+from phasmid.motion import JointTrajectory, Motion, Walk, plan
+from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
+from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
-from phasmid.simulation.ending import Trouble
-from phasmid.simulation.fault import Faults, spoilt_recording_channels
-from phasmid.simulation.figures import BLOCK_SAMPLES, Figures
-from phasmid.simulation.keeping import kept_in_log, kept_in_memory
+from phasmid.simulation.channels import ending_attributes, run_attributes, run_channels
+from phasmid.simulation.drives import check_feed_forward
+from phasmid.simulation.faults import Faults
+from phasmid.simulation.loop import Samples
+from phasmid.simulation.model_reference import ModelReference
 from phasmid.simulation.run import Progress, Run
-from phasmid.simulation.samples import Samples
-from phasmid.simulation.start import check_start
-from phasmid.simulation.telling import run_attributes, run_channels
-from phasmid.simulation.time_step import check_time_step
-from phasmid.simulation.torque import check_feed_forward
+from phasmid.simulation.start import check_start, check_time_step
+from phasmid.simulation.termination import Ending, Failure
 
-LOGGED_FIGURES = 16 * BLOCK_SAMPLES
-"""Most of the model's figures that wait for their samples where a run is in a log alone."""
+
+class Experiment(ABC):
+    """A run that can be made, and how it is recorded.
+
+    Attributes:
+        scenario: What is simulated.
+    """
+
+    scenario: Scenario
+
+    @abstractmethod
+    def begin_run(self, *, samples: int | None = None, interrupted: Sequence[int] = ()) -> Run:
+        """Return the run before its first step.
+
+        Args:
+            samples: Number of samples to be recorded; None: all.
+            interrupted: The robot stops settling as soon as this is not empty.
+        """
+
+    @abstractmethod
+    def channels(self, run: Run, samples: Samples, time: np.ndarray) -> dict[str, np.ndarray]:
+        """Return all channels of recorded samples, which are passed in their order."""
+
+    def attributes(self, run: Run) -> Attributes:
+        """Return what a recording says of the run, except for how it ended."""
+        return run_attributes(run)
+
+    def final_attributes(self, run: Run) -> Attributes:
+        """Return attributes that are known at the end of the run only."""
+        del run
+        return {}
+
+    def shortfall(self, run: Run) -> Failure | None:
+        """Return why a run that came to its end is incomplete, or None."""
+        del run
+        return None
+
+    def simulate(
+        self,
+        samples: int | None = None,
+        *,
+        progress: Progress | None = None,
+        interrupted: Sequence[int] | None = None,
+    ) -> Recording:
+        """Make the run, recorded in memory.
+
+        Args:
+            samples: Number of samples to record at most; None: all.
+            progress: Receives the simulated time [s].
+            interrupted: The run stops as soon as this is not empty; None: at Ctrl-C.
+        """
+        run = self.begin_run(samples=samples, interrupted=interrupted or ())
+        count = len(run.time) if samples is None else min(samples, len(run.time))
+        channels: dict[str, np.ndarray] = {}
+        done = 0
+
+        def keep(rows: Samples) -> None:
+            nonlocal done
+            part = slice(done, done + len(rows.qpos))
+            for name, values in self.channels(run, rows, run.time[part]).items():
+                if name not in channels:
+                    channels[name] = np.empty((count, *values.shape[1:]), values.dtype)
+                channels[name][part] = values
+            done = part.stop
+
+        noticed = noticed_interrupts() if interrupted is None else nullcontext(interrupted)
+        with noticed as seen:
+            until = None if samples is None else run.step_of(count - 1) + 1
+            failure = run.advance(progress, keep=keep, interrupted=seen, until=until)
+        if samples is None:
+            failure = failure or self.shortfall(run)
+        attributes = self._all_attributes(run, failure)
+        recorded = {name: values[:done] for name, values in channels.items()}
+        # Parts of longer arrays would keep the whole arrays in memory.
+        recording = new_recording(run.time[:done], recorded, attributes, own=done == count)
+        return with_sensors(self.scenario, recording)
+
+    def record(
+        self, path: str | Path, *, progress: Progress | None = None, force: bool = False
+    ) -> Failure | None:
+        """Make the run, recorded into a log file only, in memory that does not grow with it.
+
+        Args:
+            path: The log file.
+            progress: Receives the simulated time [s].
+            force: Whether an older file of that name is replaced.
+
+        Returns:
+            What ended the run early; None where it was completed.
+
+        Raises:
+            InvalidInput: The file exists and may not be replaced.
+            OutputError: It cannot be written.
+        """
+        run = self.begin_run()
+        done = 0
+
+        def keep(rows: Samples) -> None:
+            nonlocal done
+            time = run.time[done : done + len(rows.qpos)]
+            log.append(time, self.channels(run, rows, time))
+            done += len(time)
+
+        first = self.channels(run, run.first, run.time[:1])
+        cut = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
+        attributes = {**self.attributes(run), **cut}
+        with (
+            noticed_interrupts() as interrupted,
+            RecordingLog(path, first, attributes, time=run.time, force=force) as log,
+        ):
+            failure = run.advance(progress, keep=keep, interrupted=interrupted)
+            failure = failure or self.shortfall(run)
+            log.finish({**ending_attributes(failure), **self.final_attributes(run)})
+        return failure
+
+    def _all_attributes(self, run: Run, failure: Failure | None) -> Attributes:
+        return {**self.attributes(run), **ending_attributes(failure), **self.final_attributes(run)}
+
+
+class WalkExperiment(Experiment):
+    """The simulation of a planned walk or a trajectory; see `simulate`.
+
+    Raises:
+        InvalidInput: As in `simulate`.
+    """
+
+    def __init__(
+        self, scenario: Scenario, walk: Motion, start: Float[np.ndarray, " state"] | None = None
+    ) -> None:
+        if isinstance(walk, JointTrajectory) and walk.duration < scenario.duration:
+            scenario = scenario.replace(duration=walk.duration)
+        walk.check_planned_for(scenario)
+        check_time_step(scenario, walk)
+        check_feed_forward(scenario, walk)
+        if start is None:
+            check_start(scenario, walk)
+        self.scenario, self.walk, self.start = scenario, walk, start
+
+    def begin_run(self, *, samples: int | None = None, interrupted: Sequence[int] = ()) -> Run:
+        """Return the run before its first step, its load checked.
+
+        Raises:
+            InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+        """
+        run = new_run(self.scenario, self.walk, start=self.start, interrupted=interrupted)
+        if isinstance(self.walk, Walk):
+            last = len(run.time) if samples is None else min(samples, len(run.time))
+            self._model = ModelReference(self.scenario, self.walk, float(run.time[last - 1]))
+            self._model.check(interrupted)
+        return run
+
+    def channels(self, run: Run, samples: Samples, time: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the model's channels beside the simulated ones."""
+        walk = self.walk
+        model = walk.channels(time) if isinstance(walk, JointTrajectory) else self._model.at(time)
+        return model | run_channels(run, samples)
 
 
 def simulate(
@@ -39,24 +199,24 @@ def simulate(
     force: bool = False,
     start: Float[np.ndarray, " state"] | None = None,
 ) -> Recording:
-    """Run a walk in the physics engine.
+    """Simulate a walk.
 
     The robot starts at rest on its feet, in equilibrium. Interrupting the run (Ctrl-C) ends it
     and keeps what was recorded.
 
     Args:
         scenario: Its simulation, contact and terrain are used.
-        walk: The plan that the joints follow, or a trajectory: then there is no model beside the
-            simulation, and the run ends with it.
-        progress: Is told how far the run is.
-        log: A file, by custom ``.rec``, that is written while the run goes on and outlives a
-            killed process; `phasmid.load_recording` reads it.
+        walk: The plan that the joints follow, or a trajectory, which has no model channels and
+            ends the run with it.
+        progress: Receives the simulated time [s].
+        log: A file, by custom ``.rec``, that is written during the run and outlives a killed
+            process; `phasmid.load_recording` reads it.
         force: Whether an older file of that name is replaced.
-        start: A state of an earlier run of the same walk, from `Run.state`, to go on from.
+        start: A state of an earlier run of the same walk to continue from, from `Run.state`.
 
     Returns:
-        What physics made of the walk, beside the model's torques and forces at the same instants.
-        How the run ended is in the attributes ``ending`` and ``ending_reason``.
+        The simulated channels, beside the model's torques and forces at the same instants. How the
+        run ended is in the attributes ``ending`` and ``ending_reason``.
 
     Raises:
         InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
@@ -68,65 +228,11 @@ def simulate(
     check_scenario(scenario)
     check_motion(walk)
     check_callable("progress", progress)
-    if log is not None:
-        record(scenario, walk, log, progress=progress, force=force, start=start)
-        return with_sensors(scenario, load_recording(log))
-    return simulate_part(scenario, walk, progress=progress, start=start, interrupted=None)
-
-
-def simulate_part(
-    scenario: Scenario,
-    walk: Motion,
-    samples: int | None = None,
-    *,
-    progress: Progress | None = None,
-    start: Float[np.ndarray, " state"] | None = None,
-    interrupted: Sequence[int] | None = (),
-) -> Recording:
-    """Run a walk as `simulate` does, or its beginning alone.
-
-    Args:
-        scenario: As in `simulate`.
-        walk: As in `simulate`.
-        samples: How many to record at most; None: all.
-        progress: As in `simulate`.
-        start: As in `simulate`.
-        interrupted: The run is stopped as soon as this is not empty; None: at Ctrl-C.
-
-    Raises:
-        InvalidInput: As in `simulate`.
-        InfeasibleLoad: As in `simulate`.
-    """
-    scenario = _lasting(scenario, walk)
-    run, figures = _prepare(scenario, walk, start, samples=samples, interrupted=interrupted or ())
-    recording = kept_in_memory(
-        run,
-        lambda rows, time: _told(run, rows, time, figures),
-        run_attributes(scenario, walk, run),
-        samples=samples,
-        progress=progress,
-        interrupted=interrupted,
-    )
-    return with_sensors(scenario, recording)
-
-
-def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
-    """A recording with what its sensors would have told, where the scenario asks for that.
-
-    A log does not hold it, since it follows from the rest. Faults that the recording tells of are
-    in what its sensors tell.
-    """
-    if scenario.sensors.measured != "everything":
-        return recording
-    told = sense(scenario, recording)
-    texts = json.loads(str(told.attrs.get("faults", "[]")))
-    if not texts:
-        return told
-    faults = Faults(scenario.load_robot(), texts, scenario.sensors.contact_threshold)
-    added = [str(name) for name in told.data_vars if name not in recording.data_vars]
-    channels = {name: np.asarray(told[name].values) for name in added}
-    spoilt = spoilt_recording_channels(faults, np.asarray(told["time"].values), channels)
-    return told.assign({name: (told[name].dims, spoilt[name], told[name].attrs) for name in added})
+    experiment = WalkExperiment(scenario, walk, start)
+    if log is None:
+        return experiment.simulate(progress=progress)
+    experiment.record(log, progress=progress, force=force)
+    return with_sensors(scenario, load_recording(log))
 
 
 def record(
@@ -136,94 +242,13 @@ def record(
     *,
     progress: Progress | None = None,
     force: bool = False,
-    start: Float[np.ndarray, " state"] | None = None,
-) -> Trouble | None:
-    """Run a walk as `simulate` does, into a log file alone, in memory that does not grow with it.
-
-    Args:
-        scenario: As in `simulate`.
-        walk: As in `simulate`.
-        path: The log file.
-        progress: As in `simulate`.
-        force: As in `simulate`.
-        start: As in `simulate`.
+) -> Failure | None:
+    """Simulate a walk into a log file only; arguments and errors as in `simulate`.
 
     Returns:
         What ended the run early; None where it was completed.
-
-    Raises:
-        InvalidInput: As in `simulate`.
-        InfeasibleLoad: As in `simulate`.
-        OutputError: As in `simulate`.
     """
-    scenario = _lasting(scenario, walk)
-    run, figures = _prepare(scenario, walk, start, kept=LOGGED_FIGURES)
-    return kept_in_log(
-        run,
-        lambda rows, time: _told(run, rows, time, figures),
-        run_attributes(scenario, walk, run),
-        path,
-        progress=progress,
-        force=force,
-    )
-
-
-def check_motion(walk: object, name: str = "walk") -> None:
-    """Refuse what is no motion, such as its name.
-
-    Args:
-        walk: What was given.
-        name: Of the argument.
-
-    Raises:
-        InvalidInput: It is something else.
-    """
-    must, hint = "a plan or a trajectory", "phasmid.plan(scenario)"
-    check_type(name, walk, (Walk, JointTrajectory), must, hint)
-
-
-def _lasting(scenario: Scenario, walk: Motion) -> Scenario:
-    """The scenario; of a trajectory for no longer than it lasts."""
-    if isinstance(walk, JointTrajectory) and walk.duration < scenario.duration:
-        return scenario.replace(duration=walk.duration)
-    return scenario
-
-
-def _prepare(
-    scenario: Scenario,
-    walk: Motion,
-    start: Float[np.ndarray, " state"] | None,
-    *,
-    samples: int | None = None,
-    interrupted: Sequence[int] = (),
-    kept: int = sys.maxsize,
-) -> tuple[Run, Figures | None]:
-    """The run, ready to start, of which what cannot be is refused at once; and what its model says.
-
-    Of a trajectory there is no model.
-    """
-    walk.check_planned_for(scenario)
-    check_time_step(scenario, walk)
-    check_feed_forward(scenario, walk)
-    if start is None:
-        check_start(scenario, walk)
-    run = new_run(scenario, walk, start=start, interrupted=interrupted)
-    if isinstance(walk, JointTrajectory):
-        return run, None
-    last = len(run.time) if samples is None else min(samples, len(run.time))
-    figures = Figures(scenario, walk, kept=kept)
-    figures.check(float(run.time[last - 1]), interrupted)
-    return run, figures
-
-
-def _told(
-    run: Run, rows: Samples, time: Float[np.ndarray, " time"], figures: Figures | None
-) -> dict[str, np.ndarray]:
-    """All channels at some samples: the model's beside the engine's."""
-    if isinstance(run.walk, JointTrajectory):
-        return run_channels(run, rows, run.walk.channels(time))
-    assert figures is not None
-    return run_channels(run, rows, figures.at(time))
+    return WalkExperiment(scenario, walk).record(path, progress=progress, force=force)
 
 
 def new_run(
@@ -233,24 +258,34 @@ def new_run(
     start: Float[np.ndarray, " state"] | None = None,
     interrupted: Sequence[int] = (),
 ) -> Run:
-    """The run of a walk, about to start, in the simulator that knows the contact law.
+    """Return the run of a walk, before its first step, in the simulator of its contact law.
 
     Args:
         scenario: As in `simulate`.
         walk: As in `simulate`.
         start: As in `simulate`.
-        interrupted: It comes to rest no further as soon as this is not empty.
+        interrupted: The robot stops settling as soon as this is not empty.
 
     Raises:
-        InvalidInput: That simulator cannot do something else that the scenario asks for, or the
-            start is none of its states.
+        InvalidInput: The simulator cannot do what the scenario asks for, or the start is none of
+            its states.
     """
     if scenario.contact.contact_law != "simscape":
         return Run(scenario, walk, start=start, interrupted=interrupted)
-    # Here, since it readies its loops for the compiler when it is first imported.
-    from phasmid.simulation.prescribed.run import TrunkRun
+    # Lazy import: its compiled functions take a while.
+    from phasmid.simulation.simscape.run import SimscapeRun
 
-    return TrunkRun(scenario, walk, start=start, interrupted=interrupted)
+    return SimscapeRun(scenario, walk, start=start, interrupted=interrupted)
+
+
+def check_motion(walk: object, name: str = "walk") -> None:
+    """Refuse what is neither a plan nor a trajectory.
+
+    Raises:
+        InvalidInput: It is something else.
+    """
+    must, hint = "a plan or a trajectory", "phasmid.plan(scenario)"
+    check_type(name, walk, (Walk, JointTrajectory), must, hint)
 
 
 def check_load(
@@ -262,17 +297,203 @@ def check_load(
 ) -> None:
     """Refuse a walk whose load the scenario's force model cannot share.
 
-    Where all cycles are alike, one of them is looked at.
-
     Args:
-        scenario: Tells the model and the recorded instants.
+        scenario: Its force model and recording interval are used.
         walk: The plan.
-        until: The last instant that is looked at [s]; None: the walk's last.
-        interrupted: Nothing more is looked at as soon as this is not empty.
+        until: The last instant that is checked [s]; None: the walk's last.
+        interrupted: The check ends as soon as this is not empty.
 
     Raises:
         InvalidInput: The load transfer takes longer than the gait allows.
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
     last = scenario.duration if until is None else until
-    Figures(scenario, walk, kept=0).check(last, interrupted)
+    ModelReference(scenario, walk, last).check(interrupted)
+
+
+def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
+    """Add what the sensors measured, with the recorded faults, where the scenario asks for it.
+
+    A log does not hold these channels, since they follow from the others.
+    """
+    if scenario.sensors.measured != "everything":
+        return recording
+    sensed = sense(scenario, recording)
+    texts = json.loads(str(sensed.attrs.get("faults", "[]")))
+    if not texts:
+        return sensed
+    faults = Faults(scenario.load_robot(), texts, scenario.sensors.contact_threshold)
+    added = [str(name) for name in sensed.data_vars if name not in recording.data_vars]
+    channels = {name: np.asarray(sensed[name].values) for name in added}
+    faulty = faults.apply_to_recording(np.asarray(sensed["time"].values), channels)
+    return sensed.assign(
+        {name: (sensed[name].dims, faulty[name], sensed[name].attrs) for name in added}
+    )
+
+
+@contextmanager
+def noticed_interrupts() -> Iterator[list[int]]:
+    """Note the first Ctrl-C in a list instead of raising it; a second one is raised."""
+    noticed: list[int] = []
+
+    def note(number: int, frame: Any) -> None:
+        if noticed:
+            signal.default_int_handler(number, frame)
+        noticed.append(number)
+
+    try:
+        before = signal.signal(signal.SIGINT, note)
+    except ValueError:
+        # Only the main thread may handle signals, and only it receives them.
+        yield noticed
+        return
+    try:
+        yield noticed
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+# Several runs -------------------------------------------------------------------------------------
+
+
+def simulate_many(
+    scenarios: Iterable[Scenario | tuple[Scenario, Walk]],
+    *,
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[Recording]:
+    """Simulate independent walks on all cores; each gives the same bits as by itself.
+
+    Args:
+        scenarios: What to simulate, with or without a plan.
+        workers: Number of runs at a time; by default the number of cores.
+        progress: Receives the number of runs that have ended.
+
+    Returns:
+        What `simulate` returns for each, in the same order.
+
+    Raises:
+        InvalidInput: There is no worker, or something is no scenario and no scenario with its plan.
+        FailedRuns: Some were refused or failed; it names them and carries the recordings of the
+            others.
+    """
+    check_type(
+        "scenarios", scenarios, (Iterable,), "a list of scenarios", "simulate_many([scenario])"
+    )
+    pairs = [_with_walk(one, f"scenarios[{place}]") for place, one in enumerate(scenarios)]
+    check_callable("progress", progress)
+    if workers is not None:
+        check_type("workers", workers, (int,), "a whole number")
+        if workers < 1:
+            raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    stopped: list[int] = []
+    recordings: list[Recording | None] = [None] * len(pairs)
+    errors: dict[int, Exception] = {}
+
+    def run(scenario: Scenario, walk: Walk | None) -> Recording:
+        return WalkExperiment(scenario, walk or plan(scenario)).simulate(interrupted=stopped)
+
+    # Threads are enough: MuJoCo releases Python's lock during each step.
+    with ThreadPoolExecutor(min(workers or cores(), max(1, len(pairs)))) as pool:
+        places: dict[Future[Recording], int] = {
+            pool.submit(run, *pair): place for place, pair in enumerate(pairs)
+        }
+        try:
+            for count, done in enumerate(as_completed(places), 1):
+                try:
+                    recordings[places[done]] = done.result()
+                except Exception as error:
+                    errors[places[done]] = error
+                if progress:
+                    progress(count)
+        except BaseException:
+            # Ctrl-C, for one: the runs under way end within a block of steps.
+            stopped.append(1)
+            pool.shutdown(cancel_futures=True)
+            raise
+    if errors:
+        raise FailedRuns([scenario.name for scenario, _ in pairs], recordings, errors)
+    return [recording for recording in recordings if recording is not None]
+
+
+def _with_walk(one: object, name: str) -> tuple[Scenario, Walk | None]:
+    """Return a scenario and its plan, if it has one; refuse anything else."""
+    if isinstance(one, Scenario):
+        return one, None
+    if not (isinstance(one, tuple) and len(one) == 2 and isinstance(one[0], Scenario)):
+        raise InvalidInput(
+            f"{name} is {described(one)}; it must be a Scenario, or a Scenario and its plan.",
+            hint='phasmid.load_scenario("paper")',
+        )
+    check_motion(one[1], f"{name}[1]")
+    return one
+
+
+REFINED_CYCLES = 2
+"""Cycles of a walk that are compared at half the time step: the first and one in full swing."""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """The difference between a walk and the same walk at half its time step.
+
+    Attributes:
+        time_step: Of the walk [s].
+        duration: Compared part of the walk [s].
+        normal_force: Rms difference of the feet's normal forces over their rms, at all instants.
+        joint_torque: Rms difference of the joint torques over their rms, at all instants.
+        way: Largest distance between the two trunks [m].
+    """
+
+    time_step: float
+    duration: float
+    normal_force: float
+    joint_torque: float
+    way: float
+
+    def attributes(self) -> dict[str, float]:
+        """Return the numbers as attributes of a recording, for its summary."""
+        return {f"refinement_{name}": value for name, value in vars(self).items()}
+
+
+def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
+    """Simulate the first two cycles at the time step and at half of it, and compare.
+
+    The error of the time step is about as large as this difference, as MuJoCo's is of first order.
+
+    Args:
+        scenario: As for `simulate`.
+        walk: As for `simulate`.
+
+    Returns:
+        The difference; None where one of the two runs did not come to its end.
+
+    Raises:
+        InvalidInput: As for `simulate`.
+        InfeasibleLoad: As for `simulate`.
+        KeyboardInterrupt: It was stopped by Ctrl-C.
+    """
+    duration = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
+    dt = scenario.simulation.dt
+    changes = {"duration": duration, "record_interval": dt * scenario.record_steps}
+    runs = []
+    for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2)):
+        runs.append(simulate(shorter, walk))
+        if runs[-1].attrs["ending"] == Ending.STOPPED.name:
+            raise KeyboardInterrupt
+        if runs[-1].attrs["ending"] != Ending.COMPLETED.name:
+            return None
+    coarse, fine = runs
+
+    def difference(name: str) -> float:
+        ours, theirs = coarse[name].values, fine[name].values
+        return float(np.sqrt(((ours - theirs) ** 2).mean() / (theirs**2).mean()))
+
+    apart = coarse["body_position"].values - fine["body_position"].values
+    return Refinement(
+        time_step=dt,
+        duration=duration,
+        normal_force=difference("foot_normal_force"),
+        joint_torque=difference("joint_torque"),
+        way=float(np.linalg.norm(apart, axis=1).max()),
+    )

@@ -1,44 +1,76 @@
-"""The loop around the engine's step, for planned walks, driven runs, the studio and replay."""
+"""The loop around `mj_step`, for planned walks, closed-loop runs, the studio and replays."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.simulation.ground import Footing
-from phasmid.simulation.joint_drive import Drive, LostConstraints
-from phasmid.simulation.samples import Samples
+from phasmid.simulation.contact import FootGround
+from phasmid.simulation.drives import Drive, LostConstraints
 
 if TYPE_CHECKING:
     import mujoco
 
 
-class Made(NamedTuple):
-    """What became of a block of steps.
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """States and measurements at N samples, in MuJoCo's order.
 
     Attributes:
-        steps: Number of steps made.
-        error: The engine's error, or nothing.
-        lost: Whether it made no constraint for some of the joints that constraints hold.
+        qpos: Trunk position [m] and quaternion, joint angles [rad], shape (N, 7 + 3 L).
+        qvel: Trunk velocity (world) and angular velocity (body axes), joints, (N, 6 + 3 L).
+        sensors: As of `build_model`, shape (N, 7 L).
+        torque: Of the joints [N·m], shape (N, 3 L).
+        drive: States of the drive.
     """
 
-    steps: int
-    error: str
-    lost: bool
+    qpos: Float[np.ndarray, "samples q"]
+    qvel: Float[np.ndarray, "samples v"]
+    sensors: Float[np.ndarray, "samples sensors"]
+    torque: Float[np.ndarray, "samples joints"]
+    drive: Float[np.ndarray, "samples state"]
+
+    @classmethod
+    def empty(cls, model: mujoco.MjModel, drive: Drive, samples: int) -> Samples:
+        """Allocate a number of samples."""
+        widths = (model.nq, model.nv, model.nsensordata, model.nv - 6, len(drive.state))
+        return cls(*(np.empty((samples, width)) for width in widths))
+
+    def arrays(self) -> list[np.ndarray]:
+        """Return the arrays in the order of the attributes."""
+        return [getattr(self, field.name) for field in fields(self)]
+
+    def part(self, which: slice) -> Samples:
+        """Return a view of some samples."""
+        return Samples(*(array[which] for array in self.arrays()))
+
+    def put(self, at: int, samples: Samples) -> None:
+        """Copy samples to a place in these."""
+        for array, rows in zip(self.arrays(), samples.arrays(), strict=True):
+            array[at : at + len(rows)] = rows
+
+    def write(self, row: int, data: mujoco.MjData, drive: Drive) -> None:
+        """Copy the present state to a row."""
+        values = data.qpos, data.qvel, data.sensordata, drive.torque(), drive.state
+        for array, value in zip(self.arrays(), values, strict=True):
+            array[row] = value
 
 
-class Loop:
-    """The steps of one run.
+Keep = Callable[[Samples], None]
+"""Receives recorded samples in their order; the memory is reused afterwards."""
 
-    Args:
-        model: The engine's model.
-        data: The engine's state.
-        drive: What moves the joints.
-        footing: What the feet stand on.
-        buffer: Takes a sample of each step.
+
+class StepLoop:
+    """Advances a simulation step by step, and writes a sample of each step into a buffer.
+
+    Attributes:
+        error: Why the loop ended early; empty where it did not.
     """
 
     def __init__(
@@ -46,64 +78,104 @@ class Loop:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         drive: Drive,
-        footing: Footing,
+        ground: FootGround,
         buffer: Samples,
     ) -> None:
-        self._engine, self._drive, self._footing = (model, data), drive, footing
-        arrays = data.qpos, data.qvel, data.sensordata, drive.state
-        self._views, self._rows = [array.data for array in arrays], buffer.rows()
+        self._engine, self._drive, self._ground = (model, data), drive, ground
+        # Memory views are copied faster than arrays.
+        self._views = [each.data for each in (data.qpos, data.qvel, data.sensordata, drive.state)]
+        rows: list[list[Any]] = [[row.data for row in array] for array in buffer.arrays()]
+        rows[3] = list(buffer.torque)
+        self._rows, self.error = rows, ""
 
-    # A state that is not finite is for the watch to find.
-    @np.errstate(invalid="ignore", over="ignore")
     def advance(
         self,
         targets: Float[np.ndarray, "samples joints"],
         end: int,
         at: int = 0,
         interrupted: Sequence[int] = (),
-    ) -> Made:
-        """Make a step for each target; its sample goes into the buffer.
+    ) -> int:
+        """Make one step per row of targets.
 
         Args:
-            targets: What the drive is told.
-            end: Number of the target that is measured and not stepped, if there is such a one.
-            at: Where in the buffer the first sample goes.
-            interrupted: No further step is begun once this is not empty.
+            targets: Commands of the drive.
+            end: Row that is measured and not stepped, if there is such a one.
+            at: First row of the buffer to write.
+            interrupted: No further step begins once this is not empty.
 
         Returns:
-            What became of it.
+            Number of steps made; fewer than targets after an interruption or an `error`.
         """
         import mujoco
 
-        # All names are local, and views of memory are copied, which is quicker than arrays: the
-        # loop below is the simulation's whole cost beside the engine.
         (model, data), step = self._engine, mujoco.mj_step
         command, torque = self._drive.command, self._drive.torque
-        follow = self._footing.follow if self._footing.needed else None
+        update_ground = self._ground.update if self._ground.varies else None
         qpos, qvel, sensors, state = self._views
-        rows = [row[at : at + len(targets)] for row in self._rows] if at else self._rows
+        rows = [row[at : at + len(targets)] for row in self._rows]
         made = 0
         try:
-            for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
-                targets, *rows, strict=False
-            ):
-                if interrupted:
-                    break
-                to_qpos[:] = qpos
-                to_qvel[:] = qvel
-                command(target)
-                if follow:
-                    follow()
-                if made == end:
-                    step = mujoco.mj_forward
-                step(model, data)
-                to_sensors[:] = sensors
-                to_torque[:] = torque()
-                if state:
-                    to_state[:] = state
-                made += 1
+            # A state that is not finite is found by `check_termination`.
+            with np.errstate(invalid="ignore", over="ignore"):
+                for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
+                    targets, *rows, strict=False
+                ):
+                    if interrupted:
+                        break
+                    to_qpos[:] = qpos
+                    to_qvel[:] = qvel
+                    command(target)
+                    if update_ground:
+                        update_ground()
+                    if made == end:
+                        step = mujoco.mj_forward
+                    step(model, data)
+                    to_sensors[:] = sensors
+                    to_torque[:] = torque()
+                    if state:
+                        to_state[:] = state
+                    made += 1
         except mujoco.FatalError as error:
-            return Made(made, str(error), lost=False)
-        except LostConstraints:
-            return Made(made, "", lost=True)
-        return Made(made, "", lost=False)
+            self.error = f"the engine says: {' '.join(str(error).split())}"
+        except LostConstraints as error:
+            self.error = error.what.rstrip(".")
+        return made
+
+
+_LOCK = threading.Lock()
+_COLLECTORS: dict[int, list[str]] = {}
+_PREVIOUS: list[Callable[[str], Any] | None] = []
+
+
+@contextmanager
+def collect_engine_warnings(messages: list[str]) -> Iterator[None]:
+    """Collect MuJoCo's warnings in this thread, which it would print and write to a file.
+
+    MuJoCo has one handler for all threads and calls it in the thread that steps.
+    """
+    import mujoco
+
+    thread = threading.get_ident()
+    with _LOCK:
+        if not _COLLECTORS:
+            _PREVIOUS.append(mujoco.get_mju_user_warning())
+            mujoco.set_mju_user_warning(_collect)
+        outer = _COLLECTORS.get(thread)
+        _COLLECTORS[thread] = messages
+    try:
+        yield
+    finally:
+        with _LOCK:
+            del _COLLECTORS[thread]
+            if outer is not None:
+                _COLLECTORS[thread] = outer
+            if not _COLLECTORS:
+                mujoco.set_mju_user_warning(_PREVIOUS.pop())
+
+
+def _collect(message: str) -> None:
+    messages = _COLLECTORS.get(threading.get_ident())
+    if messages is not None:
+        messages.append(message)
+    elif _PREVIOUS and _PREVIOUS[0]:
+        _PREVIOUS[0](message)

@@ -1,4 +1,4 @@
-"""The robot's own servos: position law, motor, gears and heat of every joint."""
+"""The robot's own servos: position law, motor, gears and temperature of every joint."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from phasmid.control.feed_forward.servo_goal import (
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.joint_drive import Setpoints
+from phasmid.simulation.drives import Setpoints
 
 if TYPE_CHECKING:
     import mujoco
@@ -38,19 +38,19 @@ FIELDS = (
     "error",
     "change",
 )
-"""What a servo remembers, a row of numbers for each, all joints side by side: the rotor's angle
-[rad] and speed [rad/s] at the output; output (share of the supply), current [A] and torque on the
-joint [N·m] of this step; temperature [°C]; time at the largest output [s]; why it shut down; steps
-until it next looks at the position; position error [ticks] and its smoothed change [ticks/s].
-Servos with a delay have further rows: which goal is due, and the goals on their way [rad]."""
+"""Rows of a servo's state, one column per joint: rotor angle [rad] and speed [rad/s] at the output;
+duty (share of the supply), current [A] and torque on the joint [N·m] of this step; temperature
+[°C]; time at the largest duty [s]; reason of a shutdown; steps until the next reading of the
+position; position error [ticks] and its filtered rate [ticks/s]. Servos with a delay have further
+rows: which goal is due, and the goals on their way [rad]."""
 
 RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
-"""Whether a servo runs, and why it shut down."""
+"""Values of ``shutdown``."""
 
 REASONS = {OVERLOADED: "overload", OVERHEATED: "overheating", FAILED: "failure"}
 
 MOST_OF_LIMIT = 0.75
-"""Part of the largest stable step that is allowed: legs are lighter in other poses."""
+"""Allowed share of the largest stable step: legs are lighter in other poses."""
 
 
 def servo_step(
@@ -62,23 +62,20 @@ def servo_step(
     state: np.ndarray,
     applied: np.ndarray,
 ) -> None:
-    """One step of every joint's servo, with plain loops for the compiler.
+    """Advance every joint's servo by one step; compiled.
 
-    The rotor is stepped by symplectic Euler, its friction implicitly: what it can take from the
-    speed it takes, and no more, so that a rotor at rest stays so.
-
-    The gears transmit at most the stall torque, in either direction of the load: friction helps to
-    hold a load up to there. Beyond it the joint drags the rotor along.
+    The rotor is integrated by symplectic Euler, its friction implicitly: friction never turns the
+    speed around, so that a rotor at rest stays so. The gears transmit at most the stall torque in
+    either direction; beyond it the joint drags the rotor along.
 
     Args:
-        target: Where the joints shall go [rad], shape (J,).
-        joint_angle: Where they are [rad], shape (J,).
-        joint_speed: Their speeds [rad/s], shape (J,).
+        target: Goals [rad], shape (J,).
+        joint_angle: [rad], shape (J,).
+        joint_speed: [rad/s], shape (J,).
         limits: Lowest and highest goal [rad], shape (2, J).
-        numbers: As `servo_numbers` gives them.
-        state: Rows of `FIELDS` and of goals on their way, changed in place; as many as `state_rows`
-            tells, by J.
-        applied: Is given the torques on the joints [N·m], shape (J,).
+        numbers: From `servo_numbers`.
+        state: Rows of `FIELDS` and of goals on their way, changed in place, (`state_rows`, J).
+        applied: Torques on the joints [N·m], written, shape (J,).
     """
     dt, tick, steps, pid = numbers[0], numbers[1], numbers[2], numbers[3]
     most, gain, change_gain, smoothing = numbers[8], numbers[9], numbers[10], numbers[11]
@@ -170,7 +167,7 @@ def servo_step(
 def servo_numbers(
     servo: Servo, dt: float, voltage: float, ambient: float
 ) -> Float[np.ndarray, " numbers"]:
-    """A servo's parameters in the order and the units in which `servo_step` takes them.
+    """Return a servo's parameters in the order and units of `servo_step`.
 
     Args:
         servo: With its settings.
@@ -218,28 +215,23 @@ def servo_numbers(
 
 
 def state_rows(numbers: Float[np.ndarray, " numbers"]) -> int:
-    """Rows that a servo's state takes: those of `FIELDS`, and of goals on their way.
-
-    Args:
-        numbers: As `servo_numbers` gives them.
-    """
+    """Return the number of rows of a servo's state: `FIELDS`, and goals on their way."""
     delay = int(numbers[29])
     return len(FIELDS) + (delay + 1 if delay > 0 else 0)
 
 
 def longest_servo_step(servo: Servo, mobility: float) -> float:
-    """Longest time step that resolves a servo's gears on a robot's legs [s].
+    """Return the longest time step that resolves a servo's gears on a robot's legs [s].
 
-    In coordinates scaled by the masses the gears are a stiffness matrix K, gears and motor a
-    damping matrix C, both symmetric. For an eigenvector u of a step of symplectic Euler, with
-    k = u*Ku and c = u*Cu, its eigenvalue z obeys z² - (2 - c dt - k dt²) z + 1 - c dt = 0, and
-    |z| < 1 where k dt² + 2 c dt < 4. No k or c exceeds the largest eigenvalue of its matrix. The
-    position law is far slower than the gears, and friction only takes energy.
+    In coordinates scaled by the masses the gears are a symmetric stiffness matrix K, gears and
+    motor a damping matrix C. For an eigenvector u of a step of symplectic Euler, with k = u*Ku and
+    c = u*Cu, its eigenvalue z obeys z² - (2 - c dt - k dt²) z + 1 - c dt = 0, and |z| < 1 where
+    k dt² + 2 c dt < 4. No k or c exceeds the largest eigenvalue of its matrix.
 
     Args:
         servo: The servo.
-        mobility: Largest acceleration of the joints per torque [rad/s² per N·m]: the largest
-            eigenvalue of the joints' part of the inverse mass matrix.
+        mobility: Largest eigenvalue of the joints' part of the inverse mass matrix
+            [rad/s² per N·m].
     """
     motor = servo.motor
     k = servo.gear_stiffness * (mobility + 1 / servo.armature)
@@ -250,93 +242,84 @@ def longest_servo_step(servo: Servo, mobility: float) -> float:
 
 
 def own_servo(scenario: Scenario, robot: Robot) -> Servo:
-    """A robot's servo with a scenario's settings, and with a rotor: see `Servo.rotor_inertia`."""
+    """Return a robot's servo with a scenario's settings and a rotor; see `Servo.rotor_inertia`."""
     servo = scenario.servo.set_up(robot.servo)
     return replace(servo, armature=servo.rotor_inertia)
 
 
 class ServoDrive:
-    """The robot's own servos, each with its law, motor, gears, backlash, friction and heat.
+    """The robot's own servos, each with its law, motor, gears, backlash, friction and temperature.
 
-    A rotor of its own turns behind each joint's gears, which twist like a spring once their
-    backlash is used up. The torque of a joint is what this spring gives it: friction of motor and
-    gears is taken off. Where the joint is held against its load the friction helps, so that the
-    torque may exceed what the motor gives, but never the stall torque: no measurement shows that
-    gears hold more than the motor lifts. The gears' friction follows the motor's torque and not the
-    load: a servo that has shut down is turned back against its Coulomb and viscous friction alone,
-    and the leg on it falls nearly freely.
+    A rotor turns behind each joint's gears, which twist like a spring beyond their backlash; this
+    spring gives the joint's torque. Where a joint is held against its load, friction helps, up to
+    the stall torque: no measurement shows that gears hold more than the motor lifts. The gears'
+    friction follows the motor's torque: a servo that has shut down is turned back against its
+    Coulomb and viscous friction alone.
     """
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
     ) -> None:
-        servo = own_servo(scenario, walk.robot)
+        robot, table = walk.robot, scenario.servo
+        servo = own_servo(scenario, robot)
         start = walk.sample(np.zeros(1)).q[0].ravel()
         data.qpos[7:] = start
-        limits = np.vstack([leg.joint_limits for leg in walk.robot.legs]).T
-        self._limits = np.ascontiguousarray(limits)
-        table = scenario.servo
-        voltage = table.supply(servo)
-        self._numbers = servo_numbers(servo, model.opt.timestep, voltage, table.ambient_temperature)
+        limits = np.vstack([leg.joint_limits for leg in robot.legs]).T
+        voltage, self._ambient = table.supply(servo), table.ambient_temperature
+        numbers = servo_numbers(servo, model.opt.timestep, voltage, self._ambient)
         self._goal_numbers = goal_numbers(servo, voltage)
-        self._names = [f"{leg.name}.{joint}" for leg in walk.robot.legs for joint in JOINTS]
-        self._angle, self._speed = data.qpos[7:], data.qvel[6:]
-        self._applied = data.qfrc_applied[6:]
-        self._ambient = table.ambient_temperature
-        self._rows = np.zeros((state_rows(self._numbers), len(start)))
+        self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
+        self._rows = np.zeros((state_rows(numbers), len(start)))
         self.state = self._rows.ravel()
-        self._torque = self._rows[FIELDS.index("torque")]
+        self._torque = self._row("torque")
         self._step = compiled(servo_step)
-        # The compiler does its work here and not during the run.
+        joints = data.qpos[7:], data.qvel[6:], np.ascontiguousarray(limits)
+        self._arguments = (*joints, numbers, self._rows, data.qfrc_applied[6:])
+        # Compiles here and not during the run.
         self.command(start)
         self._rows[:] = 0.0
-        self._rows[FIELDS.index("angle")] = start
+        self._row("angle")[:] = start
         self._rows[len(FIELDS) + 1 :] = start
         self.begin(np.zeros(len(start)))
 
+    def _row(self, name: str) -> np.ndarray:
+        row: np.ndarray = self._rows[FIELDS.index(name)]
+        return row
+
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Start the walk: cold servos that turn as the joints do, and have not been overloaded."""
-        self._rows[FIELDS.index("speed")] = speed
-        self._rows[FIELDS.index("temperature")] = self._ambient
+        """Start cold and not overloaded, with rotors that turn as the joints do [rad/s]."""
+        self._row("speed")[:] = speed
+        self._row("temperature")[:] = self._ambient
         self._goal_memory = goal_memory(len(speed))
         for name in ("overloaded", "shutdown", "wait"):
-            self._rows[FIELDS.index(name)] = 0.0
+            self._row(name)[:] = 0.0
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
-        """Step the servos towards their goals, and put their torques on the joints."""
-        self._step(
-            target,
-            self._angle,
-            self._speed,
-            self._limits,
-            self._numbers,
-            self._rows,
-            self._applied,
-        )
+        """Advance the servos towards their goals [rad], and apply their torques."""
+        self._step(target, *self._arguments)
 
     def fail(self, joint: int) -> None:
         """Shut a servo down for good."""
-        self._rows[FIELDS.index("shutdown"), joint] = FAILED
+        self._row("shutdown")[joint] = FAILED
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """What the gears gave the joints, friction taken off."""
-        torque: np.ndarray = self._torque
-        return torque
+        """Return the gears' torques on the joints; friction is subtracted."""
+        return self._torque
 
-    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Goals of the servos, shape (N, 3 L) [rad], whatever the time step.
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the servos' goals [rad].
 
         These servos take no torque: their law is inverted, so that it gives the feed-forward
-        torque where the joint is as wanted.
+        torque where the joint is at its setpoint.
         """
-        q = wanted.q.reshape(len(wanted.q), -1)
-        if wanted.torque is None:
+        q = setpoints.q.reshape(len(setpoints.q), -1)
+        if setpoints.torque is None:
             return q
-        qd, torque = wanted.qd.reshape(q.shape), wanted.torque.reshape(q.shape)
+        qd, torque = setpoints.qd.reshape(q.shape), setpoints.torque.reshape(q.shape)
         return goals_for_torque(q, qd, torque, self._goal_numbers, dt, self._goal_memory)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Output, current, rotor's speed, temperature and shutdown of every servo."""
+        """Return duty, current, rotor speed, temperature and shutdown of every servo."""
         rows = states.reshape(len(states), len(self._rows), -1, 3)
         read = {
             f"servo_{name}": rows[:, FIELDS.index(name)]
@@ -345,7 +328,7 @@ class ServoDrive:
         return read | {"servo_shutdown": rows[:, FIELDS.index("shutdown")] != RUNNING}
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Which servos had shut down in a state, and why; empty where none had."""
+        """Return which servos had shut down in a state, and why; or nothing."""
         codes = state.reshape(self._rows.shape)[FIELDS.index("shutdown")]
         down = [
             f"{name} ({REASONS[float(code)]})"

@@ -1,4 +1,4 @@
-"""Where the robot stands before it walks."""
+"""Checks before a run: time step and start; the start of a robot that stands."""
 
 from __future__ import annotations
 
@@ -18,27 +18,83 @@ from phasmid.kinematics import (
     neutral_feet,
     rotation_rpy,
 )
-from phasmid.motion import (
-    JointTrajectory,
-    Motion,
-    SampledMotion,
-    SampledTrajectory,
-    TrunkMotion,
-)
+from phasmid.motion import JointTrajectory, Motion, SampledMotion, SampledTrajectory, TrunkMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
+from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME, friction_hardness
+from phasmid.simulation.model import foot_mobility, joint_mobility
+from phasmid.simulation.servo import longest_servo_step, own_servo
 
 DEEPEST_START = 0.002
-"""How far a foot may start below the terrain; so far its contact gently pushes it out [m]."""
+"""Allowed depth of a foot in the terrain at the start; its contact pushes it out gently [m]."""
+
+MOST_OF_LIMIT = 0.9
+"""Allowed share of the largest stable step: feet are lighter in other poses."""
 
 
-def raised(scenario: Scenario, start: SampledMotion) -> float:
-    """How much higher than planned the robot starts [m].
+def check_time_step(scenario: Scenario, walk: Motion) -> None:
+    """Refuse a time step that cannot resolve the contact, or the gears of the robot's own servos.
 
     Args:
-        scenario: Tells the height of the start.
-        start: The walk, sampled at its start.
+        scenario: Its contact, drive and servos are used.
+        walk: Its robot, and its joint angles at the start, are used.
+
+    Raises:
+        InvalidInput: With the longest one that resolves both; or the servos cannot be run.
     """
+    longest, what = longest_time_step(scenario, walk.robot), "this contact"
+    if scenario.simulation.drive == "servo":
+        servo, start = own_servo(scenario, walk.robot), walk.sample(np.zeros(1)).q[0]
+        gears = longest_servo_step(servo, joint_mobility(walk.robot, scenario, start))
+        if gears < longest:
+            longest, what = gears, f"the gears of the servo {servo.name}"
+    if scenario.simulation.dt > longest:
+        raise InvalidInput(
+            f"--dt {scenario.simulation.dt:g} s cannot resolve {what} (needs <= {longest:.2g} s).",
+            hint=f"--dt {longest / 2:.1g}",
+        )
+
+
+def longest_time_step(scenario: Scenario, robot: Robot) -> float:
+    """Return the longest time step that resolves the contact of a robot on three feet [s]."""
+    contact = scenario.contact
+    if contact.contact_law == "mujoco":
+        # With longer ones MuJoCo would make its contact softer.
+        return SOFT_TIME / 2
+    # Each of twelve points carries its share of the mass. MuJoCo evaluates springs and dampers at
+    # the start of a step, which is stable up to twice the time that is taken here.
+    share = robot.mass / 12
+    frequency = math.sqrt(contact.stiffness / share)
+    ratio = contact.law_damping / (2 * math.sqrt(contact.stiffness * share))
+    robot_on_feet = (math.sqrt(ratio**2 + 1) - ratio) / frequency
+    if contact.contact_law != "spring-damper":
+        return robot_on_feet
+    return min(robot_on_feet, MOST_OF_LIMIT * longest_foot_step(scenario, robot))
+
+
+def longest_foot_step(scenario: Scenario, robot: Robot) -> float:
+    """Return the longest time step with which the lightest foot does not chatter in MuJoCo [s].
+
+    A foot of mobility A has the mass 1/A, and that with which its points resist their own
+    acceleration: d/((1 - d) A) each along the normal, `friction_damping` over `damping` times that
+    along the ground. A symplectic step of a mass m on a spring k and a damper c, both evaluated at
+    its start, is stable where k dt² + 2 c dt < 4 m.
+    """
+    contact, mobility = scenario.contact, float(foot_mobility(robot, scenario).max())
+    own, hardness = contact.impedance / (1 - contact.impedance), friction_hardness(scenario)
+    steps = []
+    for k, c, hard in (
+        (contact.stiffness, contact.law_damping, 1.0),
+        (0.0, hardness * contact.law_damping, hardness),
+    ):
+        k, c = CONTACT_POINTS * k, CONTACT_POINTS * c
+        m = (1 + CONTACT_POINTS * hard * own) / mobility
+        steps.append((math.sqrt(c * c + 4 * k * m) - c) / k if k else 2 * m / c)
+    return min(steps)
+
+
+def start_offset(scenario: Scenario, start: SampledMotion) -> float:
+    """Return how much higher than planned the robot starts [m]."""
     height = scenario.simulation.start_height
     return 0.0 if height is None else height - float(start.trunk.position[0, 2])
 
@@ -51,10 +107,11 @@ def check_start(scenario: Scenario, walk: Motion) -> None:
     """
     start = walk.sample(np.zeros(1))
     x, y, z = np.moveaxis(start.foot_position[0], -1, 0)
-    depth = scenario.load_terrain().height(x, y) - z - raised(scenario, start)
+    offset = start_offset(scenario, start)
+    depth = scenario.load_terrain().height(x, y) - z - offset
     leg = int(np.argmax(depth))
     if depth[leg] > DEEPEST_START:
-        height = float(start.trunk.position[0, 2]) + raised(scenario, start) + depth[leg]
+        height = float(start.trunk.position[0, 2]) + offset + depth[leg]
         enough = math.ceil(1000 * height - 1e-6)
         raise InvalidInput(
             f"{walk.robot.legs[leg].name} foot starts {1000 * depth[leg]:.0f} mm below the "
@@ -66,43 +123,39 @@ def check_start(scenario: Scenario, walk: Motion) -> None:
 
 @dataclass(frozen=True, eq=False)
 class HeldPose(JointTrajectory):
-    """Joints that stay where they are, with the trunk where the ground lets it be.
+    """A robot at rest.
 
     Attributes:
-        trunk: Of the robot at rest, shapes (1, 3).
+        trunk: Pose of the trunk, shapes (1, 3).
     """
 
     trunk: TrunkMotion
 
     def sample(self, time: Float[np.ndarray, " times"]) -> SampledTrajectory:
-        """The pose at some times.
-
-        Args:
-            time: [s], shape (M,).
-        """
+        """Return the pose at M times [s]."""
         time = np.asarray(time, dtype=float)
         still = np.zeros((len(time), 3))
-        position = still + self.trunk.position
-        trunk = TrunkMotion(position, still, still, still + self.trunk.attitude, still, still)
+        pose = still + self.trunk.position, still + self.trunk.attitude
+        trunk = TrunkMotion(pose[0], still, still, pose[1], still, still)
         return SampledTrajectory(self.robot, time, *self.angles(time), trunk)
 
 
 def standing(
     scenario: Scenario, robot: Robot, q: Float[np.ndarray, "legs 3"] | None = None
 ) -> HeldPose:
-    """The robot at rest where a run begins: at the world's origin, all feet near the ground.
+    """Place the robot at rest at the world's origin, with all feet near the ground.
 
-    The trunk lies parallel to the plane through the ground under the feet, as low as the highest
-    ground under any of them, and under the trunk itself, allows.
+    The trunk is parallel to the plane through the ground under the feet, as low as the highest
+    ground under any foot and under the trunk allows.
 
     Args:
-        scenario: Tells the ground.
+        scenario: Its terrain is used.
         robot: The robot, L legs.
-        q: Joint angles [rad], shape (L, 3); None: those with which its feet are at neutral.
+        q: Joint angles [rad], shape (L, 3); None: those of the neutral stance.
 
     Raises:
-        InvalidInput: The angles are no L x 3 finite numbers.
-        InfeasibleWalk: They pass the joints' limits.
+        InvalidInput: The angles are not L x 3 finite numbers.
+        InfeasibleWalk: They exceed the joints' limits.
     """
     if q is None:
         q = joint_angles(robot.arrays, hip_from_body(robot, neutral_feet(robot)))
@@ -114,23 +167,20 @@ def standing(
     ground = scenario.load_terrain()
     feet = body_from_hip(robot, foot_position(robot.arrays, q))
     corners = np.array([[x, y, -1.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-    belly = corners * robot.body.size / 2
     attitude = np.zeros(3)
-    # The feet's places shift a little with the tilt: the third round moves them by no micrometre.
+    # Feet move a little with the tilt: the third iteration moves them by less than a micrometre.
     for _ in range(0 if ground.is_level else 3):
         x, y, _z = (feet @ _rotation(attitude).T).T
         columns = np.stack([x, y, np.ones_like(x)], axis=-1)
         a, b, _c = np.linalg.lstsq(columns, ground.height(x, y), rcond=None)[0]
-        length = math.sqrt(1 + a * a + b * b)
-        attitude = np.array([math.asin(b / length), math.atan2(-a, 1.0), 0.0])
-    x, y, z = (np.vstack([feet, belly]) @ _rotation(attitude).T).T
-    height = float((ground.height(x, y) - z).max())
-    still = np.zeros((1, 3))
-    position = np.array([[0.0, 0.0, height]])
+        attitude = np.array([math.asin(b / math.sqrt(1 + a * a + b * b)), math.atan2(-a, 1.0), 0.0])
+    points = np.vstack([feet, corners * robot.body.size / 2])
+    x, y, z = (points @ _rotation(attitude).T).T
+    position, still = np.zeros((1, 3)), np.zeros((1, 3))
+    position[0, 2] = (ground.height(x, y) - z).max()
     trunk = TrunkMotion(position, still, still, attitude[None], still, still)
     return HeldPose(robot, np.array([0.0, 1.0]), np.stack([q, q]), trunk)
 
 
 def _rotation(attitude: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """``R_world_body`` of roll, pitch and yaw."""
     return rotation_rpy(*np.moveaxis(attitude[None], -1, 0))[0]

@@ -179,7 +179,7 @@ class Hands:
         if how == "limp":
             if leg not in self.dead:
                 for joint in range(len(JOINTS)):
-                    live.run.let_die(leg - 1, joint)
+                    live.run.fail_servo(leg - 1, joint)
                 self.dead |= {leg}
                 self._say(f"all servos of leg {name} died.")
             return

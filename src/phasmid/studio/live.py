@@ -14,11 +14,11 @@ from phasmid.control.sequences import Stage as Sequence
 from phasmid.errors import InvalidGait
 from phasmid.motion import Walk, plan
 from phasmid.reporting.source import Source
-from phasmid.simulation import Driving
-from phasmid.simulation.driven import DrivenRun
-from phasmid.simulation.driving import scenario_controller
-from phasmid.simulation.ending import Trouble
-from phasmid.simulation.samples import Samples
+from phasmid.simulation import DriveExperiment
+from phasmid.simulation.closed_loop import ClosedLoopRun
+from phasmid.simulation.drive import scenario_controller
+from phasmid.simulation.loop import Samples
+from phasmid.simulation.termination import Failure
 from phasmid.studio.meter import Meter, Reading
 from phasmid.studio.setting import Setting
 
@@ -83,14 +83,14 @@ class LiveRobot:
         self._controller = controller
         self._setting, self._lost = setting, frozenset[int]()
         self.command = Command()
-        self.driving = Driving.of(
+        self.driving = DriveExperiment(
             scenario, controller, lambda *_: self.command, rate=rate, between=None
         )
-        self.run: DrivenRun = self.driving.begin_run(endless=True)
+        self.run: ClosedLoopRun = self.driving.begin_run(endless=True)
         weight = robot.mass * scenario.model.gravity
         self.source = Source(self.run.robot, scenario, setting.gait, weight)
         self.meter = Meter(weight)
-        self.trouble: Trouble | None = self.run.trouble
+        self.trouble: Failure | None = self.run.failure
         self.sample: Samples = self.run.first
         self.time = 0.0
         self.peak = np.abs(self.sample.torque[0])
@@ -218,7 +218,7 @@ class LiveRobot:
         self.trouble = run.advance(until=run.step + periods * run.period_steps, keep=self._take)
         self._note(self._work)
         # What was asked and said before is told by now; memory is not to grow with the hours.
-        run.asked.clear()
+        run.command_changes.clear()
 
     def _take(self, rows: Samples) -> None:
         """Look at the samples of a block; they are recorded where something records."""
@@ -226,12 +226,12 @@ class LiveRobot:
         first = -(-run.step // run.every)
         if self.recorder is not None:
             time = np.arange(first, first + len(rows.qpos)) * interval
-            self.recorder(time, run.told(rows, time))
+            self.recorder(time, run.channels(rows))
         power = self._power(rows).sum(axis=1)
         self._work += float(power.sum()) * interval
         self.peak = np.maximum(self.peak, np.abs(rows.torque).max(axis=0))
         last = rows.part(slice(len(rows.qpos) - 1, None))
-        self.sample = Samples(*(np.copy(part) for part in vars(last).values()))
+        self.sample = Samples(*map(np.copy, last.arrays()))
         self.time = (first + len(rows.qpos) - 1) * interval
 
     def _power(self, rows: Samples) -> np.ndarray:

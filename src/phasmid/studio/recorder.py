@@ -26,8 +26,8 @@ from phasmid.reporting.companion import SWITCH
 from phasmid.robot import preset_names
 from phasmid.robot.appearance import glb
 from phasmid.scenario import scenario_to_toml
-from phasmid.simulation.ending import Ending, Trouble
-from phasmid.simulation.telling import ending_attributes
+from phasmid.simulation.channels import ending_attributes
+from phasmid.simulation.termination import Ending, Failure
 from phasmid.studio.errors import TooMany
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.setting import Setting
@@ -204,7 +204,7 @@ class Recorder:
     def _path(self, run: str) -> Path:
         return self._out / f"{run}-log" / f"{run}.rec"
 
-    def end(self, trouble: Trouble | None, *, cut: bool = False) -> str:
+    def end(self, trouble: Failure | None, *, cut: bool = False) -> str:
         """End the recording; its folder is written in a process of its own.
 
         Args:

@@ -11,8 +11,8 @@ from phasmid.reporting.style import save_figure
 from phasmid.scenario import Scenario
 from phasmid.scenario.contact import ContactTable
 from phasmid.simulation.contact import SOFT_TIME
-from phasmid.simulation.prescribed.law import KINETIC_FROM
-from phasmid.simulation.prescribed.run import substeps
+from phasmid.simulation.simscape.run import substeps
+from phasmid.simulation.simscape.trunk import KINETIC_FROM
 from phasmid.verification.contact_figure import contact_figure
 from phasmid.verification.contact_laws import LAWS, POINT_FOOT, Comparison, Squeeze, compare
 

@@ -16,7 +16,7 @@ from phasmid.recording import load_recording, save_recording
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import Run, replay, simulate
-from phasmid.simulation.repetition import first_difference
+from phasmid.simulation.rerun import first_difference
 from phasmid.verification.laboratory import CannotMeasure, Laboratory, walked
 from phasmid.verification.row import Reading
 

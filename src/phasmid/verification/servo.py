@@ -14,7 +14,7 @@ from phasmid.recording import Recording
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.simulation import SimulationTable
-from phasmid.simulation.joint_drive import Setpoints
+from phasmid.simulation.drives import Setpoints
 from phasmid.tables import choices
 from phasmid.verification.laboratory import Laboratory
 from phasmid.verification.row import Reading, seen

@@ -14,7 +14,7 @@ from phasmid.reporting.steps import away_from_switches
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation import time_step_refinement
-from phasmid.simulation.refinement import CYCLES
+from phasmid.simulation.experiment import REFINED_CYCLES
 from phasmid.verification.laboratory import CannotMeasure, Laboratory
 from phasmid.verification.row import Reading, seen
 
@@ -120,5 +120,5 @@ def amid_stance(recording: Recording, legs: Sequence[int]) -> Bool[np.ndarray, "
 
 def _way(scenario: Scenario) -> Float[np.ndarray, "3"]:
     """The body's planned way in the cycles that are compared [m]."""
-    end = min(scenario.duration, CYCLES * scenario.stride.period)
+    end = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
     return plan(scenario).sample(np.array([end])).trunk.position[0] * [1, 1, 0]

@@ -8,7 +8,7 @@ from phasmid.control.engine import LocomotionEngine
 from phasmid.control.feel import FeelSettings
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation.driving import drive
+from phasmid.simulation.drive import drive
 
 LEVEL = FeelSettings(level=1.0)
 ROBOT = load_robot("phantomx-mk4")

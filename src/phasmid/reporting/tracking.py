@@ -12,7 +12,7 @@ from phasmid.recording import Recording
 
 
 class Tracking(NamedTuple):
-    """Figures of the last cycles of a walk at a constant velocity.
+    """ModelReference of the last cycles of a walk at a constant velocity.
 
     Attributes:
         velocity: Of the body over ground in its own axes: ahead, left [m/s], turn [rad/s].
@@ -36,7 +36,7 @@ class Tracking(NamedTuple):
 def track(
     recording: Recording, velocity: tuple[float, float, float], *, period: float, cycles: int
 ) -> Tracking:
-    """Figures of a walk's last cycles.
+    """ModelReference of a walk's last cycles.
 
     Args:
         recording: Of a walk on level ground, simulated.

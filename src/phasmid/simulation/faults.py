@@ -1,4 +1,4 @@
-"""What goes wrong with the robot during a run: servos that die, sensors that die, stick or lie."""
+"""Faults during a run: servos that fail, sensors that fail, get stuck or are off."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidInput, nearest
 from phasmid.robot import JOINTS, Robot
-from phasmid.sensors.imu import turned
+from phasmid.sensors.models import rotated
 
 KINDS = ("dead", "stuck", "off")
-"""``dead``: tells no number any more, of a foot also no contact; of a servo: its joint is limp.
-``stuck``: tells what it told then. ``off``: tells what is true and an amount more."""
+"""``dead``: a sensor reads no number, a foot no contact; the joint of a servo is limp. ``stuck``:
+the reading stays. ``off``: an amount is added to the true value."""
 
 VECTORS = {
     "gyro": "imu_angular_velocity",
     "accelerometer": "imu_acceleration",
     "orientation": "imu_orientation",
 }
-"""Parts of the inertial sensor, and the channels that they tell."""
+"""Parts of the inertial sensor, and their channels."""
 
 UNITS = {
     "encoder": {"deg": math.radians(1), "rad": 1.0},
@@ -34,7 +34,7 @@ UNITS = {
     "accelerometer": {"m/s2": 1.0, "m/s²": 1.0},
     "orientation": {"deg": math.radians(1), "rad": 1.0},
 }
-"""Units of the amounts by which sensors may be off; the last one of each is SI."""
+"""Units of amounts; the last one of each is SI."""
 
 FORM = "right_middle.tibia dead at 5 s"
 WORDS = re.compile(
@@ -45,17 +45,17 @@ WORDS = re.compile(
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that fails at a time and stays so.
+    """A fault that begins at a time and stays.
 
     Attributes:
         part: ``servo``, ``encoder``, ``foot``, ``gyro``, ``accelerometer``, ``orientation``, or
-            ``imu`` for all three of the last.
-        kind: One of `KINDS`; a servo can only be dead, and an inertial sensor as a whole not off.
+            ``imu`` for the last three together.
+        kind: One of `KINDS`; a servo can only be dead, and the whole imu not off.
         time: When it begins [s].
         leg: Name of the leg, of servo, encoder and foot.
         joint: Name of its joint, of servo and encoder.
-        amount: By how much it is off [rad, N, rad/s, m/s², rad]: three numbers along the body's
-            axes of gyro, accelerometer and orientation, which is turned about that vector.
+        amount: By how much it is off [rad, N, rad/s, m/s², rad]: three numbers in body axes of
+            gyro, accelerometer and orientation, which is rotated about that vector.
 
     Raises:
         InvalidInput: There is no such part or kind, or a number is not finite or missing.
@@ -104,7 +104,7 @@ class Fault:
 
     @classmethod
     def of(cls, text: str) -> Fault:
-        """The fault that a sentence tells.
+        """Parse a sentence.
 
         Args:
             text: Such as ``right_middle.tibia dead at 5 s`` (the servo),
@@ -112,7 +112,7 @@ class Fault:
                 ``gyro off by 0,0,5 deg/s at 2 s``, ``imu dead at 3 s``.
 
         Raises:
-            InvalidInput: It is none.
+            InvalidInput: It is no fault.
         """
         check_type("a fault", text, (str,), "text", f'"{FORM}"')
         found = WORDS.fullmatch(" ".join(text.split()))
@@ -145,31 +145,25 @@ class Fault:
             words.append(f"by {','.join(repr(float(value)) for value in self.amount)} {unit}")
         return f"{' '.join(words)} at {float(self.time)!r} s"
 
-    def joint_of(self, robot: Robot) -> tuple[int, ...]:
-        """Index of the leg and the joint concerned; of a foot of the leg alone; else nothing.
+    def index_in(self, robot: Robot) -> tuple[int, ...]:
+        """Return the indices of leg and joint; of a foot the leg alone; of the imu nothing.
 
         Raises:
             InvalidInput: The robot has none of that name.
         """
-        if self.part in VECTORS or self.part == "imu":
-            return ()
-        names = robot.leg_names
-        if self.leg not in names:
-            guess = nearest(self.leg, names)
-            raise InvalidInput(
-                f'fault "{self}": {robot.name} has no leg "{self.leg}".',
-                hint=f'"{guess}"' if guess else f"one of {', '.join(names)}",
-            )
-        leg = names.index(self.leg)
-        if self.part == "foot":
-            return (leg,)
-        if self.joint not in JOINTS:
-            guess = nearest(self.joint, JOINTS)
-            raise InvalidInput(
-                f'fault "{self}": a leg has no joint "{self.joint}".',
-                hint=f'"{guess}"' if guess else f"one of {', '.join(JOINTS)}",
-            )
-        return leg, JOINTS.index(self.joint)
+        names: list[tuple[str, Sequence[str], str]] = []
+        if self.part not in {*VECTORS, "imu"}:
+            names.append((self.leg, robot.leg_names, f'{robot.name} has no leg "{self.leg}"'))
+        if self.part in {"servo", "encoder"}:
+            names.append((self.joint, JOINTS, f'a leg has no joint "{self.joint}"'))
+        for name, known, what in names:
+            if name not in known:
+                guess = nearest(name, known)
+                raise InvalidInput(
+                    f'fault "{self}": {what}.',
+                    hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
+                )
+        return tuple(known.index(name) for name, known, _ in names)
 
 
 def _number(word: str, text: str) -> float:
@@ -180,12 +174,12 @@ def _number(word: str, text: str) -> float:
 
 
 class Faults:
-    """Faults of one robot, and what they make of what its sensors tell.
+    """Faults of one robot, and their effect on what its sensors measure.
 
     Args:
         robot: The robot.
         faults: Each a `Fault`, or the sentence of one.
-        threshold: Normal force from which a foot is said to touch [N].
+        threshold: Normal force from which a foot counts as touching [N].
 
     Attributes:
         faults: All of them.
@@ -199,94 +193,69 @@ class Faults:
             faults = [faults]
         check_type("faults", faults, (list, tuple), "a list of faults", f'["{FORM}"]')
         self.faults = tuple(f if isinstance(f, Fault) else Fault.of(f) for f in faults)
-        self._places = [fault.joint_of(robot) for fault in self.faults]
+        self._indices = [fault.index_in(robot) for fault in self.faults]
         self._threshold = threshold
+        self.of_sensors = any(fault.part != "servo" for fault in self.faults)
 
     def servos(self) -> list[tuple[float, int, int]]:
-        """When servos die [s], and which: indices of leg and joint."""
+        """Return the times [s] at which servos fail, with indices of leg and joint."""
         return [
-            (fault.time, *place)  # type: ignore[misc]
-            for fault, place in zip(self.faults, self._places, strict=True)
+            (fault.time, *index)  # type: ignore[misc]
+            for fault, index in zip(self.faults, self._indices, strict=True)
             if fault.part == "servo"
         ]
 
-    @property
-    def of_sensors(self) -> bool:
-        """Whether any of them concerns what is told."""
-        return any(fault.part != "servo" for fault in self.faults)
-
-    def spoil(
+    def apply(
         self,
-        told: Mapping[str, np.ndarray],
+        measured: Mapping[str, np.ndarray],
         time: Float[np.ndarray, " time"],
         frozen: Mapping[int, Mapping[str, np.ndarray]],
     ) -> dict[str, np.ndarray]:
-        """What sensors tell with their faults, a copy.
+        """Return measured channels with the faults of the sensors, a copy.
 
         Args:
-            told: Channels of measurements by name, shapes (N, ...).
+            measured: Channels by name, shapes (N, ...).
             time: Of these samples [s], shape (N,).
-            frozen: What was told when a sensor got stuck, by the fault's index, each one sample
-                without its leading axis.
+            frozen: Readings of sensors that are stuck, by the fault's index.
         """
-        spoilt = {name: values.copy() for name, values in told.items()}
-        for number, (fault, place) in enumerate(zip(self.faults, self._places, strict=True)):
+        faulty = {name: values.copy() for name, values in measured.items()}
+        for number, (fault, index) in enumerate(zip(self.faults, self._indices, strict=True)):
             rows = time >= fault.time - 1e-9
             if fault.part == "servo" or not rows.any():
                 continue
-            for name in _channels(fault):
-                if name in spoilt:
-                    still = frozen.get(number, {}).get(name)
-                    self._spoil(spoilt, name, rows, place, fault, still)
-        return spoilt
+            for name in faulty.keys() & _channels(fault):
+                values = faulty[name]
+                at: Any = (rows, *index)
+                if fault.kind == "dead":
+                    values[at] = False if values.dtype == np.bool_ else np.nan
+                elif fault.kind == "stuck":
+                    values[at] = frozen[number][name][index]
+                elif name == "imu_orientation":
+                    amount = np.tile(fault.amount, (int(rows.sum()), 1))
+                    values[rows] = rotated(values[rows], amount)
+                elif name != "contact_measured":
+                    values[at] += fault.amount if len(fault.amount) > 1 else fault.amount[0]
+            if fault.part == "foot" and fault.kind == "off" and "contact_measured" in faulty:
+                force = faulty["foot_normal_force_measured"][rows, index[0]]
+                faulty["contact_measured"][rows, index[0]] = force >= self._threshold
+        return faulty
 
-    def _spoil(
-        self,
-        told: dict[str, np.ndarray],
-        name: str,
-        rows: Bool[np.ndarray, " time"],
-        place: tuple[int, ...],
-        fault: Fault,
-        frozen: np.ndarray | None,
-    ) -> None:
-        values = told[name]
-        at: Any = (rows, *place)
-        if fault.kind == "dead":
-            values[at] = False if values.dtype == np.bool_ else np.nan
-        elif fault.kind == "stuck":
-            assert frozen is not None
-            values[at] = frozen[place]
-        elif name == "contact_measured":
-            # Its force has been spoilt before.
-            values[at] = told["foot_normal_force_measured"][at] >= self._threshold
-        elif name == "imu_orientation":
-            values[rows] = turned(values[rows], np.tile(fault.amount, (int(rows.sum()), 1)))
-        else:
-            values[at] += fault.amount if len(fault.amount) > 1 else fault.amount[0]
+    def apply_to_recording(
+        self, time: Float[np.ndarray, " time"], measured: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Return the measured channels of a recording with the faults of the sensors."""
+        frozen: dict[int, Mapping[str, Any]] = {}
+        for number, fault in enumerate(self.faults):
+            if fault.kind == "stuck" and time[-1] >= fault.time - 1e-9:
+                row = max(int(np.searchsorted(time, fault.time + 1e-9, side="right")) - 1, 0)
+                frozen[number] = {name: values[row] for name, values in measured.items()}
+        return self.apply(measured, time, frozen)
 
 
-def _channels(fault: Fault) -> tuple[str, ...]:
-    """Channels of measurements that a fault spoils; a foot's contact after its force."""
+def _channels(fault: Fault) -> set[str]:
+    """Return the measured channels that a fault affects."""
     if fault.part == "encoder":
-        return ("joint_position_measured",)
+        return {"joint_position_measured"}
     if fault.part == "foot":
-        return ("foot_normal_force_measured", "contact_measured")
-    return tuple(VECTORS.values()) if fault.part == "imu" else (VECTORS[fault.part],)
-
-
-def spoilt_recording_channels(
-    faults: Faults, time: Float[np.ndarray, " time"], told: Mapping[str, np.ndarray]
-) -> dict[str, np.ndarray]:
-    """What a recording's sensors tell, with their faults.
-
-    Args:
-        faults: Of its robot.
-        time: Of its samples [s], shape (N,).
-        told: Its measured channels.
-    """
-    frozen = {}
-    for number, fault in enumerate(faults.faults):
-        if fault.kind == "stuck" and time[-1] >= fault.time - 1e-9:
-            row = max(int(np.searchsorted(time, fault.time + 1e-9, side="right")) - 1, 0)
-            frozen[number] = {name: values[row] for name, values in told.items()}
-    return faults.spoil(told, time, frozen)
+        return {"foot_normal_force_measured", "contact_measured"}
+    return set(VECTORS.values()) if fault.part == "imu" else {VECTORS[fault.part]}

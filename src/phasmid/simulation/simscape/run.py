@@ -1,4 +1,4 @@
-"""The run of a walk in the simulator of prescribed joints."""
+"""A simulated run with prescribed joints under the paper's contact law."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid import batch
-from phasmid.dynamics import BodyMotion
+from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.joint_drive import Memoryless, Setpoints
-from phasmid.simulation.prescribed.legs import (
+from phasmid.simulation.drives import Setpoints, StatelessDrive
+from phasmid.simulation.loop import Samples
+from phasmid.simulation.run import BLOCK_STEPS, Run
+from phasmid.simulation.simscape.legs import (
     AXIS,
     LEG,
     LEGS,
@@ -28,11 +29,8 @@ from phasmid.simulation.prescribed.legs import (
     joints_of,
     leg_rows,
 )
-from phasmid.simulation.prescribed.trunk import advance
-from phasmid.simulation.run import WATCH_STEPS, Run
-from phasmid.simulation.samples import Samples
-from phasmid.simulation.start import raised
-from phasmid.simulation.time_step import longest_time_step
+from phasmid.simulation.simscape.trunk import advance
+from phasmid.simulation.start import longest_time_step, start_offset
 from phasmid.terrain import Blocky
 from phasmid.terrain.ground import upright
 
@@ -41,119 +39,114 @@ SUBSTEP = 1 / 12
 normal forces are then within 0.003 N rms of those of very small ones."""
 
 EDGE = 1e-3
-"""A change of the ground's height under a foot in one step above which it is an edge [m]. Slopes
-and curves change less: the planes under a foot that slips at 1 m/s over a curve of 20 mm radius
-differ by 0.03 mm in a step of 1 ms."""
+"""Change of the ground's height under a foot in one step that makes an edge [m]. The planes under a
+foot that slips at 1 m/s over a curve of 20 mm radius differ by 0.03 mm in a step of 1 ms."""
 
 CHUNK = 32
-"""Steps between two chances for Ctrl-C."""
+"""Steps between two checks for Ctrl-C."""
 
 
 @dataclass(frozen=True)
 class _Widths:
-    """How many numbers a sample has, under the engine's names."""
+    """Widths of a sample, under MuJoCo's names."""
 
     nq: int
     nv: int
     nsensordata: int
 
 
-class _Planned(Memoryless):
-    """Joints that do what is planned, and remember nothing."""
+class _PlannedJoints(StatelessDrive):
+    """Joints that follow the plan, which is in the rows of the legs."""
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
-        """Nothing: the rows of the legs say it all."""
-        del target
+        """Do nothing."""
 
     def fail(self, joint: int) -> None:
-        """Refused: nobody asks this simulator's joints to fail."""
+        """Refuse."""
         raise NotImplementedError(joint)
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """None: torques are found after the motion."""
+        """Return nothing: torques are computed after the motion."""
         return np.empty(0)
 
-    def targets(self, wanted: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Planned angles, shape (N, 3 L) [rad]."""
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the angles [rad], shape (N, 3 L)."""
         del dt
-        return wanted.q.reshape(len(wanted.q), -1)
+        return setpoints.q.reshape(len(setpoints.q), -1)
 
 
-class TrunkRun(Run):
+class SimscapeRun(Run):
     """A walk with prescribed joints under the contact law of the paper's library.
 
-    The log is that of the engine: positions, speeds, the feet's forces and places, torques.
+    Samples are those of MuJoCo: positions, velocities, the feet's forces and positions, torques.
 
     Attributes:
         pose: Position and quaternion of the body frame (7).
         twist: Velocity in world axes and angular velocity in body axes (6).
-        planes: The ground under each leg, as of `trunk.ground`; on uneven ground laid anew before
-            each step, but not over an edge that a foot has not cleared.
-        acceleration: Of the body frame's origin and of its turning, world axes, at the samples of
-            the buffer.
-        simulator: What makes the steps.
+        planes: Ground under each leg, as of `trunk.contact`; updated before each step on uneven
+            ground, but not over an edge that a foot has not cleared.
+        weight: Weight of the robot, world axes [N].
+        substeps: Substeps of a time step.
+        acceleration: Linear and angular acceleration of the body frame, world axes, of the buffer.
     """
 
     simulator = "phasmid, prescribed joints"
 
     def _set_up(self) -> None:
-        """Lay out what is integrated."""
-        scenario, robot = self.scenario, self.robot
+        scenario, robot, contact = self.scenario, self.robot, self.scenario.contact
         check_prescribed(scenario)
         legs = len(robot.legs)
         self.model = _Widths(7 + 3 * legs, 6 + 3 * legs, 7 * legs)
-        self.drive = _Planned()
-        self.turns = np.zeros((WATCH_STEPS, 3 * legs))
-        self.acceleration = np.zeros((WATCH_STEPS, 6))
+        self.drive = _PlannedJoints()
+        self._tip_torque = np.zeros((BLOCK_STEPS, 3 * legs))
+        self.acceleration = np.zeros((BLOCK_STEPS, 6))
         self.substeps = substeps(scenario, robot)
         self.weight = np.array([0.0, 0.0, -robot.mass * scenario.model.gravity])
-        contact = scenario.contact
-        self.uneven = bool(self.ground.patches) or not self.ground.is_level
+        self._is_uneven = bool(self.ground.patches) or not self.ground.is_level
         self.planes = np.zeros((legs, 5))
-        self.law = np.array(
+        # The last: no two points of a foot are farther apart than the square's diagonal.
+        self._law = np.array(
             [
                 contact.stiffness,
                 contact.law_damping,
                 contact.kinetic_friction,
                 contact.friction_threshold,
                 POINT_RADIUS,
-                # No two points of a foot are farther apart than the square's diagonal.
                 1.5 * contact.tip_width,
             ]
         )
 
+    def _error(self) -> str:
+        return ""
+
     def _physics(self) -> Float[np.ndarray, " physics"]:
-        """Pose and twist, and the planes, since a foot may be beyond the edge of its own."""
+        # With the planes, since a foot may be beyond the edge of its own.
         return np.concatenate([self.pose, self.twist, self.planes.ravel()])
 
     def _set_physics(self, state: Float[np.ndarray, " physics"]) -> None:
-        """Set pose, twist and planes."""
         self.pose[:], self.twist[:] = state[:7], state[7:13]
         self.planes[:] = state[13:].reshape(self.planes.shape)
 
     def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples width"]:
         walk = self.walk.sample(np.arange(start, stop + 1) * self.dt)
-        joints = Legs(walk.q, walk.qd, walk.qdd)
+        return self._leg_rows(Legs(walk.q, walk.qd, walk.qdd))
+
+    def _still(self, start: SampledMotion, count: int) -> Float[np.ndarray, "samples width"]:
+        q = np.repeat(start.q, count + 1, axis=0)
+        return self._leg_rows(Legs(q, np.zeros_like(q), np.zeros_like(q)))
+
+    def _leg_rows(self, joints: Legs) -> Float[np.ndarray, "samples width"]:
         return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
 
     def _place(self, start: SampledMotion) -> None:
-        """Put the robot where the plan starts."""
         self.pose = np.concatenate([start.trunk.position[0], start.trunk.quaternion[0]])
-        self.pose[2] += raised(self.scenario, start)
+        self.pose[2] += start_offset(self.scenario, start)
         self.twist = np.zeros(6)
         self._advance(self._still(start, 1), last=True)
         self.first = Samples.empty(self.model, self.drive, 1)
         self.first.put(0, self.buffer.part(slice(0, 1)))
 
-    def _still(self, start: SampledMotion, count: int) -> Float[np.ndarray, "samples width"]:
-        """Legs that stand still as they start, for a number of steps."""
-        q = np.repeat(start.q, count + 1, axis=0)
-        zero = np.zeros_like(q)
-        joints = Legs(q, zero, zero)
-        return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
-
     def _set_going(self, start: SampledMotion) -> None:
-        """Give the robot at rest the place and the speeds with which the plan starts."""
         if self.ground.is_level:
             self.pose[:2] = start.trunk.position[0, :2]
         self.twist[:3] = start.trunk.velocity[0]
@@ -167,17 +160,17 @@ class TrunkRun(Run):
         last: bool = False,
         interrupted: Sequence[int] = (),
     ) -> int:
-        """Make a step in each row of the legs; what was there goes into the buffer's start."""
+        """Make one step per row of the legs, and return the number of steps made."""
         assert at == 0
         count, log, made = len(targets), self.buffer, 0
         joints = joints_of(targets, len(self.robot.legs))
         log.qpos[:count, 7:] = joints.q.reshape(count, -1)
         log.qvel[:count, 6:] = joints.qd.reshape(count, -1)
-        chunk = 1 if self.uneven else CHUNK
+        chunk = 1 if self._is_uneven else CHUNK
         while made < count and not interrupted:
             part = slice(made, min(made + chunk, count))
-            if made == 0 or self.uneven:
-                self._follow(targets[made])
+            if made == 0 or self._is_uneven:
+                self._update_planes(targets[made])
             advance(
                 targets[part],
                 self.dt,
@@ -186,37 +179,36 @@ class TrunkRun(Run):
                 self.robot.mass,
                 self.weight,
                 self.planes,
-                self.law,
+                self._law,
                 self.pose,
                 self.twist,
                 log.qpos[part],
                 log.qvel[part],
                 log.sensors[part],
-                self.turns[part],
+                self._tip_torque[part],
                 self.acceleration[part],
             )
             made = part.stop
-        self._find_torque(Legs(*(each[:made] for each in joints)))
+        self._compute_torque(Legs(*(each[:made] for each in joints)))
         return made
 
-    def _follow(self, row: Float[np.ndarray, " width"]) -> None:
-        """Lay the ground under each foot as its tangent plane, where the foot is now.
+    def _update_planes(self, row: Float[np.ndarray, " width"]) -> None:
+        """Set the plane under each foot to the ground's tangent plane at the foot.
 
-        Beyond an edge a foot keeps the plane that it had while it is below that one or the new
-        one: a plane that jumped would throw it up with the spring's force on the whole step.
+        Beyond an edge a foot keeps its plane while it is below that plane or the new one: a plane
+        that jumped would throw it up with the spring's force on the whole step.
         """
-        legs = len(self.planes)
+        legs, old = len(self.planes), self.planes
         parts = row[LEGS : LEGS + LEG * legs].reshape(legs, LEG)
         R = quaternion_rotation(self.pose[3:])
         x, y, _ = (self.pose[:3] + parts[:, TIP:AXIS] @ R.T).T
         height, slope = self.ground.surface(x, y)
-        new = np.empty_like(self.planes)
+        new = np.empty_like(old)
         new[:, :3] = upright(slope)
         new[:, 3] = np.sum(new[:, :3] * np.stack([x, y, height], axis=-1), axis=-1)
         new[:, 4] = self.ground.friction(x, y)
-        # Before the first step there are no planes, and no friction of theirs counts.
-        if self.planes[:, 2].all():
-            old = self.planes
+        # Before the first step there are no planes.
+        if old[:, 2].all():
             present = (old[:, 3] - old[:, 0] * x - old[:, 1] * y) / old[:, 2]
             points = parts[:, :TURNING].reshape(legs, CONTACT_POINTS, 3, 4)[..., 0]
             lowest = (self.pose[2] + points @ R[2]).min(axis=1) - POINT_RADIUS
@@ -224,38 +216,37 @@ class TrunkRun(Run):
             new[kept, :4] = old[kept, :4]
         self.planes[:] = new
 
-    def _find_torque(self, joints: Legs) -> None:
-        """Torques that the motion takes under the feet's forces, by inverse dynamics."""
+    def _compute_torque(self, joints: Legs) -> None:
+        """Compute the joint torques of the motion under the feet's forces by inverse dynamics."""
         log, (count, legs, _) = self.buffer, joints.q.shape
         log.torque[:count] = np.nan
         state = np.hstack([log.qpos[:count], log.qvel[:count], self.acceleration[:count]])
         finite = np.isfinite(state).all(axis=1)
-        good = count if finite.all() else int(np.argmin(finite))
-        rotation = quaternion_rotation(log.qpos[:good, 3:7])
+        good = slice(0, count if finite.all() else int(np.argmin(finite)))
+        R = quaternion_rotation(log.qpos[good, 3:7])
         body = BodyMotion(
-            position=log.qpos[:good, :3],
-            rotation=rotation,
-            velocity=log.qvel[:good, :3],
-            angular_velocity=(rotation @ log.qvel[:good, 3:6, None])[..., 0],
-            acceleration=self.acceleration[:good, :3],
-            angular_acceleration=self.acceleration[:good, 3:],
+            position=log.qpos[good, :3],
+            rotation=R,
+            velocity=log.qvel[good, :3],
+            angular_velocity=(R @ log.qvel[good, 3:6, None])[..., 0],
+            acceleration=self.acceleration[good, :3],
+            angular_acceleration=self.acceleration[good, 3:],
         )
-        force = log.sensors[:good, : 4 * legs].reshape(good, legs, 4)[..., 1:]
-        needed = batch.inverse_dynamics(
+        torque = inverse_dynamics(
             self.robot,
             body,
-            *(each[:good] for each in joints),
-            foot_force=force,
+            *(each[good] for each in joints),
+            foot_force=log.sensors[good, : 4 * legs].reshape(-1, legs, 4)[..., 1:],
             gravity=self.scenario.model.gravity,
-        )
-        log.torque[:good] = needed.joint_torque.reshape(good, 3 * legs) - self.turns[:good]
+        ).joint_torque
+        log.torque[good] = torque.reshape(-1, 3 * legs) - self._tip_torque[good]
 
 
 def check_prescribed(scenario: Scenario) -> None:
-    """Refuse what the simulator of prescribed joints cannot do.
+    """Refuse what this simulator cannot do.
 
     Raises:
-        InvalidInput: The drive is another, or feet may run into the faces of steps, which the
+        InvalidInput: The drive is another, or feet may run into the risers of steps, which the
             planes under them do not have.
     """
     if scenario.terrain.planned_on == "level" and isinstance(scenario.load_terrain().shape, Blocky):
@@ -275,10 +266,5 @@ def check_prescribed(scenario: Scenario) -> None:
 
 
 def substeps(scenario: Scenario, robot: Robot) -> int:
-    """Parts in which a time step is integrated.
-
-    Args:
-        scenario: Its contact and time step are used.
-        robot: The robot.
-    """
+    """Return the number of substeps of a time step."""
     return math.ceil(scenario.simulation.dt / (SUBSTEP * longest_time_step(scenario, robot)))

@@ -1,0 +1,215 @@
+"""Models of the robot's sensors: sampling, delay, resolution and noise of joints, IMU and feet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from phasmid.kinematics import quaternion_rotation
+from phasmid.robot import Robot
+from phasmid.scenario import Scenario
+from phasmid.scenario.sensors import SensorsTable
+
+GYRO, ACCELEROMETER, ORIENTATION, FOOT = 1, 2, 3, 4
+"""Numbers of the sensors' random streams."""
+
+RESOLUTION = 2**15
+"""Steps from zero to the end of the range of a 16-bit sensor."""
+
+ROUNDING = 5e-10
+"""Readings due at a sample count as made there, whatever the last digit of the times [s]."""
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """Sampling at a fixed rate, with readings that arrive late.
+
+    The last reading that has arrived holds until the next one. The first reading is available from
+    the beginning, because the robot has stood still until then.
+
+    Attributes:
+        rate: Readings per second [1/s]; the first is made at the start of the recording.
+        delay: Time from a reading to its arrival [s].
+    """
+
+    rate: float
+    delay: float
+
+    def reading_at(self, time: Float[np.ndarray, " time"]) -> Int[np.ndarray, " time"]:
+        """Return the number, from 0, of the latest reading that has arrived at each time (N,)."""
+        elapsed = time - time[0] - self.delay + ROUNDING
+        number: np.ndarray = np.maximum(np.floor(elapsed * self.rate), 0.0).astype(np.int64)
+        return number
+
+    def latest(self, elapsed: float) -> int:
+        """Return the number of the latest reading that has arrived after a time [s]."""
+        return max(math.floor((elapsed - self.delay + ROUNDING) * self.rate), 0)
+
+    def row_of(
+        self, time: Float[np.ndarray, " time"], reading: Int[np.ndarray, " readings"]
+    ) -> Int[np.ndarray, " readings"]:
+        """Return the index of the last sample that is not later than each reading, shape (M,)."""
+        when = time[0] + reading / self.rate + ROUNDING
+        row: np.ndarray = np.searchsorted(time, when, side="right") - 1
+        return row
+
+
+class JointSensor:
+    """Encoder and load reading of every servo.
+
+    The load is the servo's output as a share of the largest one: an AX-12 measures no torque.
+
+    Args:
+        table: Rate, delay and resolution.
+        stall_torque: Torque of a full load reading, where the servo's output is unknown [N·m].
+    """
+
+    name, needs = "joint", ("joint_position",)
+
+    def __init__(self, table: SensorsTable, stall_torque: float) -> None:
+        self.sampling = Sampling(table.joint_rate, table.joint_delay)
+        self._table, self._stall = table, stall_torque
+
+    def noise(self, count: int) -> None:
+        """Return nothing: these readings have a resolution and no noise."""
+
+    def read(self, true: Mapping[str, np.ndarray], noise: None) -> dict[str, np.ndarray]:
+        """Return joint angles [rad] and loads, shapes (M, L, 3)."""
+        del noise
+        table, load = self._table, true.get("servo_duty")
+        measured = {
+            "joint_position_measured": quantised(true["joint_position"], table.encoder_step)
+        }
+        if load is None and "joint_torque" in true:
+            load = true["joint_torque"] / self._stall
+        if load is not None:
+            measured["joint_load_measured"] = quantised(np.clip(load, -1.0, 1.0), table.load_step)
+        return measured
+
+
+class InertialSensor:
+    """Gyro, accelerometer and orientation at the origin of the body frame, in body axes.
+
+    Args:
+        table: Rate, delay, ranges, noise and seed.
+        gravity: Acceleration of free fall [m/s²].
+    """
+
+    name, needs = "imu", ("body_orientation", "body_acceleration", "body_angular_velocity")
+
+    def __init__(self, table: SensorsTable, gravity: float) -> None:
+        self.sampling = Sampling(table.imu_rate, table.imu_delay)
+        self._table, self._up = table, np.array([0.0, 0.0, gravity])
+        self._rng = [
+            random_stream(table.sensor_seed, n) for n in (GYRO, ACCELEROMETER, ORIENTATION)
+        ]
+        self._bias = [
+            bias * rng.standard_normal(3)
+            for bias, rng in zip(
+                (table.gyro_bias, table.accelerometer_bias), self._rng, strict=False
+            )
+        ]
+
+    def noise(self, count: int) -> list[Float[np.ndarray, "readings 3"]]:
+        """Draw noise of gyro [rad/s] and accelerometer [m/s²], and rotation errors [rad]."""
+        table = self._table
+        sizes = (table.gyro_noise, table.accelerometer_noise, table.orientation_noise)
+        return [
+            size * rng.standard_normal((count, 3))
+            for size, rng in zip(sizes, self._rng, strict=True)
+        ]
+
+    def read(
+        self, true: Mapping[str, np.ndarray], noise: list[Float[np.ndarray, "readings 3"]]
+    ) -> dict[str, np.ndarray]:
+        """Return angular velocity, specific force (at rest one g upwards) and orientation."""
+        orientation = true["body_orientation"]
+        R = quaternion_rotation(orientation)
+        vectors = true["body_angular_velocity"], true["body_acceleration"] + self._up
+        ranges = self._table.gyro_range, self._table.accelerometer_range
+        gyro, accelerometer = (
+            np.clip(
+                quantised(np.einsum("tji,tj->ti", R, vector) + bias + error, largest / RESOLUTION),
+                -largest,
+                largest,
+            )
+            for vector, bias, error, largest in zip(
+                vectors, self._bias, noise, ranges, strict=False
+            )
+        )
+        return {
+            "imu_angular_velocity": gyro,
+            "imu_acceleration": accelerometer,
+            "imu_orientation": rotated(orientation, noise[2]),
+        }
+
+
+class FootSensor:
+    """Normal force and contact switch of every foot.
+
+    Args:
+        table: Rate, delay, noise, threshold and seed.
+        legs: Number of feet.
+    """
+
+    name, needs = "foot", ("foot_normal_force",)
+
+    def __init__(self, table: SensorsTable, legs: int) -> None:
+        self.sampling = Sampling(table.foot_rate, table.foot_delay)
+        self._table, self._legs = table, legs
+        self._rng = random_stream(table.sensor_seed, FOOT)
+
+    def noise(self, count: int) -> Float[np.ndarray, "readings legs"]:
+        """Draw the noise of the next readings [N]."""
+        return self._table.foot_force_noise * self._rng.standard_normal((count, self._legs))
+
+    def read(
+        self, true: Mapping[str, np.ndarray], noise: Float[np.ndarray, "readings legs"]
+    ) -> dict[str, np.ndarray]:
+        """Return normal forces [N] and contacts, shapes (M, L)."""
+        force = true["foot_normal_force"] + noise
+        return {
+            "foot_normal_force_measured": force,
+            "contact_measured": force >= self._table.contact_threshold,
+        }
+
+
+Sensor: TypeAlias = JointSensor | InertialSensor | FootSensor
+"""A sensor model: `noise` draws the errors of M readings, `read` applies them to true channels."""
+
+
+def robot_sensors(scenario: Scenario, robot: Robot) -> tuple[Sensor, ...]:
+    """Return the sensors of a robot with the settings of a scenario."""
+    table = scenario.sensors
+    return (
+        JointSensor(table, robot.servo.stall_torque),
+        InertialSensor(table, scenario.model.gravity),
+        FootSensor(table, len(robot.legs)),
+    )
+
+
+def quantised(values: Float[np.ndarray, "*shape"], step: float) -> Float[np.ndarray, "*shape"]:
+    """Return values rounded to whole steps, or unchanged where the step is 0."""
+    return np.round(values / step) * step if step > 0 else values
+
+
+def random_stream(seed: int, sensor: int) -> np.random.Generator:
+    """Return the random numbers of one sensor, independent of those of the others."""
+    return np.random.default_rng([seed, sensor])
+
+
+def rotated(
+    orientation: Float[np.ndarray, "readings 4"], rotation: Float[np.ndarray, "readings 3"]
+) -> Float[np.ndarray, "readings 4"]:
+    """Rotate orientations (w x y z) about vectors in body axes, axis times angle [rad]."""
+    angle = np.linalg.norm(rotation, axis=-1)
+    w, v = np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi))[:, None] * rotation
+    q0, q = orientation[:, 0], orientation[:, 1:]
+    scalar = q0 * w - np.sum(q * v, axis=-1)
+    vector = q0[:, None] * v + w[:, None] * q + np.cross(q, v)
+    return np.concatenate([scalar[:, None], vector], axis=-1)

@@ -1,0 +1,88 @@
+"""Recorded channels and attributes of a run."""
+
+from __future__ import annotations
+
+import platform
+from functools import cache
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from phasmid.forces.analysis import recording_attributes
+from phasmid.kinematics import quaternion_rotation
+from phasmid.motion import JointTrajectory
+from phasmid.recording.recording import Attributes
+from phasmid.simulation.loop import Samples
+from phasmid.simulation.termination import Ending, Failure
+
+if TYPE_CHECKING:
+    from phasmid.simulation.run import Run
+
+
+def run_channels(run: Run, samples: Samples) -> dict[str, np.ndarray]:
+    """Return the simulated channels of N samples of a run, by the names of the recording."""
+    legs, n = len(run.robot.legs), len(samples.qpos)
+    contact = samples.sensors[:, : 4 * legs].reshape(n, legs, 4)
+    force = contact[..., 1:]
+    position = samples.sensors[:, 4 * legs :].reshape(n, legs, 3)
+    normal_force = force[..., 2]
+    if not run.ground.is_level:
+        normal = run.ground.normal(position[..., 0], position[..., 1])
+        normal_force = np.einsum("tlk,tlk->tl", force, normal)
+    R_world_body = quaternion_rotation(samples.qpos[:, 3:7])
+    return {
+        "joint_position": samples.qpos[:, 7:].reshape(n, legs, 3),
+        "joint_velocity": samples.qvel[:, 6:].reshape(n, legs, 3),
+        "joint_torque": samples.torque.reshape(n, legs, 3),
+        "foot_force": force,
+        # The riser of a step can push a foot away from the ground below it.
+        "foot_normal_force": np.maximum(normal_force, 0.0),
+        "foot_position": position,
+        "contact": contact[..., 0] > 0,
+        "body_position": samples.qpos[:, :3],
+        "body_velocity": samples.qvel[:, :3],
+        "body_orientation": samples.qpos[:, 3:7],
+        # MuJoCo keeps a free body's angular velocity in body axes.
+        "body_angular_velocity": np.einsum("tij,tj->ti", R_world_body, samples.qvel[:, 3:6]),
+        **run.drive.channels(samples.drive),
+    }
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return what a run's bits depend on besides scenario and robot, by attribute."""
+    import mujoco
+
+    return {
+        "phasmid_version": version("phasmid"),
+        "mujoco_version": mujoco.__version__,
+        "numpy_version": np.__version__,
+        "numba_version": version("numba"),
+        "machine": f"{platform.system()} {platform.machine()}",
+    }
+
+
+def run_attributes(run: Run) -> Attributes:
+    """Return the attributes of a run's recording, except for how it ended."""
+    scenario, walk = run.scenario, run.walk
+    return {
+        **recording_attributes(scenario, walk),
+        "kind": "simulation",
+        "drive": scenario.simulation.planned_drive,
+        "contact_law": scenario.contact.contact_law,
+        "simulator": run.simulator,
+        "time_step": scenario.simulation.dt,
+        **versions(),
+        **({"trajectory": walk.to_text()} if isinstance(walk, JointTrajectory) else {}),
+        **run.start_attribute(),
+    }
+
+
+def ending_attributes(failure: Failure | None) -> dict[str, str | int | float]:
+    """Return how a run ended, as attributes of its recording."""
+    ending = failure.ending if failure else Ending.COMPLETED
+    return {
+        "ending": ending.name,
+        "ending_reason": failure.sentence if failure else ending.value,
+    }

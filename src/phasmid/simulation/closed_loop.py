@@ -1,0 +1,436 @@
+"""A simulated run in which a controller drives the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.arguments import check_number, check_type, described, numbers
+from phasmid.control import Command, Controller, JointTargets, Observation, Posture
+from phasmid.errors import InvalidInput, nearest
+from phasmid.kinematics import quaternion_rotation
+from phasmid.motion import Motion
+from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.robot import JOINTS
+from phasmid.scenario import Scenario
+from phasmid.simulation.channels import run_channels
+from phasmid.simulation.drives import Setpoints
+from phasmid.simulation.faults import Faults
+from phasmid.simulation.loop import Keep, Samples
+from phasmid.simulation.observation import MeasuredObservation
+from phasmid.simulation.run import BLOCK_STEPS, Run
+from phasmid.simulation.termination import Ending, Failure, trunk_clearance
+
+Between: TypeAlias = Literal["hold", "linear", "cubic"]
+"""Interpolation of targets between updates. ``hold``: the angles stay, as on a servo's bus;
+``linear``: they go on with the targets' velocities; ``cubic``: joints go from the last targets to
+the new ones, and reach them with the targets' velocities at the next update."""
+
+Pose: TypeAlias = tuple[float, float, float]
+"""True pose of the body in the world: x, y [m] and yaw [rad]."""
+
+Commands: TypeAlias = Callable[[float, Observation, Callable[[], Pose]], Command | None]
+"""Returns the command at a time of the controller's clock [s]; None ends the run."""
+
+RISEN = 0.01
+"""Height of a trunk over the ground above which it no longer lies [m]."""
+
+COMMANDED = "velocity_command"
+"""Channel of the commanded velocity, beside the controller's telemetry."""
+
+
+def interpolation(drive: str, between: str | None) -> Between:
+    """Return how targets are interpolated with a drive.
+
+    Args:
+        drive: Its name.
+        between: As in `drive`; None: ``cubic`` for prescribed joints, ``linear`` for torque drives,
+            else ``hold``.
+
+    Raises:
+        InvalidInput: There is no such interpolation, or prescribed joints cannot follow it.
+    """
+    if between is None:
+        usual: dict[str, Between] = {"prescribed": "cubic", "torque": "linear"}
+        return usual.get(drive, "hold")
+    kinds = get_args(Between)
+    if between not in kinds:
+        guess = nearest(str(between), kinds)
+        raise InvalidInput(
+            f'between is "{between}"; it must be {", ".join(kinds[:-1])} or {kinds[-1]}.',
+            hint=f'"{guess}"' if guess else "",
+        )
+    if drive == "prescribed" and between != "cubic":
+        raise InvalidInput(
+            f'between is "{between}" and drive "prescribed"; joints that follow exactly cannot '
+            "follow steps.",
+            hint='between = "cubic", or drive = "ideal-servo"',
+        )
+    return between  # type: ignore[return-value]
+
+
+def period_steps(scenario: Scenario, rate: float) -> int:
+    """Return the number of time steps of a controller period.
+
+    Args:
+        scenario: Its time step is used.
+        rate: Updates per second [1/s].
+
+    Raises:
+        InvalidInput: That is no whole number.
+    """
+    check_number("rate", rate)
+    if not (math.isfinite(rate) and rate > 0):
+        raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
+    dt = scenario.simulation.dt
+    exact = 1 / (rate * dt)
+    steps = max(1, round(exact))
+    if abs(exact - steps) > 1e-6 * exact:
+        raise InvalidInput(
+            f"rate is {rate:g} updates a second, {exact:.4g} time steps of {1000 * dt:g} ms; it "
+            "must be a whole number of them.",
+            hint=f"rate = {1 / (steps * dt):.6g}",
+        )
+    return steps
+
+
+class SetpointInterpolator:
+    """Interpolates the targets of successive updates at the time steps between them.
+
+    Args:
+        between: Kind of interpolation.
+        steps: Time steps of a period.
+        dt: Time step [s].
+        q: Joint angles at the beginning [rad], shape (L, 3).
+        qd: Joint velocities at the beginning [rad/s], shape (L, 3).
+    """
+
+    def __init__(
+        self,
+        between: Between,
+        steps: int,
+        dt: float,
+        q: Float[np.ndarray, "legs 3"],
+        qd: Float[np.ndarray, "legs 3"],
+    ) -> None:
+        # Angles and velocities of the last targets but one, then of the last targets.
+        self._ends = np.stack([q, qd, q, qd])
+        self._flat = self._ends.reshape(4, -1)
+        s, T = np.arange(steps) / steps, steps * dt
+        weights = np.zeros((3, steps, 4))
+        if between == "cubic":
+            # Hermite's basis in powers of s, and its derivatives.
+            basis = np.array([[1, 0, -3, 2], [0, T, -2 * T, T], [0, 0, 3, -2], [0, 0, -T, T]])
+            powers = np.stack([s**0, s, s**2, s**3])
+            weights[0] = (basis @ powers).T
+            weights[1] = (basis[:, 1:] @ (powers[:3] * [[1], [2], [3]]) / T).T
+            weights[2] = (basis[:, 2:] @ (powers[:2] * [[2], [6]]) / T**2).T
+        else:
+            weights[0, :, 2] = weights[1, :, 3] = 1.0
+            if between == "linear":
+                weights[0, :, 3] = T * s
+        self._weights = weights
+
+    def push(self, targets: JointTargets) -> bool:
+        """Take new targets, and return whether they are finite; others are dropped."""
+        ends = self._ends
+        ends[:2] = ends[2:]
+        ends[2], ends[3] = targets.position, targets.velocity
+        finite = math.isfinite(np.vdot(ends, ends))
+        if not finite:
+            ends[2:] = ends[:2]
+        return finite
+
+    def interpolate(self, rows: Float[np.ndarray, "3 steps legs 3"]) -> None:
+        """Write angles, velocities and accelerations at the steps of the present period."""
+        np.matmul(self._weights, self._flat, out=rows.reshape(3, len(rows[0]), -1))
+
+
+class Decision(NamedTuple):
+    """Command, targets and telemetry of one update."""
+
+    command: Command
+    targets: JointTargets
+    telemetry: Mapping[str, Any]
+
+
+class ClosedLoopRun(Run):
+    """A controller that drives the robot in MuJoCo, updated at a fixed rate.
+
+    Args:
+        scenario: Its robot, ground, drive, time step and duration are used.
+        begin: A motion at whose first instant the robot begins.
+        controller: Returns the targets.
+        commands: Return the command at each update.
+        rate: Updates per second [1/s]; a period is a whole number of time steps.
+        between: Interpolation of targets between updates.
+        faults: What fails, and when.
+        interrupted: The robot stops settling as soon as this is not empty.
+        endless: Whether the run goes on for as long as it is advanced.
+
+    Attributes:
+        controller: The controller.
+        commands: Return the command at each update.
+        period_steps: Time steps from one update to the next.
+        now: Index of the next time step.
+        command_changes: Every command that differs from the one before it, with its time [s].
+
+    Raises:
+        InvalidInput: The rate does not fit the time step, or the controller returns something
+            else than targets and channels.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        begin: Motion,
+        controller: Controller,
+        commands: Commands,
+        *,
+        rate: float,
+        between: Between,
+        faults: Faults,
+        interrupted: Sequence[int] = (),
+        endless: bool = False,
+    ) -> None:
+        self.period_steps = period_steps(scenario, rate)
+        # Each block begins with an update.
+        updates = math.ceil(BLOCK_STEPS / self.period_steps)
+        self.block_steps = updates * self.period_steps
+        self._controller_failure: Failure | None = None
+        self._shall_lie = True
+        super().__init__(scenario, begin, interrupted=interrupted, endless=endless)
+        self.controller, self.commands, self.now = controller, commands, self.step
+        self._shape = len(self.robot.legs), 3
+        self._running = np.ones(self._shape, dtype=bool)
+        self._qpos, self._qvel = self.data.qpos, self.data.qvel
+        self._velocity_before = self._qvel[:3].copy()
+        self._observation = MeasuredObservation(self, faults)
+        self._servo_failures = sorted(faults.servos())
+        self._pushes: list[tuple[int, np.ndarray]] = []
+        start = begin.sample(np.zeros(1)).q[0], begin.sample(np.zeros(1)).qd[0]
+        self._interpolator = SetpointInterpolator(between, self.period_steps, self.dt, *start)
+        self._setpoints = np.zeros((updates, 3, self.period_steps, *self._shape))
+        self._setpoints[0, :2, 0] = start
+        self._torque = np.zeros((self.period_steps, *self._shape))
+        self._kept = slice(0, 1)
+        self.command_changes: list[tuple[float, Command]] = []
+        self._newest: Command | None = None
+        observation = self._observe()
+        controller.reset(observation)
+        self._decision = self._decide(observation)
+        if self._decision is None:
+            raise InvalidInput("the commands ended before their first one.")
+        self._telemetry = self._allocate_telemetry(self._decision)
+        self._record_telemetry(0, self._decision)
+
+    # Disturbances --------------------------------------------------------------------------------
+
+    def push(self, impulse: tuple[float, float, float], duration: float = 0.05) -> float:
+        """Push the trunk at its centre of mass with a constant force, from the next update on.
+
+        Args:
+            impulse: In the body axes of now [N·s]; several pushes add up.
+            duration: Rounded up to whole periods of the controller [s].
+
+        Returns:
+            The rounded duration [s].
+
+        Raises:
+            InvalidInput: A number is not finite, or the duration not greater than 0.
+        """
+        vector = numbers(impulse, "impulse")
+        if vector.shape != (3,) or not np.isfinite(vector).all():
+            raise InvalidInput("impulse must be three finite numbers: ahead, left, up [N·s].")
+        check_number("duration", duration)
+        if not (math.isfinite(duration) and duration > 0):
+            raise InvalidInput(f"duration is {duration:g} s; it must be greater than 0.")
+        period = self.period_steps
+        steps = max(1, math.ceil(duration / (period * self.dt) - 1e-9)) * period
+        R_world_body = quaternion_rotation(self._qpos[3:7])
+        self._pushes.append((self.now + steps, R_world_body @ vector / (steps * self.dt)))
+        return steps * self.dt
+
+    def fail_servo(self, leg: int, joint: int) -> None:
+        """Make the servo of a joint fail at the next update, for good."""
+        self._servo_failures.insert(0, (self.now * self.dt, leg, joint))
+
+    def _apply_pushes(self) -> None:
+        if self._pushes:
+            self._pushes = [push for push in self._pushes if push[0] > self.now]
+            force = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else 0.0
+            self.data.xfrc_applied[self.data.body("trunk").id, :3] = force
+
+    # Updates -------------------------------------------------------------------------------------
+
+    def _observe(self) -> Observation:
+        time, failures = self.now * self.dt, self._servo_failures
+        while failures and failures[0][0] <= time + 1e-9:
+            _, leg, joint = failures.pop(0)
+            self._running[leg, joint] = False
+            self.drive.fail(3 * leg + joint)
+        # A copy, since the controller may keep it.
+        return self._observation.observe(time, self._running.copy(), self._velocity_before)
+
+    def _pose(self) -> Pose:
+        x, y, _, w, i, j, k = self._qpos[:7].tolist()
+        return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+
+    def _decide(self, observation: Observation) -> Decision | None:
+        """Get command, targets and telemetry of an update; None where the commands end the run."""
+        command = self.commands(observation.time, observation, self._pose)
+        if command is None:
+            return None
+        if command is not self._newest:
+            check_type("command", command, (Command,), "a Command", "Command(velocity=(0.1, 0, 0))")
+            self._newest = command
+            timeless = command if command.time is None else replace(command, time=None)
+            if not self.command_changes or timeless != self.command_changes[-1][1]:
+                self.command_changes.append((observation.time, timeless))
+        self._shall_lie = command.posture is Posture.PACKED
+        if self._shall_lie:
+            self.lies = self.scenario.simulation.can_lie
+        targets = self.controller.update(observation, command)
+        _check_targets(targets, self._shape)
+        telemetry = getattr(self.controller, "telemetry", dict)
+        return Decision(command, targets, telemetry())
+
+    def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
+        """Make the steps of one block, with an update before each period."""
+        made, count = 0, min(self.block_steps, end - self.step)
+        while made < count and not (interrupted or self._controller_failure):
+            # The first decision was made before the run.
+            decision = self._decision if self.now == 0 else self._decide(self._observe())
+            if decision is None:
+                self.ended = True
+                break
+            self._apply_pushes()
+            targets = self._period_targets(decision, made)[: count - made]
+            # A controller may use MuJoCo too; its warnings do not count.
+            self._warnings.clear()
+            last = self.now + len(targets) > self.steps
+            steps = self._advance(targets, at=made, last=last, interrupted=interrupted)
+            if steps:
+                self._observation.take(made, made + steps, self.now)
+                made += steps
+                self.now += steps
+                self._velocity_before = self.buffer.qvel[made - 1, :3]
+            size = np.vdot(self._qpos, self._qpos) + np.vdot(self._qvel, self._qvel)
+            if steps < len(targets) or self._error() or not math.isfinite(size):
+                break
+        return made
+
+    def _period_targets(self, decision: Decision, at: int) -> Float[np.ndarray, "steps joints"]:
+        """Return the commands of the drive in the period that begins at row `at` of the buffer."""
+        update, torque, count = at // self.period_steps, decision.targets.torque, self.period_steps
+        if not self._interpolator.push(decision.targets):
+            reason = _not_finite(decision.targets, self.robot.leg_names)
+            self._controller_failure = Failure(Ending.FAILED, at, reason)
+            # One more step with the last targets, so that there is a sample to report.
+            torque, count = None, 1
+        rows = self._setpoints[update]
+        self._interpolator.interpolate(rows)
+        self._record_telemetry(update, decision)
+        setpoints = Setpoints(rows[0], rows[1], rows[2])
+        if torque is not None:
+            self._torque[:] = torque
+            setpoints = setpoints._replace(torque=self._torque)
+        return self.drive.targets(setpoints, self.dt)[:count]
+
+    def _check(self, count: int) -> Failure | None:
+        """Return the first failure of the block, or why the controller cannot be followed."""
+        failure = super()._check(count) or self._controller_failure
+        if self.lies and count and not self._shall_lie:
+            # Once it has risen, a trunk that touches the ground has fallen.
+            height = trunk_clearance(self.robot, self.buffer.qpos[count - 1 : count], self.ground)
+            self.lies = bool(height[0] < RISEN)
+        return failure
+
+    # Recording -----------------------------------------------------------------------------------
+
+    def _keep(self, count: int, keep: Keep) -> None:
+        """Pass on what is recorded; `channels` then knows which rows of the block these are."""
+        self._kept = slice(-self.step % self.every, count, self.every)
+        super()._keep(count, keep)
+
+    def channels(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return all channels at the samples that were passed on last."""
+        update = np.arange(self._kept.start, self._kept.stop, self._kept.step) // self.period_steps
+        telemetry = {name: values[update] for name, values in self._telemetry.items()}
+        setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
+        names = ("joint_position_target", "joint_velocity_target", "joint_acceleration_target")
+        targets = dict(zip(names, setpoints[:, self._kept], strict=True))
+        return telemetry | targets | run_channels(self, samples)
+
+    def _allocate_telemetry(self, decision: Decision) -> dict[str, np.ndarray]:
+        """Allocate one row per update of a block for every channel of the telemetry."""
+        sizes = {"leg": len(self.robot.legs)} | {dim: len(x) for dim, x in COORDINATES.items()}
+        own = run_channels(self, self.first).keys()
+        telemetry: dict[str, np.ndarray] = {}
+        for name in {COMMANDED: None, **decision.telemetry}:
+            if name not in CHANNELS or name in own:
+                guess = nearest(name, CHANNELS.keys() - own)
+                what = "which the simulation tells" if name in own else "which is none"
+                raise InvalidInput(
+                    f'the controller\'s telemetry has the channel "{name}", {what}.',
+                    hint=f'"{guess}"' if guess else "a name of phasmid.recording.CHANNELS",
+                )
+            shape = tuple(sizes[dim] for dim in CHANNELS[name].dims[1:])
+            kind = np.bool_ if CHANNELS[name].kind == "bool" else np.float64
+            telemetry[name] = np.zeros((len(self._setpoints), *shape), kind)
+        return telemetry
+
+    def _record_telemetry(self, update: int, decision: Decision) -> None:
+        """Record command and telemetry of an update; absent channels keep their last values."""
+        given = {**decision.telemetry, COMMANDED: decision.command.velocity}
+        for name, value in given.items():
+            try:
+                rows = self._telemetry[name]
+                rows[update] = rows[update - 1] if value is None else value
+            except KeyError:
+                raise InvalidInput(
+                    f'the controller\'s telemetry has the channel "{name}", which its first did '
+                    "not have; it must tell the same channels at every update."
+                ) from None
+            except (TypeError, ValueError):
+                raise InvalidInput(
+                    f'the controller\'s telemetry "{name}" is {described(value)}; it must be '
+                    f"numbers of shape {rows.shape[1:]}."
+                ) from None
+        if len(given) < len(self._telemetry):
+            for name in self._telemetry.keys() - given.keys():
+                self._telemetry[name][update] = self._telemetry[name][update - 1]
+
+
+def _check_targets(targets: object, shape: tuple[int, int]) -> None:
+    """Refuse what are no targets for this robot."""
+    if not isinstance(targets, JointTargets):
+        must, hint = "JointTargets", "phasmid.control.JointTargets(position, velocity)"
+        check_type("what the controller's update returns", targets, (JointTargets,), must, hint)
+        return
+    values: dict[str, object] = {"position": targets.position, "velocity": targets.velocity}
+    if targets.torque is not None:
+        values["torque"] = targets.torque
+    for name, value in values.items():
+        if not isinstance(value, np.ndarray) or value.shape != shape:
+            raise InvalidInput(
+                f"the controller's target {name} is {described(value)}; it must be an array of "
+                f"shape {shape}."
+            )
+
+
+def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:
+    """Return which target is no finite number."""
+    for name in ("position", "velocity"):
+        values = getattr(targets, name)
+        for leg, joint in np.argwhere(~np.isfinite(values)):
+            return (
+                f"it asked for a {name} of {values[leg, joint]} at {legs[leg]}.{JOINTS[joint]}; "
+                "targets must be finite"
+            )
+    return "its targets are too large to add up"

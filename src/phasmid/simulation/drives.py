@@ -1,0 +1,261 @@
+"""Joint drives: prescribed motion, ideal position servos, and torque control.
+
+The robot's own servos, with their law, motor and gears, are in `servo`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.control.feed_forward.servo_goal import SLOW
+from phasmid.dynamics import BodyMotion, inverse_dynamics
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.forces import minimum_norm, planned_torque
+from phasmid.kinematics import jacobian
+from phasmid.motion import Motion, SampledMotion, Walk
+from phasmid.scenario import Scenario
+from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains, joint_gains
+
+if TYPE_CHECKING:
+    import mujoco
+
+
+class LostConstraints(PhasmidError):
+    """MuJoCo made no constraint for some of the joints that constraints hold."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "the engine left out constraints that hold joints, whose torques are therefore unknown."
+        )
+
+
+class Setpoints(NamedTuple):
+    """Reference motion of the joints at N steps, for any drive.
+
+    Attributes:
+        q: Angles [rad], shape (N, L, 3).
+        qd: Velocities [rad/s], shape (N, L, 3).
+        qdd: Accelerations [rad/s²], shape (N, L, 3).
+        torque: Feed-forward torque [N·m], shape (N, L, 3); None: none.
+    """
+
+    q: Float[np.ndarray, "samples legs 3"]
+    qd: Float[np.ndarray, "samples legs 3"]
+    qdd: Float[np.ndarray, "samples legs 3"]
+    torque: Float[np.ndarray, "samples legs 3"] | None = None
+
+
+@runtime_checkable
+class Drive(Protocol):
+    """Applies commands to the joints before each step, and reads their torques after it.
+
+    Attributes:
+        state: The drive's own state, changed in place; empty where it has none. It is recorded
+            with every sample and restored with a run.
+    """
+
+    state: Float[np.ndarray, " state"]
+
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Apply one row of `targets` in the next step."""
+
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Reset the state after the robot has settled, with joint velocities [rad/s], (3 L,)."""
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """Return the torques of the last step, leg by leg [N·m], shape (3 L,).
+
+        Raises:
+            LostConstraints: There are none.
+        """
+
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Convert setpoints to what `command` takes, with a time step dt [s], shape (N, 3 L)."""
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Return the recorded channels of states."""
+
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """Return the failures in a state, for the message of a run that ends early; or nothing."""
+
+    def fail(self, joint: int) -> None:
+        """Make a joint limp from now on; joints are counted leg by leg."""
+
+
+class StatelessDrive:
+    """Base of the drives without a state of their own."""
+
+    def __init__(self) -> None:
+        self.state = np.empty(0)
+
+    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
+        """Do nothing."""
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Return no channels."""
+        del states
+        return {}
+
+    def remark(self, state: Float[np.ndarray, " state"]) -> str:
+        """Return nothing: these drives do not fail."""
+        del state
+        return ""
+
+
+class PrescribedDrive(StatelessDrive):
+    """Joints that follow the setpoints exactly, whatever torque it takes, as in the paper.
+
+    Each joint is held by an equality constraint, whose force is the joint's torque.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
+        super().__init__()
+        self._data, self._angle = data, model.eq_data[:, 0]
+        self._held = np.arange(3 * len(walk.robot.legs))
+
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Set the angles of the constraints [rad]."""
+        self._angle[:] = target
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """Return the forces of the constraints, which come first among MuJoCo's."""
+        data, held = self._data, self._held
+        force: np.ndarray = data.efc_force[: len(held)]
+        if data.ne < len(held) or len(force) < len(held):
+            raise LostConstraints
+        if len(held) == len(self._angle):
+            return force
+        torque = np.zeros(len(self._angle))
+        torque[held] = force
+        return torque
+
+    def fail(self, joint: int) -> None:
+        """Disable a joint's constraint."""
+        self._data.eq_active[joint] = 0
+        self._held = self._held[self._held != joint]
+
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the constraint angles that give the acceleration of the setpoints.
+
+        A constraint asks for the acceleration -b q' - k (q - target), so that a target of
+        q + (b q' + q'')/k asks for q''. MuJoCo takes the gains b and k divided by the impedance,
+        and k divided by it once more. Torques of the setpoints have no effect.
+        """
+        stiffness, damping = drive_gains(dt)
+        q, qd, qdd, _ = setpoints
+        return (q + (damping * qd + JOINT_IMPEDANCE * qdd) / stiffness).reshape(len(q), -1)
+
+
+class IdealServoDrive(StatelessDrive):
+    """Position servos whose largest torque falls with speed, from stall to none at no load."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
+        super().__init__()
+        servo = walk.robot.servo
+        self._control, self._force, self._speed = data.ctrl, data.actuator_force, data.qvel[6:]
+        self._lower, self._upper = model.actuator_forcerange.T
+        # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
+        self._stall = max(servo.stall_torque - servo.friction, 0.0)
+        self._friction = servo.friction
+        self._stiffness: float | np.ndarray = servo.stiffness
+        self._damping: float | np.ndarray = servo.damping
+        self._drop_per_speed = self._stall / servo.no_load_speed
+        self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
+
+    def command(self, target: Float[np.ndarray, " joints"]) -> None:
+        """Set the servos' goals [rad], and the torque limits at the present speed."""
+        self._control[:] = target
+        drop = self._drop_per_speed * self._speed
+        np.maximum(self._stall - np.maximum(drop, 0.0), 0.0, out=self._upper)
+        np.minimum(-self._stall - np.minimum(drop, 0.0), 0.0, out=self._lower)
+
+    def torque(self) -> Float[np.ndarray, " joints"]:
+        """Return the motors' torques; friction is not subtracted."""
+        force: np.ndarray = self._force
+        return force
+
+    def fail(self, joint: int) -> None:
+        """Remove a joint's motor; rotor and friction stay."""
+        self._gains[joint] = self._biases[joint] = 0.0
+
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the servos' goals [rad].
+
+        A servo gives its stiffness times the distance to its goal, so that a goal further by
+        torque over stiffness adds a torque: the feed-forward torque, damping and friction.
+        """
+        del dt
+        q, qd, _, torque = setpoints
+        if torque is not None:
+            q = q + (torque + self._damping * qd + self._friction_at(qd)) / self._stiffness
+        return q.reshape(len(q), -1)
+
+    def _friction_at(self, speed: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+        """Return the friction torque at a speed [N·m]; part of it at slow speeds."""
+        # As np.clip, in a third of its time.
+        return self._friction * np.minimum(np.maximum(speed / SLOW, -1.0), 1.0)
+
+
+class TorqueDrive(IdealServoDrive):
+    """Torque-controlled joints, with the torque limits, rotor and friction of an ideal servo.
+
+    The torque is the feed-forward torque, friction, and a spring and a damper about the setpoint.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
+    ) -> None:
+        super().__init__(model, data, walk)
+        self._stiffness, self._damping = joint_gains(walk.robot, scenario)
+
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Return the torques at zero angle and speed [N·m]; MuJoCo adds spring and damper."""
+        del dt
+        q, qd, _, torque = setpoints
+        q, qd = q.reshape(len(q), -1), qd.reshape(len(q), -1)
+        total = self._stiffness * q + self._damping * qd + self._friction_at(qd)
+        return total if torque is None else total + torque.reshape(len(q), -1)
+
+
+def check_feed_forward(scenario: Scenario, walk: Motion) -> None:
+    """Refuse the torque drive for a trajectory, whose stance feet are unknown.
+
+    Raises:
+        InvalidInput: The drive is ``torque`` and the motion is no planned walk.
+    """
+    if scenario.simulation.drive == "torque" and not isinstance(walk, Walk):
+        raise InvalidInput(
+            'drive is "torque" and the joints follow a trajectory, which does not tell which feet '
+            "stand; it must be another drive.",
+            hint='"ideal-servo"',
+        )
+
+
+def walking_torque(scenario: Scenario, walk: Walk) -> Float[np.ndarray, "samples legs 3"]:
+    """Return the model torques of a sampled plan with the servos' rotors [N·m], shape (N, L, 3).
+
+    Raises:
+        InfeasibleLoad: The stance feet cannot give what the motion needs.
+    """
+    return planned_torque(scenario, walk) + walk.robot.servo.armature * walk.qdd
+
+
+def standing_torque(
+    scenario: Scenario, start: SampledMotion
+) -> Float[np.ndarray, "samples legs 3"]:
+    """Return the static torques of a robot on all its feet [N·m], shape (N, L, 3).
+
+    Raises:
+        InfeasibleLoad: Its feet lie on a line.
+    """
+    robot, trunk, q = start.robot, start.trunk, start.q
+    R, still, gravity = trunk.rotation, np.zeros_like(q), scenario.model.gravity
+    body = BodyMotion.at_rest(trunk.position, R)
+    torque, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
+    feet = start.foot_position - trunk.position[:, None]
+    force = minimum_norm(feet, np.ones(q.shape[:-1], dtype=bool), wrench)
+    J = R[:, None] @ robot.arrays.R_body_hip @ jacobian(robot.arrays, q)
+    return torque - np.einsum("...ij,...i->...j", J, force)

@@ -1,0 +1,129 @@
+"""How a run ends: the conditions that end it early, and their sentences."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.kinematics import quaternion_rotation
+from phasmid.robot import Robot
+from phasmid.terrain import Ground
+
+FASTEST_BODY = 20.0
+"""Trunk velocity above which the simulation has diverged [m/s]."""
+
+FASTEST_JOINT = 200.0
+"""Angular velocity of joint or trunk above which the simulation has diverged [rad/s]."""
+
+STEEPEST_TILT = math.radians(60)
+"""Tilt of the trunk beyond which the robot has fallen [rad]."""
+
+
+class Ending(Enum):
+    """How a run ended, and the sentence for it."""
+
+    COMPLETED = "The walk was completed."
+    INCOMPLETE = "The drive did not reach all waypoints."
+    FELL = "The robot fell."
+    DIVERGED = "The simulation diverged."
+    FAILED = "The controller failed."
+    STOPPED = "The run was stopped by the user."
+    CUT = "The run was cut off."
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a run ended early.
+
+    Attributes:
+        ending: How the run ends.
+        sample: Index of the first sample concerned.
+        reason: What happened and where, and what to try.
+    """
+
+    ending: Ending
+    sample: int
+    reason: str
+
+    @property
+    def sentence(self) -> str:
+        """How the run ended, where and why."""
+        return f"{self.ending.value[:-1]} {self.reason}."
+
+
+def check_termination(
+    robot: Robot,
+    qpos: Float[np.ndarray, "samples q"],
+    qvel: Float[np.ndarray, "samples v"],
+    ground: Ground | None = None,
+    *,
+    lies: bool = False,
+) -> Failure | None:
+    """Return the first failure in consecutive states, or None.
+
+    Args:
+        robot: The robot.
+        qpos: Trunk position, quaternion and joint angles, shape (N, 7 + 3 L).
+        qvel: Velocities of trunk and joints, shape (N, 6 + 3 L).
+        ground: Level at height 0 where None.
+        lies: Whether the trunk may touch the ground.
+    """
+    w, x, y, z = qpos[:, 3:7].T
+    with np.errstate(invalid="ignore", over="ignore"):
+        # The vertical in body axes: the rotation's last row.
+        up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+        if lies:
+            clearance = np.zeros(len(qpos))
+        elif ground is None or ground.is_level:
+            clearance = qpos[:, 2] - (robot.body.size / 2) @ np.abs(up)
+        else:
+            clearance = trunk_clearance(robot, qpos, ground)
+        fast_body = np.linalg.norm(qvel[:, :3], axis=1) > FASTEST_BODY
+        fast = fast_body | (np.abs(qvel[:, 3:]).max(axis=1) > FASTEST_JOINT)
+        finite = np.isfinite(qpos).all(axis=1) & np.isfinite(qvel).all(axis=1)
+    checks = (
+        (
+            ~finite,
+            Ending.DIVERGED,
+            "a state is not a finite number. Try a smaller time step (--dt)",
+        ),
+        (
+            fast,
+            Ending.DIVERGED,
+            f"the trunk is faster than {FASTEST_BODY:g} m/s or a joint than {FASTEST_JOINT:g} "
+            "rad/s. Try a smaller time step (--dt)",
+        ),
+        (
+            up[2] < math.cos(STEEPEST_TILT),
+            Ending.FELL,
+            f"the trunk tilted past {math.degrees(STEEPEST_TILT):.0f}°. Try a gait with a larger "
+            "duty factor, or a shorter stride",
+        ),
+        (
+            clearance < 0,
+            Ending.FELL,
+            "the trunk touched the ground. Try a stronger servo, or a higher stance",
+        ),
+    )
+    failures = [
+        Failure(ending, int(np.argmax(failed)), reason)
+        for failed, ending, reason in checks
+        if failed.any()
+    ]
+    return min(failures, key=lambda failure: failure.sample, default=None)
+
+
+def trunk_clearance(
+    robot: Robot, qpos: Float[np.ndarray, "samples q"], ground: Ground
+) -> Float[np.ndarray, " samples"]:
+    """Return the least height over the ground of nine points of the trunk's underside [m], (N,)."""
+    sides = np.array([-1.0, 0.0, 1.0])
+    points = np.stack(np.meshgrid(sides, sides, [-1.0]), axis=-1).reshape(-1, 3)
+    R = quaternion_rotation(qpos[:, 3:7])
+    position = qpos[:, None, :3] + (points * robot.body.size / 2) @ np.swapaxes(R, 1, 2)
+    x, y, z = np.moveaxis(position, -1, 0)
+    return (z - ground.height(x, y)).min(axis=1)
