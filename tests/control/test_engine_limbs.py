@@ -64,8 +64,9 @@ def test_joint_speeds_are_those_of_kinematics(robot):
 def test_the_centre_of_mass_is_that_of_kinematics(robot):
     q = angles(robot, np.random.default_rng(3), 20)
     model = model_of(robot, 1.0, 0.98, 0.02)
-    record = np.zeros(1, MODEL)[0]
-    fill(view_of(record, Model, len(robot.legs)), model)
+    records = np.zeros(1, MODEL)
+    fill(view_of(records, Model, len(robot.legs)), model)
+    record = records[0]
     for angle, want in zip(q, centre_of_mass(robot, q), strict=True):
         moment = model.body_moment.copy()
         for leg in range(len(angle)):

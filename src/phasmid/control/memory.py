@@ -44,13 +44,13 @@ class Memory:
         self.states, self.references = np.zeros(2, STATE), np.zeros(2, REFERENCE)
         self.models, self.parameter_records = np.zeros(1, MODEL), np.zeros(1, PARAMETERS)
         self.clear_state()
-        self.state: State = view_of(self.states[0], State, legs)
+        self.state: State = view_of(self.states, State, legs)
         self.reference, self.next_reference = (
-            view_of(reference, Reference, legs) for reference in self.references
+            view_of(self.references[i:], Reference, legs) for i in range(2)
         )
-        self.model: Model = view_of(self.models[0], Model, legs)
+        self.model: Model = view_of(self.models, Model, legs)
         fill(self.model, model)
-        fill(view_of(self.parameter_records[0], Parameters, legs), parameters)
+        fill(view_of(self.parameter_records, Parameters, legs), parameters)
         for reference in (self.reference, self.next_reference):
             clear(reference)
 
@@ -83,7 +83,7 @@ def clear(reference: Reference) -> None:
 
 def new_reference(legs: int) -> Reference:
     """An order to stand."""
-    reference = view_of(np.zeros(1, REFERENCE)[0], Reference, legs)
+    reference = view_of(np.zeros(1, REFERENCE), Reference, legs)
     clear(reference)
     return reference
 

@@ -24,35 +24,37 @@ def record_of(kind: type) -> np.dtype[Any]:
     return np.dtype([(name, *_entry(hint)) for name, hint in get_type_hints(kind).items()])
 
 
-def view_of(record: Any, kind: type[Kind], leg_count: int) -> Kind:
-    """Return an instance of a dataclass whose fields share the memory of a record.
+def view_of(records: np.ndarray, kind: type[Kind], leg_count: int) -> Kind:
+    """Return an instance of a dataclass whose fields share the memory of the first of some records.
 
     Arrays leave out absent legs. Assignment to a field writes into the record.
 
     Args:
-        record: Of the dtype that `record_of` returns.
+        records: Of the dtype that `record_of` returns, shape (1+,).
         kind: The dataclass.
         leg_count: Number of legs.
     """
     view: Kind = object.__new__(_view_type(cast(Any, kind)))
-    parts: dict[str, Any] = {"_record": record}
+    parts: dict[str, Any] = {"_records": records}
     for name, hint in get_type_hints(kind).items():
         shape = getattr(hint, "dim_str", "").split()
         if is_dataclass(hint):
             assert isinstance(hint, type)
-            parts[name] = view_of(record[name], hint, leg_count)
+            parts[name] = view_of(records[name], hint, leg_count)
         elif "legs" in shape:
-            trimmed = (slice(None),) * shape.index("legs") + (slice(leg_count),)
-            parts[name] = record[name][trimmed]
-        elif hint not in (float, int):
-            parts[name] = record[name]
+            trimmed = (0,) + (slice(None),) * shape.index("legs") + (slice(leg_count),)
+            parts[name] = records[name][trimmed]
+        elif hint in (float, int):
+            parts[f"_{name}"] = records[name][:1]
+        else:
+            parts[name] = records[name][0]
     vars(view).update(parts)
     return view
 
 
 def record_behind(view: Any) -> Any:
     """Return the record whose memory a view shares."""
-    return view._record
+    return view._records[0]
 
 
 def fill(view: Any, values: Any) -> None:
@@ -77,11 +79,12 @@ def _view_type(kind: Any) -> Any:
     """Return a subclass whose numbers are read from and written to a record."""
 
     def field(name: str) -> property:
-        return property(lambda self: self._record[name].item())
+        number = f"_{name}"
+        return property(lambda self: getattr(self, number).item())
 
     def assign(self: Any, name: str, value: Any) -> None:
         if name in numbers:
-            self._record[name] = value
+            getattr(self, f"_{name}")[0] = value
         else:
             getattr(self, name)[...] = value
 

@@ -188,8 +188,8 @@ class FeedForward:
     ) -> None:
         legs = len(robot.legs)
         self._states, self._robots = np.zeros(1, STATE), np.zeros(1, PARAMETERS)
-        self.state: State = view_of(self._states[0], State, legs)
-        self.parameters: Parameters = view_of(self._robots[0], Parameters, legs)
+        self.state: State = view_of(self._states, State, legs)
+        self.parameters: Parameters = view_of(self._robots, Parameters, legs)
         settings = settings or FeedForwardSettings()
         fill(self.parameters, parameters_of(robot, settings, update_period, gravity, armature))
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]

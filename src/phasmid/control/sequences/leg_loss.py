@@ -51,6 +51,9 @@ class LegFaultDetector:
         running, self.doubtful = observation.servo_running, False
         if running is None:
             return []
+        if running.all():
+            self._answered[:] = observation.time
+            return []
         self._answered[running | self.lost] = observation.time
         silence = observation.time - self._answered
         found = np.argwhere(silence > LOSS_TIME + ROUND_OFF).tolist()
