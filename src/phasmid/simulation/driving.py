@@ -348,7 +348,9 @@ class Driving:
         return later
 
 
-def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True) -> SafetyFilter:
+def scenario_controller(
+    scenario: Scenario, rate: float, *, ground_sensing: bool = True
+) -> SafetyFilter:
     """The controller that a scenario has where nobody gives one.
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, in
@@ -358,7 +360,7 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
     Args:
         scenario: The experiment.
         rate: Updates a second [1/s].
-        feeling: Whether it feels the ground.
+        ground_sensing: Whether it estimates contact and ground.
 
     Raises:
         InvalidInput: It cannot walk so.
@@ -371,7 +373,7 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
         period=stride.period,
         step_height=stride.step_height,
         update_period=1 / rate,
-        feeling=feeling,
+        ground_sensing=ground_sensing,
     )
     sequencer = Sequencer(engine, robot)
     usual = SafetySettings().observation_time

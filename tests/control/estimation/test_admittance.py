@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.control.feel.admittance import give_way, share_weight, transition
+from phasmid.control.estimation.admittance import give_way, share_weight, transition
 
 
 @pytest.mark.parametrize("damping_ratio", [0.2, 1.0, 3.0])

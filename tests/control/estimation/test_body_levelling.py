@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.control.feel import level
-from phasmid.control.feel.level import level_body
+from phasmid.control.estimation import body_levelling
+from phasmid.control.estimation.body_levelling import level_body
 from phasmid.kinematics import rotation_rpy
 
 DT = 0.005
@@ -27,7 +27,7 @@ class Body:
 
     def __init__(self, ground, yaw=0.0, given=None):
         self.ground, self.yaw = ground, yaw
-        self.memory = np.zeros(level.MEMORY)
+        self.memory = np.zeros(body_levelling.MEMORY)
         self.settings = settings() if given is None else given
         self.track = []
 
@@ -42,7 +42,7 @@ class Body:
 
     @property
     def correction(self):
-        return self.memory[level.CORRECTION]
+        return self.memory[body_levelling.CORRECTION]
 
     @property
     def tilt(self):

@@ -30,7 +30,7 @@ MAY_BE_ZERO = (
 
 
 @dataclass(frozen=True, slots=True)
-class FeelSettings:
+class EstimatorSettings:
     """Thresholds, time constants and limits of what is felt of the ground.
 
     Attributes:

@@ -7,21 +7,19 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.feel import attitude, touch
-from phasmid.control.feel.feeling import ATTITUDE_NEWS, SENSOR_NEWS, Intent, feel
-from phasmid.control.feel.senses import (
+from phasmid.control.estimation import attitude, contact
+from phasmid.control.estimation.contact import HITS
+from phasmid.control.estimation.feeling import ATTITUDE_NEWS, SENSOR_NEWS, Intent, feel
+from phasmid.control.estimation.odometry_alignment import align_odometry
+from phasmid.control.estimation.settings import EstimatorSettings
+from phasmid.control.estimation.state import (
     SOURCE,
-    FeelTuning,
-    Senses,
-    feel_tuning_at,
-    feel_tuning_row,
+    EstimatorParameters,
+    EstimatorState,
     forget,
     leg_margin,
-    senses_at,
+    state_at,
 )
-from phasmid.control.feel.settings import FeelSettings
-from phasmid.control.feel.touch import HITS
-from phasmid.control.feel.upright import set_upright
 from phasmid.control.memory import Memory, unwrapped
 from phasmid.control.observation import Observation
 from phasmid.control.types import Contact, LegPhase, Reference, State
@@ -35,7 +33,7 @@ SOURCES = {
 """What tells of the body's attitude, in words."""
 
 
-class FeelStage:
+class GroundEstimator:
     """Puts what is felt into the engine's reference: touch, plane, corrections, landing heights.
 
     Args:
@@ -49,15 +47,15 @@ class FeelStage:
         rows: Numbers and codes of the senses, and the tuning's numbers.
     """
 
-    def __init__(self, robot: Robot, settings: FeelSettings, dt: float) -> None:
+    def __init__(self, robot: Robot, settings: EstimatorSettings, dt: float) -> None:
         self.robot = robot
         legs = len(robot.legs)
         late, lag = max(1, round(settings.joint_delay / dt)), 1 + round(settings.motion_lag / dt)
         numbers, codes = leg_margin(legs, late, lag)
-        self.rows = numbers, codes, feel_tuning_row(robot, settings, dt)
+        self.rows = numbers, codes, parameters_row(robot, settings, dt)
         # Plain Python's own views: what is compiled would give Python the same ones.
-        self.senses: Senses = unwrapped(senses_at)(numbers, codes, legs)
-        self.tuning: FeelTuning = unwrapped(feel_tuning_at)(self.rows[2], legs)
+        self.senses: EstimatorState = unwrapped(state_at)(numbers, codes, legs)
+        self.tuning: EstimatorParameters = unwrapped(parameters_at)(self.rows[2], legs)
         forget(self.senses)
 
     def reset(self, observation: Observation) -> None:
@@ -79,7 +77,7 @@ class FeelStage:
             What is new of the sensors, a sentence each.
         """
         self.hear(observation)
-        news = feel_order(memory.states, memory.references, *self.rows)
+        news = estimate_ground(memory.states, memory.references, *self.rows)
         return self.tell(news) if news else []
 
     def hear(self, observation: Observation) -> None:
@@ -105,7 +103,7 @@ class FeelStage:
         if news & SENSOR_NEWS:
             for s, i in np.argwhere(self.senses.news):
                 name, kind = self.robot.legs[i].name, int(self.senses.news[s, i])
-                told.append(f"{touch.SENSORS[s]} of leg {name} {touch.TOLD[kind]}")
+                told.append(f"{contact.SENSORS[s]} of leg {name} {contact.TOLD[kind]}")
             self.senses.news[:] = 0
         if news & ATTITUDE_NEWS:
             told.append(SOURCES[int(self.senses.counts[SOURCE])])
@@ -113,7 +111,7 @@ class FeelStage:
 
 
 @compiled
-def feel_order(
+def estimate_ground(
     states: np.ndarray,
     references: np.ndarray,
     own_numbers: np.ndarray,
@@ -125,23 +123,23 @@ def feel_order(
     Args:
         states: Of the engine's `Memory`.
         references: The same.
-        own_numbers: Of the `Senses`.
+        own_numbers: Of the `EstimatorState`.
         own_codes: The same.
-        row: Of the `FeelTuning`.
+        row: Of the `EstimatorParameters`.
     """
     state, reference = states[0], references[0]
     legs = state.leg_count
-    senses, tuning = senses_at(own_numbers, own_codes, legs), feel_tuning_at(row, legs)
+    senses, tuning = state_at(own_numbers, own_codes, legs), parameters_at(row, legs)
     intent = intent_of(state, senses)
     if math.isfinite(senses.planes[0, 0]):
-        set_upright(tuning.dt, state, senses.level, senses.stood, senses.planes, senses.turned)
+        align_odometry(tuning.dt, state, senses.level, senses.stood, senses.planes, senses.turned)
     news = feel(senses, tuning, intent)
     write_order(senses, tuning, state, reference)
     return news
 
 
 @internal
-def intent_of(state: State, senses: Senses) -> Intent:
+def intent_of(state: State, senses: EstimatorState) -> Intent:
     """What an engine has asked: which feet stand, how far the others have swung, and the rest.
 
     Args:
@@ -176,7 +174,9 @@ def intent_of(state: State, senses: Senses) -> Intent:
 
 
 @internal
-def write_order(senses: Senses, tuning: FeelTuning, state: State, reference: Reference) -> None:
+def write_order(
+    senses: EstimatorState, tuning: EstimatorParameters, state: State, reference: Reference
+) -> None:
     """Write what is felt where the engine's loops read it.
 
     Args:

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import internal
-from phasmid.control.feel.level import UP
-from phasmid.control.feel.plane import AT_X, AT_Y, HEIGHT, SLOPE_X, SLOPE_Y
+from phasmid.control.estimation.body_levelling import UP
+from phasmid.control.estimation.ground_plane import AT_X, AT_Y, HEIGHT, SLOPE_X, SLOPE_Y
 from phasmid.control.types import State
 
 UPRIGHT_TIME, UPRIGHT_RATE = 0.5, 0.35
@@ -44,7 +44,7 @@ def slopes_of(R: np.ndarray, slope_x: float, slope_y: float) -> tuple[float, flo
 
 
 @internal
-def set_upright(
+def align_odometry(
     dt: float,
     state: State,
     level: Float[np.ndarray, " 9"],

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from phasmid.control.feel import touch
-from phasmid.control.feel.touch import feel_touch, judge_sensors
+from phasmid.control.estimation import contact
+from phasmid.control.estimation.contact import detect_contact, detect_sensor_faults
 
 DT = 0.005
 LEGS = 2
@@ -20,14 +20,14 @@ class Feet:
         self.threshold = np.array([[0.5, 0.5], [1.5, 0.7], [1.5, 0.7], [1.5, 0.7]])
         self.settings = np.array([touch_time, release_time, 0.35, 0.5, 0.1])
         self.sensors, self.legs = np.zeros((LEGS, 4, 10)), np.zeros((LEGS, 5))
-        self.legs[:, touch.WAS_STANDING], self.legs[:, touch.CODE] = 1.0, -1.0
+        self.legs[:, contact.WAS_STANDING], self.legs[:, contact.CODE] = 1.0, -1.0
         self.code, self.news = np.zeros(LEGS, dtype=np.int64), np.zeros((4, LEGS), dtype=np.int64)
         self.told = []
 
     def update(self, reading, standing, progress):
         standing = np.array(standing)
-        judge_sensors(standing, 2.0, self.sensors, self.legs, self.news)
-        feel_touch(
+        detect_sensor_faults(standing, 2.0, self.sensors, self.legs, self.news)
+        detect_contact(
             DT,
             np.array(reading, dtype=float),
             self.threshold,
@@ -109,9 +109,9 @@ def test_a_dead_switch_is_told_once_and_the_force_is_heard():
     feet.step(honest)
     codes, truth = feet.step(lambda share, down: (np.nan, 8.0 * down))
     np.testing.assert_array_equal(codes[25:], truth[25:])
-    assert feet.told == [(0, 0, touch.DEAD)]
+    assert feet.told == [(0, 0, contact.DEAD)]
     feet.step(honest)
-    assert feet.told[1:] == [(0, 0, touch.HEALED)]
+    assert feet.told[1:] == [(0, 0, contact.HEALED)]
 
 
 def test_all_sensors_dead_leave_the_plan():
@@ -132,7 +132,7 @@ def test_a_switch_stuck_on_never_ends_a_swing_and_is_doubted_after_two():
         doubted = [told for told in feet.told if told[:2] == (0, 0)]
         # Judged at the lift after the step.
         assert len(doubted) == (n >= 2)
-    assert doubted == [(0, 0, touch.STUCK_ON)]
+    assert doubted == [(0, 0, contact.STUCK_ON)]
 
 
 def test_a_stuck_switch_hands_over_to_the_force_in_the_same_swing():
@@ -147,7 +147,7 @@ def test_a_switch_that_never_feels_the_ground_is_doubted():
     feet.step(honest)
     for _ in range(4):
         codes, _ = feet.step(lambda share, down: (0.0, 0.0))
-    assert feet.told == [(0, 0, touch.STUCK_OFF)]
+    assert feet.told == [(0, 0, contact.STUCK_OFF)]
     assert set(codes[2:]) == {-1}
 
 
@@ -156,10 +156,10 @@ def test_a_flickering_switch_is_doubted_and_heals():
     feet.step(honest)
     for _ in range(4):
         feet.step(lambda share, down: (float(random.random() < 0.5), 0.0))
-    assert feet.told == [(0, 0, touch.FLICKERS)]
+    assert feet.told == [(0, 0, contact.FLICKERS)]
     for _ in range(10):
         codes, truth = feet.step(honest)
-    assert feet.told[1:] == [(0, 0, touch.HEALED)]
+    assert feet.told[1:] == [(0, 0, contact.HEALED)]
     np.testing.assert_array_equal(codes[5:], truth[5:])
 
 
@@ -169,11 +169,11 @@ def test_a_stumble_early_in_the_swing_is_a_hit():
     for k in range(30):
         share = k / SWING
         feet.update([[0.2 < share < 0.3, 1], *np.zeros((3, 2))], [False, True], [share, 0])
-    assert feet.legs[0, touch.HITS] == 1.0
-    assert feet.legs[1, touch.HITS] == 0.0
+    assert feet.legs[0, contact.HITS] == 1.0
+    assert feet.legs[1, contact.HITS] == 0.0
     feet.update([[1, 1], *np.zeros((3, 2))], [True, True], [0, 0])
     feet.update([[1, 1], *np.zeros((3, 2))], [False, True], [0, 0])
-    assert feet.legs[0, touch.HITS] == 0.0
+    assert feet.legs[0, contact.HITS] == 0.0
 
 
 def test_a_foot_that_bounces_as_it_leaves_has_met_nothing():
@@ -183,4 +183,4 @@ def test_a_foot_that_bounces_as_it_leaves_has_met_nothing():
     for k in range(30):
         share = k / SWING
         feet.update([[0.14 < share < 0.2, 1], *np.zeros((3, 2))], [False, True], [share, 0])
-    assert feet.legs[0, touch.HITS] == 0.0
+    assert feet.legs[0, contact.HITS] == 0.0

@@ -14,7 +14,7 @@ SPREAD = 0.03
 
 
 @internal
-def fit_sag(
+def fit_joint_compliance(
     wanted: Float[np.ndarray, "legs 3"],
     measured: Float[np.ndarray, "legs 3"],
     lengths: Float[np.ndarray, "legs 3"],

@@ -13,11 +13,11 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import internal
-from phasmid.control.feel import touch
-from phasmid.control.feel.admittance import transition
-from phasmid.control.feel.attitude import MEMORY as ATTITUDE
-from phasmid.control.feel.level import MEMORY as LEVEL
-from phasmid.control.feel.settings import FeelSettings
+from phasmid.control.estimation import contact
+from phasmid.control.estimation.admittance import transition
+from phasmid.control.estimation.attitude import MEMORY as ATTITUDE
+from phasmid.control.estimation.body_levelling import MEMORY as LEVEL
+from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.views import take
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
@@ -29,7 +29,7 @@ UPDATES, SOURCE, JOINTS_HEARD, LATE, LAG = range(5)
 """Columns of the counts."""
 
 
-class Senses(NamedTuple):
+class EstimatorState(NamedTuple):
     """What is told, felt and remembered; L legs.
 
     Attributes:
@@ -40,10 +40,10 @@ class Senses(NamedTuple):
         orientation: Told of the body, w x y z, NaN: none, shape (4,).
         angular_velocity: Told by the gyro [rad/s], NaN: none, shape (3,).
         acceleration: Told by the accelerometer [m/s²], NaN: none, shape (3,).
-        sensors: Memory of `feel_touch` for each sensor, shape (L, 4, 10).
+        sensors: Memory of `detect_contact` for each sensor, shape (L, 4, 10).
         legs: The same for each leg, shape (L, 5).
         reading: Of each sensor of each foot, shape (4, L).
-        attitude: Memory of `feel_attitude`, shape (17,).
+        attitude: Memory of `estimate_attitude`, shape (17,).
         up: Upwards in body axes, shape (3,).
         level: Memory of `level_body`, shape (9,).
         planes: The ground's plane, and after one lag and both, as in `fit_plane`, shape (3, 5).
@@ -58,7 +58,7 @@ class Senses(NamedTuple):
         steps: Height of a step that is asked, and what was made of it [m], shape (2,).
         past: Joint angles that were asked for at the last updates [rad], in turn, shape (N, L, 3).
         turned: The body's attitudes that were, in turn, shape (M, 3, 3).
-        news: What is new of each sensor, as in `feel_touch`, shape (4, L).
+        news: What is new of each sensor, as in `detect_contact`, shape (4, L).
         touch: 1 on the ground, 0 in the air, -1 unknown: trust the plan, shape (L,).
         standing: Which feet stand by the plan, 1 or 0, shape (L,).
         stood_before: The same at the last update, -1 before the first, shape (L,).
@@ -104,16 +104,16 @@ class Senses(NamedTuple):
     counts: np.ndarray
 
 
-class FeelTuning(NamedTuple):
-    """The settings, and what is known of the robot, as numbers; units as in `FeelSettings`.
+class EstimatorParameters(NamedTuple):
+    """The settings, and what is known of the robot, as numbers; units as in `EstimatorSettings`.
 
     Attributes:
         lengths: Of the links [m], shape (L, 3).
         mass: Of the links [kg], shape (L, 3).
         com: Centres of mass in the links' frames [m], shape (L, 3, 3).
         threshold: From which each kind of sensor feels the ground, and below which no more, (4, 2).
-        touch: Settings of `feel_touch`, shape (5,).
-        attitude: Settings of `feel_attitude`, shape (6,).
+        touch: Settings of `detect_contact`, shape (5,).
+        attitude: Settings of `estimate_attitude`, shape (6,).
         level: Settings of `level_body`, shape (8,).
         swing_law: Of the admittance of swinging feet, as in `give_way`, shape (2, 3).
         stance_law: Of standing ones, shape (2, 3).
@@ -154,12 +154,12 @@ class FeelTuning(NamedTuple):
 
 
 @internal
-def senses_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Senses:
+def state_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> EstimatorState:
     """The senses that a row of numbers and a row of codes hold; the counts are the first codes."""
     a = 0
     joint_position, a = take(numbers, a, (legs, 3))
     joint_load, a = take(numbers, a, (legs, 3))
-    contact, a = take(numbers, a, (legs,))
+    switch, a = take(numbers, a, (legs,))
     normal_force, a = take(numbers, a, (legs,))
     orientation, a = take(numbers, a, (4,))
     angular_velocity, a = take(numbers, a, (3,))
@@ -190,10 +190,10 @@ def senses_at(numbers: np.ndarray, codes: np.ndarray, legs: int) -> Senses:
     bearing, b = take(codes, b, (legs,))
     present, b = take(codes, b, (4,))
     heard, b = take(codes, b, (4,))
-    return Senses(
+    return EstimatorState(
         joint_position,
         joint_load,
-        contact,
+        switch,
         normal_force,
         orientation,
         angular_velocity,
@@ -241,13 +241,13 @@ def leg_margin(legs: int, late: int, lag: int) -> tuple[np.ndarray, np.ndarray]:
     return numbers, codes
 
 
-def forget(senses: Senses) -> None:
+def forget(senses: EstimatorState) -> None:
     """Make senses those of a robot of which nothing is known yet, but for its sensors' kinds."""
-    for name, values in zip(Senses._fields, senses, strict=True):
+    for name, values in zip(EstimatorState._fields, senses, strict=True):
         if name not in ("present", "heard", "counts"):
             values[:] = 0
-    senses.legs[:, touch.WAS_STANDING] = 1.0
-    senses.legs[:, touch.CODE] = -1.0
+    senses.legs[:, contact.WAS_STANDING] = 1.0
+    senses.legs[:, contact.CODE] = -1.0
     senses.reading[:] = math.nan
     senses.touch[:] = senses.stood_before[:] = -1
     senses.up[2] = 1.0
@@ -256,7 +256,7 @@ def forget(senses: Senses) -> None:
 
 
 @internal
-def feel_tuning_at(row: np.ndarray, legs: int) -> FeelTuning:
+def parameters_at(row: np.ndarray, legs: int) -> EstimatorParameters:
     """The settings that a row of numbers holds."""
     lengths, a = take(row, 0, (legs, 3))
     mass, a = take(row, a, (legs, 3))
@@ -268,7 +268,7 @@ def feel_tuning_at(row: np.ndarray, legs: int) -> FeelTuning:
     swing_law, a = take(row, a, (2, 3))
     stance_law, a = take(row, a, (2, 3))
     b, a = take(row, a, (18,))
-    return FeelTuning(
+    return EstimatorParameters(
         lengths,
         mass,
         com,
@@ -299,7 +299,7 @@ def feel_tuning_at(row: np.ndarray, legs: int) -> FeelTuning:
     )
 
 
-def feel_tuning_row(robot: Robot, s: FeelSettings, dt: float) -> Float[np.ndarray, " numbers"]:
+def parameters_row(robot: Robot, s: EstimatorSettings, dt: float) -> Float[np.ndarray, " numbers"]:
     """The settings, and what is known of the robot, as one row of numbers.
 
     Args:
@@ -314,7 +314,7 @@ def feel_tuning_row(robot: Robot, s: FeelSettings, dt: float) -> Float[np.ndarra
         for k in (s.swing_stiffness, s.stance_stiffness)
     ]
     force, load = [s.force_on * own, s.force_off * own], [s.load_on * own, s.load_off * own]
-    tuning = FeelTuning(
+    tuning = EstimatorParameters(
         arrays.lengths,
         arrays.mass,
         arrays.com,

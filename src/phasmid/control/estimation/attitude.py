@@ -29,7 +29,7 @@ HARSH = 0.3
 
 
 @internal
-def feel_attitude(
+def estimate_attitude(
     dt: float,
     gravity: float,
     orientation: Float[np.ndarray, "4"],

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from phasmid.control import Observation
-from phasmid.control.feel import FeelSettings
-from phasmid.control.feel.feeling import Intent, feel
-from phasmid.control.feel.senses import SOURCE, leg_margin, senses_at
-from phasmid.control.feel.stage import FeelStage
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.estimator import GroundEstimator
+from phasmid.control.estimation.feeling import Intent, feel
+from phasmid.control.estimation.state import SOURCE, leg_margin, state_at
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
     hip_from_body,
@@ -33,7 +33,7 @@ class World:
     """A robot that steps on the spot in a tripod, on ground that lies by roll and pitch."""
 
     def __init__(self, roll=0.0, pitch=0.0, **settings):
-        self.stage = FeelStage(ROBOT, FeelSettings(**({"level": 1.0} | settings)), DT)
+        self.stage = GroundEstimator(ROBOT, EstimatorSettings(**({"level": 1.0} | settings)), DT)
         self.slope = roll, pitch
         self.time = 0.0
         self.events, self.track = [], []
@@ -84,7 +84,7 @@ class World:
 def test_the_senses_fill_their_rows(legs, late, lag):
     """Each number belongs to one array: none is left over, and none is in two."""
     numbers, codes = leg_margin(legs, late, lag)
-    senses = senses_at(numbers, codes, legs)
+    senses = state_at(numbers, codes, legs)
     for n, part in enumerate(senses):
         if part is not senses.counts:
             part[:] += n + 1
@@ -158,7 +158,7 @@ def test_soft_servos_feel_by_what_they_give_way():
     felt = world.walk(5, lambda down: {**none, "joint_position": angles(down)})
     np.testing.assert_array_equal(felt.touch, np.where(TRIPOD, 0, 1))
     # What the legs give way is made up for by raising the body.
-    assert 0 < felt.correction[2] <= FeelSettings().height_limit
+    assert 0 < felt.correction[2] <= EstimatorSettings().height_limit
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_without_any_sensor_the_plan_is_trusted():
 
 def test_no_failure_makes_the_correction_jump():
     """Bounded by its largest speeds, whatever dies, lies or returns."""
-    world, s = World(0.1, -0.15), FeelSettings()
+    world, s = World(0.1, -0.15), EstimatorSettings()
     nothing = np.full(4, np.nan)
     upside_down = np.array([0.0, 1.0, 0.0, 0.0])
     world.walk(8)
@@ -241,5 +241,5 @@ def test_a_dead_inertial_sensor_lets_levelling_ease_out():
 )
 def test_settings_that_cannot_be_are_refused(settings, said):
     with pytest.raises(InvalidInput) as error:
-        FeelSettings(**settings)
+        EstimatorSettings(**settings)
     assert error.value.what == said

@@ -4,7 +4,7 @@ import numpy as np
 
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.feel.upright import set_upright
+from phasmid.control.estimation.odometry_alignment import align_odometry
 from phasmid.kinematics import hip_from_body, joint_angles
 from phasmid.robot import load_robot
 
@@ -14,7 +14,7 @@ DT = 0.005
 
 def walking_engine():
     """An engine amid a swing, whose body is off its neutral pose."""
-    engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
+    engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none")
     command = Command(velocity=(0.06, 0.02, 0.1), pose=(0.0, 0.0, 0.01, 0.05, -0.04, 0.0))
     q = ROBOT.arrays.neutral_foot
     q = joint_angles(ROBOT.arrays, q)
@@ -48,7 +48,7 @@ def test_odom_turns_upright_and_no_joint_moves():
     height = state.ground_filter[3, 0] + state.ground_filter[3, 1:] @ state.path[:2]
     normal = body.T @ [-0.1, 0.2, 1.0]
     for _ in range(2000):
-        set_upright(DT, state, level, stood, planes, turned)
+        align_odometry(DT, state, level, stood, planes, turned)
     assert np.arccos(level[2]) < 1e-6
     np.testing.assert_allclose(seen_by_joints(state), before, atol=1e-12)
     np.testing.assert_allclose(state.R_odom_body @ up_body, [0.0, 0.0, 1.0], atol=1e-6)
@@ -75,5 +75,5 @@ def test_an_upright_odom_stays():
     state = engine.state
     before = engine.memory.states.copy()
     level = np.array([0.0, 0.0, 1.0] + [0.0] * 6)
-    set_upright(DT, state, level, np.zeros((6, 4)), np.zeros((3, 5)), np.zeros((1, 3, 3)))
+    align_odometry(DT, state, level, np.zeros((6, 4)), np.zeros((3, 5)), np.zeros((1, 3, 3)))
     assert np.array_equal(engine.memory.states, before)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from phasmid.control.feel.foot_force import foot_forces
-from phasmid.control.feel.sag import fit_sag
+from phasmid.control.estimation.foot_force import foot_forces
+from phasmid.control.estimation.joint_compliance import fit_joint_compliance
 from phasmid.dynamics import leg_torque
 from phasmid.kinematics import body_from_hip, foot_position, joint_angles
 from phasmid.robot import load_robot
@@ -41,7 +41,7 @@ def test_a_stretched_leg_tells_no_force():
 def mean_sag(given, standing):
     """Of the body."""
     places, lengths = np.array(ROBOT.arrays.neutral_foot), np.array(ROBOT.arrays.lengths)
-    return fit_sag(Q, given, lengths, standing, standing, places, np.zeros(6))
+    return fit_joint_compliance(Q, given, lengths, standing, standing, places, np.zeros(6))
 
 
 def test_the_sag_is_the_mean_height_that_standing_feet_lack():
@@ -69,7 +69,7 @@ def test_feet_in_the_air_hang_lower_by_the_body_s_sag_there_and_by_their_own():
     higher[:, 2] += own
     given, told = joint_angles(ROBOT.arrays, higher), np.zeros(6)
     lengths = np.array(ROBOT.arrays.lengths)
-    mean = fit_sag(wanted, given, lengths, standing, standing, places, told)
+    mean = fit_joint_compliance(wanted, given, lengths, standing, standing, places, told)
     assert mean == pytest.approx(height[standing].mean())
     np.testing.assert_array_equal(told[standing], 0.0)
     np.testing.assert_allclose(told[~standing], height[~standing] + 0.004, atol=2.5e-4)

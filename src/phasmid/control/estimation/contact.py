@@ -54,7 +54,7 @@ HEALING = 0.5
 
 
 @internal
-def feel_touch(
+def detect_contact(
     dt: float,
     reading: Float[np.ndarray, "4 legs"],
     threshold: Float[np.ndarray, "4 2"],
@@ -158,7 +158,7 @@ def feel_touch(
 
 
 @internal
-def judge_sensors(
+def detect_sensor_faults(
     standing: Shaped[np.ndarray, " legs"],
     bad_steps: float,
     sensors: Float[np.ndarray, "legs 4 10"],

@@ -9,13 +9,20 @@ import numpy as np
 from jaxtyping import Float, Shaped
 
 from phasmid.compiled import internal
-from phasmid.control.feel.admittance import give_way, share_weight
-from phasmid.control.feel.attitude import NONE, feel_attitude
-from phasmid.control.feel.foot_force import foot_forces
-from phasmid.control.feel.level import CORRECTION, RISE, level_body
-from phasmid.control.feel.plane import HEIGHT, fit_plane
-from phasmid.control.feel.sag import fit_sag
-from phasmid.control.feel.senses import (
+from phasmid.control.estimation.admittance import give_way, share_weight
+from phasmid.control.estimation.attitude import NONE, estimate_attitude
+from phasmid.control.estimation.body_levelling import CORRECTION, RISE, level_body
+from phasmid.control.estimation.contact import (
+    DEAD_TIME,
+    DOUBTED,
+    SILENCE,
+    detect_contact,
+    detect_sensor_faults,
+)
+from phasmid.control.estimation.foot_force import foot_forces
+from phasmid.control.estimation.ground_plane import HEIGHT, fit_plane
+from phasmid.control.estimation.joint_compliance import fit_joint_compliance
+from phasmid.control.estimation.state import (
     ANGLE,
     FORCE,
     JOINTS_HEARD,
@@ -25,10 +32,9 @@ from phasmid.control.feel.senses import (
     SOURCE,
     SWITCH,
     UPDATES,
-    FeelTuning,
-    Senses,
+    EstimatorParameters,
+    EstimatorState,
 )
-from phasmid.control.feel.touch import DEAD_TIME, DOUBTED, SILENCE, feel_touch, judge_sensors
 from phasmid.units import STANDARD_GRAVITY
 
 SENSOR_NEWS, ATTITUDE_NEWS = 1, 2
@@ -62,7 +68,7 @@ class Intent(NamedTuple):
 
 
 @internal
-def feel(senses: Senses, tuning: FeelTuning, intent: Intent) -> int:
+def feel(senses: EstimatorState, tuning: EstimatorParameters, intent: Intent) -> int:
     """Make out of what is told what is felt now.
 
     Args:
@@ -71,7 +77,7 @@ def feel(senses: Senses, tuning: FeelTuning, intent: Intent) -> int:
         intent: What was asked of the robot until now.
 
     Returns:
-        What is new: the sum of `SENSOR_NEWS`, for which `Senses.news` is to be read and cleared,
+        What is new: the sum of `SENSOR_NEWS`, for which `news` is to be read and cleared,
         and `ATTITUDE_NEWS`.
     """
     told = SENSOR_NEWS if feel_feet(senses, tuning, intent) else 0
@@ -84,7 +90,7 @@ def feel(senses: Senses, tuning: FeelTuning, intent: Intent) -> int:
 
 
 @internal
-def feel_feet(senses: Senses, tuning: FeelTuning, intent: Intent) -> bool:
+def feel_feet(senses: EstimatorState, tuning: EstimatorParameters, intent: Intent) -> bool:
     """Write which feet are on the ground; whether there is news of a sensor."""
     count, reading, present, heard = senses.counts, senses.reading, senses.present, senses.heard
     reading[SWITCH] = senses.contact
@@ -107,10 +113,10 @@ def feel_feet(senses: Senses, tuning: FeelTuning, intent: Intent) -> bool:
         changes = changes or senses.stood_before[leg] != intent.standing[leg]
         senses.stood_before[leg] = intent.standing[leg]
     if changes:
-        told = judge_sensors(
+        told = detect_sensor_faults(
             intent.standing, tuning.implausible_steps, senses.sensors, senses.legs, senses.news
         )
-    told += feel_touch(
+    told += detect_contact(
         tuning.dt,
         reading,
         tuning.threshold,
@@ -142,16 +148,18 @@ def feel_feet(senses: Senses, tuning: FeelTuning, intent: Intent) -> bool:
 
 
 @internal
-def find_forces(senses: Senses, tuning: FeelTuning, torque: np.ndarray, force: np.ndarray) -> None:
+def find_forces(
+    senses: EstimatorState, tuning: EstimatorParameters, torque: np.ndarray, force: np.ndarray
+) -> None:
     """Write what each foot carries by its joints' torques."""
     lengths, mass, com = tuning.lengths, tuning.mass, tuning.com
     foot_forces(senses.joint_position, torque, lengths, mass, com, STANDARD_GRAVITY, force)
 
 
 @internal
-def feel_attitude_of(senses: Senses, tuning: FeelTuning, intent: Intent) -> bool:
+def feel_attitude_of(senses: EstimatorState, tuning: EstimatorParameters, intent: Intent) -> bool:
     """Write where up is; whether it is known by something else than before."""
-    source = feel_attitude(
+    source = estimate_attitude(
         tuning.dt,
         STANDARD_GRAVITY,
         senses.orientation,
@@ -168,7 +176,9 @@ def feel_attitude_of(senses: Senses, tuning: FeelTuning, intent: Intent) -> bool
 
 
 @internal
-def feel_ground_and_body(senses: Senses, tuning: FeelTuning, intent: Intent) -> None:
+def feel_ground_and_body(
+    senses: EstimatorState, tuning: EstimatorParameters, intent: Intent
+) -> None:
     """Write the ground's plane, how far the legs give way, and the body's corrections."""
     count, standing, bearing = senses.counts, intent.standing, senses.bearing
     for leg in range(len(standing)):
@@ -208,7 +218,7 @@ def feel_ground_and_body(senses: Senses, tuning: FeelTuning, intent: Intent) -> 
         tuning.level,
         senses.level,
     )
-    sunk = fit_sag(
+    sunk = fit_joint_compliance(
         intent.joint_position,
         senses.joint_position,
         tuning.lengths,
@@ -223,7 +233,7 @@ def feel_ground_and_body(senses: Senses, tuning: FeelTuning, intent: Intent) -> 
 
 
 @internal
-def give_feet_way(senses: Senses, tuning: FeelTuning, intent: Intent) -> None:
+def give_feet_way(senses: EstimatorState, tuning: EstimatorParameters, intent: Intent) -> None:
     """Write by how much the feet give way to what they carry."""
     measured = senses.reading[FORCE if senses.present[FORCE] != 0 else LOAD]
     share_weight(

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from phasmid.control.feel.plane import fit_plane
+from phasmid.control.estimation.ground_plane import fit_plane
 
 HEXAPOD = np.array(
     [[0.2, -0.15], [0.0, -0.2], [-0.2, -0.15], [-0.2, 0.15], [0.0, 0.2], [0.2, 0.15]]

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.control.feel import attitude
-from phasmid.control.feel.attitude import feel_attitude
+from phasmid.control.estimation import attitude
+from phasmid.control.estimation.attitude import estimate_attitude
 from phasmid.kinematics import quaternion_rotation, rpy_quaternion
 
 G = 9.80665
@@ -26,7 +26,7 @@ class Body:
         q = rpy_quaternion(*map(np.array, (roll, pitch + lie, 0.7)))
         R = quaternion_rotation(rpy_quaternion(*(np.array(v) for v in (roll, pitch, 0.7))))
         self.true = R[2]
-        return feel_attitude(
+        return estimate_attitude(
             DT,
             G,
             q if "q" in hear else NONE4,
