@@ -8,7 +8,7 @@ from phasmid.control.feed_forward.feed_forward import compute_feed_forward
 from phasmid.control.update import advance_engine
 
 LOOPS = advance_engine, estimate_ground, compute_feed_forward
-"""The engine's update, what feels the ground, and what weighs the motion."""
+"""Update of the engine, ground estimator, and feed-forward."""
 
 
 def are_compiled() -> bool:

@@ -6,8 +6,7 @@ import pytest
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
-from phasmid.control.estimation.contact import HITS
-from phasmid.control.estimation.estimator import GroundEstimator, write_order
+from phasmid.control.estimation.estimator import GroundEstimator, write_reference
 from phasmid.control.types import Contact, LegPhase
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
@@ -51,7 +50,7 @@ def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
 
 
 class Stage:
-    """Writes what is felt by feet that stand, or have just hit something, over level ground."""
+    """Writes the reference for feet that stand, or have just hit something, over level ground."""
 
     def __init__(self, step=STEP, least_roughness=0.0):
         settings = EstimatorSettings(
@@ -62,17 +61,18 @@ class Stage:
             body_rise=0.5,
         )
         self.stage = GroundEstimator(ROBOT, settings, DT)
-        self.stage.senses.planes[:] = 0.0
         self.engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none")
         self.reference = self.engine.reference
         self.reference.step_height = step
 
-    def write(self, foot, hits=0.0):
+    def write(self, foot, hits=0):
         """Write the reference for feet at these places, which all have met so many obstacles."""
-        senses, state = self.stage.senses, self.engine.state
-        senses.touch[:], senses.legs[:, HITS] = 1, hits
+        estimator, state = self.stage.states.view(np.recarray)[0], self.engine.state
+        estimator.feet["contact"][:6], estimator.feet["obstacle_hits"][:6] = Contact.GROUND, hits
         state.foot[:] = foot
-        write_order(senses, self.stage.tuning, state, self.reference)
+        write_reference(
+            state, self.reference, estimator, self.stage.parameters.view(np.recarray)[0]
+        )
         return self.reference
 
 
@@ -126,10 +126,10 @@ def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
     assert state.foot[leg, 2] == pytest.approx(met[2] + 0.01, abs=1e-3)
 
 
-def test_an_obstacle_is_told_once():
+def test_an_obstacle_is_reported_once():
     """At the update of a new hit, not at those after it; and the ground is looked for above it."""
     foot, stage = np.zeros((6, 3)), Stage()
-    assert (stage.write(foot, 1.0).contact == Contact.OBSTACLE).all()
-    reference = stage.write(foot, 1.0)
+    assert (stage.write(foot, 1).contact == Contact.OBSTACLE).all()
+    reference = stage.write(foot, 1)
     assert (reference.contact == 1).all()
     np.testing.assert_allclose(reference.touchdown_height, 0.02)

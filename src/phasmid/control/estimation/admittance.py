@@ -1,22 +1,23 @@
-"""Feet that give way to forces: a virtual mass, spring and damper each."""
+"""Admittance of the feet: a virtual mass, spring and damper each."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Shaped
+from jaxtyping import Float
 
 from phasmid.compiled import internal
 
-# Columns of a foot's memory.
-OFFSET, SPEED = 0, 1
+if TYPE_CHECKING:
+    from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 
 
 def transition(
     mass: float, stiffness: float, damping_ratio: float, dt: float
 ) -> tuple[Float[np.ndarray, "2 2"], Float[np.ndarray, "2"]]:
-    """Exact step of m x'' + d x' + k x = f with f constant over it; stable for any step.
+    """Return the exact step of m x'' + d x' + k x = f for constant f; stable for any step.
 
     Args:
         mass: m [kg].
@@ -46,37 +47,56 @@ def transition(
 
 
 @internal
-def share_weight(
-    weight: float,
-    com: Float[np.ndarray, " place"],
-    feet: Float[np.ndarray, "legs 3"],
-    standing: Shaped[np.ndarray, " legs"],
-    force: Float[np.ndarray, " legs"],
+def apply_admittance(
+    com: Float[np.ndarray, " xyz"],
+    p_odom_foot: Float[np.ndarray, "legs 3"],
+    kind: int,
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
 ) -> None:
-    """Vertical forces of the standing feet with the least sum of squares that bear the weight.
+    """Step the offsets of the feet: upwards where a foot bears more than its share.
 
-    Args:
-        weight: To be borne [N].
-        com: Place of the centre of mass [m]; its x and y are used.
-        feet: Places [m], shape (L, 3).
-        standing: Which stand, shape (L,).
-        force: Is written [N], 0 or more, shape (L,).
+    Where sensors of this `SensorKind` have no reading, a foot is taken to bear its share.
     """
+    share_weight(com, p_odom_foot, estimator, parameters)
+    most = parameters.settings.admittance_limit
+    for leg in range(parameters.leg_count):
+        foot, law, force = estimator.feet[leg], parameters.swing_law, 0.0
+        if foot.standing != 0:
+            law = parameters.stance_law
+            excess = foot.sensors[kind].reading - foot.desired_force
+            force = excess if math.isfinite(excess) else 0.0
+        x, v = foot.offset, foot.offset_velocity
+        foot.offset = law.A[0, 0] * x + law.A[0, 1] * v + law.b[0] * force
+        foot.offset_velocity = law.A[1, 0] * x + law.A[1, 1] * v + law.b[1] * force
+        if abs(foot.offset) > most:
+            foot.offset = math.copysign(most, foot.offset)
+            foot.offset_velocity = 0.0
+
+
+@internal
+def share_weight(
+    com: Float[np.ndarray, " xyz"],
+    p_odom_foot: Float[np.ndarray, "legs 3"],
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
+) -> None:
+    """Share the weight over the standing feet by the forces of least sum of squares, 0 or more."""
+    weight = parameters.weight
     n = xx = xy = yy = sx = sy = 0.0
-    for i in range(force.shape[0]):
-        if standing[i]:
-            x, y = feet[i, 0] - com[0], feet[i, 1] - com[1]
+    for leg in range(parameters.leg_count):
+        estimator.feet[leg].desired_force = 0.0
+        if estimator.feet[leg].standing != 0:
+            x, y = p_odom_foot[leg, 0] - com[0], p_odom_foot[leg, 1] - com[1]
             n += 1.0
             sx += x
             sy += y
             xx += x * x
             xy += x * y
             yy += y * y
-    # f = p + q x + r y with (p, q, r) from the sums; those about the feet's own middle decouple.
-    for i in range(force.shape[0]):
-        force[i] = 0.0
     if n < 1.0:
         return
+    # f = p + q x + r y with (p, q, r) from the sums; those about the feet's own centre decouple.
     mx, my = sx / n, sy / n
     cxx, cxy, cyy = xx - n * mx * mx, xy - n * mx * my, yy - n * my * my
     det = cxx * cyy - cxy * cxy
@@ -84,41 +104,7 @@ def share_weight(
     if det > 1e-9:
         q = weight * (-mx * cyy + my * cxy) / det
         r = weight * (-my * cxx + mx * cxy) / det
-    for i in range(force.shape[0]):
-        if standing[i]:
-            x, y = feet[i, 0] - com[0] - mx, feet[i, 1] - com[1] - my
-            force[i] = max(weight / n + q * x + r * y, 0.0)
-
-
-@internal
-def give_way(
-    measured: Float[np.ndarray, " legs"],
-    wanted: Float[np.ndarray, " legs"],
-    standing: Shaped[np.ndarray, " legs"],
-    swing: Float[np.ndarray, "2 3"],
-    stance: Float[np.ndarray, "2 3"],
-    limit: float,
-    feet: Float[np.ndarray, "legs 2"],
-) -> None:
-    """Step the feet's offsets: upwards where a foot carries more than it should.
-
-    Args:
-        measured: Normal forces [N]; NaN: unknown, taken for what is wanted, shape (L,).
-        wanted: Normal forces [N], shape (L,).
-        standing: Which stand, shape (L,).
-        swing: A and b of `transition` side by side, for swinging feet, shape (2, 3).
-        stance: The same for standing ones.
-        limit: Largest offset [m].
-        feet: Offset [m] and speed [m/s], is changed, shape (L, 2).
-    """
-    for i in range(wanted.shape[0]):
-        law = stance if standing[i] else swing
-        force = measured[i] - wanted[i] if standing[i] else 0.0
-        if not math.isfinite(force):
-            force = 0.0
-        x, v = feet[i, OFFSET], feet[i, SPEED]
-        feet[i, OFFSET] = law[0, 0] * x + law[0, 1] * v + law[0, 2] * force
-        feet[i, SPEED] = law[1, 0] * x + law[1, 1] * v + law[1, 2] * force
-        if abs(feet[i, OFFSET]) > limit:
-            feet[i, OFFSET] = math.copysign(limit, feet[i, OFFSET])
-            feet[i, SPEED] = 0.0
+    for leg in range(parameters.leg_count):
+        if estimator.feet[leg].standing != 0:
+            x, y = p_odom_foot[leg, 0] - com[0] - mx, p_odom_foot[leg, 1] - com[1] - my
+            estimator.feet[leg].desired_force = max(weight / n + q * x + r * y, 0.0)

@@ -1,37 +1,23 @@
-"""Which feet feel the ground, and which of their sensors are to be believed."""
+"""Contact of the feet, and faults of their sensors."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-from jaxtyping import Float, Int, Shaped
-
 from phasmid.compiled import internal
+from phasmid.control.estimation.foot_force import normal_force
+from phasmid.control.estimation.state import (
+    ContactSensor,
+    EstimatorParameters,
+    EstimatorState,
+    FootEstimate,
+    Measurements,
+    SensorEvent,
+    SensorKind,
+)
+from phasmid.control.types import Contact, State
 
-SENSORS = ("contact switch", "force sensor", "joint loads", "joint angles")
-"""What tells of a foot's contact, the best first."""
-
-DEAD, STUCK_ON, STUCK_OFF, FLICKERS, HEALED = 1, 2, 3, 4, 5
-"""What is news of a sensor."""
-
-TOLD = {
-    DEAD: "tells no number; it is not used",
-    STUCK_ON: "feels the ground all through swings; it is not believed",
-    STUCK_OFF: "never feels the ground while its leg stands; it is not believed",
-    FLICKERS: "flickers while its leg swings; it is not believed",
-    HEALED: "fits the leg's motion again; it is believed",
-}
-"""The same in words."""
-
-# Columns of what is remembered of each sensor of each leg.
-SENSE, SILENCE, IN_AIR, SWING, SWING_ON, FLIPS, STANCE, STANCE_ON, BADNESS, DOUBTED = range(10)
-# Columns of what is remembered of each leg.
-WAS_STANDING, CODE, CHANGE, LEFT, HITS = range(5)
-# Columns of the settings.
-TOUCH_TIME, RELEASE_TIME, RELEASE_BY, HIT_BY, DEAD_TIME = range(5)
-
-SWING_WINDOW = (0.35, 0.85)
+MID_SWING = (0.35, 0.85)
 """Part of a swing in which a foot over level ground is surely in the air."""
 
 SCUFF = 0.1
@@ -40,169 +26,217 @@ SCUFF = 0.1
 CLEAR = 0.25
 """Share of a swing up to which a foot that has left may still bounce."""
 
-MOST_FLIPS = 4
-"""Changes of a reading in that part which no obstacle makes."""
+MOST_CHANGES = 4
+"""Changes of an indication in mid-swing that an obstacle may cause."""
 
 FEWEST = 5
 """Readings of a swing or a stance from which a sensor is judged."""
 
 SURE = 0.95
-"""Share of those that is as good as all."""
+"""Share of those that counts as all."""
 
-HEALING = 0.5
-"""By this each step that fits makes up for one that does not."""
+RECOVERY = 0.5
+"""Decrease of the fault score by each plausible step."""
 
 
 @internal
-def detect_contact(
-    dt: float,
-    reading: Float[np.ndarray, "4 legs"],
-    threshold: Float[np.ndarray, "4 2"],
-    present: Shaped[np.ndarray, " 4"],
-    standing: Shaped[np.ndarray, " legs"],
-    progress: Float[np.ndarray, " legs"],
-    settings: Float[np.ndarray, " 5"],
-    sensors: Float[np.ndarray, "legs 4 10"],
-    legs: Float[np.ndarray, "legs 5"],
-    code: Int[np.ndarray, " legs"],
-    news: Int[np.ndarray, "4 legs"],
-) -> int:
-    """What each foot feels: the ground, the air, or nothing that is to be believed.
+def estimate_contact(
+    state: State,
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
+    measured: Measurements,
+) -> bool:
+    """Estimate the contact of all feet; return whether a sensor has failed or recovered."""
+    read_sensors(state, estimator, parameters, measured)
+    event = detect_sensor_faults(estimator, parameters)
+    event = detect_contact(estimator, parameters) or event
+    if event or estimator.updates == 1:
+        select_sensors(estimator, parameters)
+    return event
 
-    The first sensor that is there, tells a number and is believed is heard. One that has not left
-    the ground early in a swing is not heard for the rest of it: it is stuck, or the foot drags, and
-    neither tells when the foot lands.
 
-    Args:
-        dt: Since the last update [s].
-        reading: Of each sensor: 0 or 1 of the switch, forces [N] of the others; NaN: none, (4, L).
-        threshold: From which a sensor feels the ground, and below which it does no more, (4, 2).
-        present: Which sensors the robot has, shape (4,).
-        standing: Which feet stand by the plan, shape (L,).
-        progress: Share of its swing that each foot has done, shape (L,).
-        settings: Touch and release time [s], latest release and latest hit as shares of a swing,
-            dead time [s].
-        sensors: Memory, is changed.
-        legs: Memory, is changed.
-        code: Is written: 1 on the ground, 0 in the air, -1 unknown: trust the plan, shape (L,).
-        news: Is written where there is news of a sensor, shape (4, L).
+@internal
+def read_sensors(
+    state: State,
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
+    measured: Measurements,
+) -> None:
+    """Write the readings of all contact sensors."""
+    targets = estimator.joint_targets[estimator.updates % parameters.joint_delay]
+    delayed = estimator.updates >= parameters.joint_delay
+    estimator.updates += 1
+    for leg in range(parameters.leg_count):
+        sensors, q = estimator.feet[leg].sensors, measured.joint_position[leg]
+        sensors[SensorKind.SWITCH].reading = measured.contact[leg]
+        sensors[SensorKind.FORCE].reading = measured.normal_force[leg]
+        if estimator.reads_joints == 0:
+            sensors[SensorKind.LOAD].reading = sensors[SensorKind.ANGLE].reading = math.nan
+        elif estimator.available[SensorKind.LOAD] != 0:
+            torque = parameters.stall_torque * measured.joint_load[leg]
+            sensors[SensorKind.LOAD].reading = normal_force(parameters, leg, q, torque)
+        elif delayed:
+            torque = parameters.stiffness * (targets[leg] - q)
+            sensors[SensorKind.ANGLE].reading = normal_force(parameters, leg, q, torque)
+        targets[leg] = state.q[leg]
+
+
+@internal
+def select_sensors(estimator: EstimatorState, parameters: EstimatorParameters) -> None:
+    """Use joint loads and angles only while a foot has no working switch or force sensor."""
+    settings, needed = parameters.settings, False
+    for leg in range(parameters.leg_count):
+        works = False
+        for kind in (SensorKind.SWITCH, SensorKind.FORCE):
+            sensor = estimator.feet[leg].sensors[kind]
+            alive = sensor.distrusted == 0 and sensor.silence < settings.dead_time
+            works = works or (alive and estimator.available[kind] != 0)
+        needed = needed or not works
+    for kind in (SensorKind.LOAD, SensorKind.ANGLE):
+        estimator.used[kind] = estimator.available[kind] if needed else 0
+    # Admittance needs forces, which a switch does not measure.
+    loads_only = (
+        estimator.available[SensorKind.FORCE] == 0 and estimator.available[SensorKind.LOAD] != 0
+    )
+    estimator.reads_joints = 1 if needed or (settings.admittance and loads_only) else 0
+
+
+@internal
+def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -> bool:
+    """Debounce the readings of the best trusted sensor of each foot.
+
+    A sensor that has not left the ground early in a swing is ignored for the rest of it: it is
+    stuck, or the foot drags, and neither shows when the foot lands.
 
     Returns:
-        Number of news.
+        Whether a sensor has died or recovered.
     """
-    count = 0
-    for i in range(code.shape[0]):
-        stands = standing[i]
-        legs[i, WAS_STANDING] = 1.0 if stands else 0.0
+    settings, dt, event = parameters.settings, parameters.dt, False
+    for leg in range(parameters.leg_count):
+        foot = estimator.feet[leg]
+        foot.was_standing = foot.standing
         evidence = -1
-        for s in range(4):
-            if not present[s]:
+        for kind in range(len(foot.sensors)):
+            if estimator.used[kind] == 0:
                 continue
-            m = sensors[i, s]
-            value = reading[s, i]
-            if not math.isfinite(value):
-                silent = m[SILENCE]
-                m[SILENCE] = silent + dt
-                if silent <= settings[DEAD_TIME] < m[SILENCE]:
-                    news[s, i] = DEAD
-                    count += 1
-                # For a moment its last word stands.
-                if m[SILENCE] > settings[DEAD_TIME]:
-                    continue
-            else:
-                if m[SILENCE] > settings[DEAD_TIME]:
-                    news[s, i] = HEALED
-                    count += 1
-                m[SILENCE] = 0.0
-                before = m[SENSE]
-                if value >= threshold[s, 0]:
-                    m[SENSE] = 1.0
-                elif value < threshold[s, 1]:
-                    m[SENSE] = 0.0
-                if stands:
-                    m[STANCE] += 1.0
-                    m[STANCE_ON] += m[SENSE]
-                elif SWING_WINDOW[0] <= progress[i] < SWING_WINDOW[1]:
-                    m[SWING] += 1.0
-                    m[SWING_ON] += m[SENSE]
-                    m[FLIPS] += abs(m[SENSE] - before)
-                if m[SENSE] < 0.5:
-                    m[IN_AIR] += dt
-            heard = stands or progress[i] < settings[RELEASE_BY]
-            heard = heard or m[IN_AIR] >= settings[RELEASE_TIME]
-            if evidence < 0 and m[DOUBTED] < 0.5 and heard:
-                evidence = 1 if m[SENSE] > 0.5 else 0
-        now = int(legs[i, CODE])
-        if evidence == now:
-            legs[i, CHANGE] = 0.0
-        elif evidence < 0 or now < 0:
-            # Doubt comes at once, and so does the first word after it.
-            now = evidence
-            legs[i, CHANGE] = 0.0
+            sensor = foot.sensors[kind]
+            event = update_sensor(parameters, foot, sensor, kind) or event
+            valid = foot.standing != 0 or foot.swing_progress < settings.release_by
+            valid = valid or sensor.air_time >= settings.release_time
+            alive = sensor.silence <= settings.dead_time and sensor.distrusted == 0
+            if evidence < 0 and alive and valid:
+                evidence = sensor.contact
+        if evidence == foot.contact:
+            foot.contradiction_time = 0.0
+        elif evidence < 0 or foot.contact < 0:
+            # Unknown contact, and the first evidence after it, count at once.
+            foot.contact = evidence
+            foot.contradiction_time = 0.0
         else:
-            legs[i, CHANGE] += dt
-            wait = settings[TOUCH_TIME] if evidence == 1 else settings[RELEASE_TIME]
+            foot.contradiction_time += dt
+            wait = settings.touch_time if evidence == Contact.GROUND else settings.release_time
             # Half a nanosecond: a sum of time steps may end just short of its time.
-            if legs[i, CHANGE] >= wait - 5e-10:
-                now = evidence
-                legs[i, CHANGE] = 0.0
-        if now == 0 and not stands and progress[i] > SCUFF:
-            legs[i, LEFT] = 1.0
-        elif now == 1 and legs[i, LEFT] > 0.5 and CLEAR <= progress[i] < settings[HIT_BY]:
-            # Before it counts as another one the foot must have left this one.
-            legs[i, HITS] += 1.0
-            legs[i, LEFT] = 0.0
-        legs[i, CODE] = float(now)
-        code[i] = now
-    return count
+            if foot.contradiction_time >= wait - 5e-10:
+                foot.contact = evidence
+                foot.contradiction_time = 0.0
+        count_hits(foot, settings.hit_by)
+    return event
 
 
 @internal
-def detect_sensor_faults(
-    standing: Shaped[np.ndarray, " legs"],
-    bad_steps: float,
-    sensors: Float[np.ndarray, "legs 4 10"],
-    legs: Float[np.ndarray, "legs 5"],
-    news: Int[np.ndarray, "4 legs"],
-) -> int:
-    """Judge the sensors of the legs that lift off now, by the swing and the stance before it.
-
-    Args:
-        standing: Which feet stand by the plan, shape (L,).
-        bad_steps: Steps that do not fit, until a sensor is doubted.
-        sensors: Memory, is changed.
-        legs: Memory, is changed.
-        news: Is written where there is news, shape (4, L).
+def update_sensor(
+    parameters: EstimatorParameters,
+    foot: FootEstimate,
+    sensor: ContactSensor,
+    kind: int,
+) -> bool:
+    """Take a reading into a sensor's indication and statistics.
 
     Returns:
-        Number of news.
+        Whether the sensor has died or recovered.
     """
-    count = 0
-    for i in range(standing.shape[0]):
-        if standing[i] or legs[i, WAS_STANDING] < 0.5:
+    dead_time, silence = parameters.settings.dead_time, sensor.silence
+    if not math.isfinite(sensor.reading):
+        # For a moment the last indication stands.
+        sensor.silence = silence + parameters.dt
+        if silence <= dead_time < sensor.silence:
+            sensor.event = SensorEvent.DEAD
+            return True
+        return False
+    sensor.silence = 0.0
+    before = sensor.contact
+    if sensor.reading >= parameters.contact_on[kind]:
+        sensor.contact = 1
+    elif sensor.reading < parameters.contact_off[kind]:
+        sensor.contact = 0
+    if foot.standing != 0:
+        sensor.stance_count += 1
+        sensor.stance_contacts += sensor.contact
+    elif MID_SWING[0] <= foot.swing_progress < MID_SWING[1]:
+        sensor.swing_count += 1
+        sensor.swing_contacts += sensor.contact
+        sensor.swing_changes += abs(sensor.contact - before)
+    if sensor.contact == 0:
+        sensor.air_time += parameters.dt
+    if silence > dead_time:
+        sensor.event = SensorEvent.RECOVERED
+        return True
+    return False
+
+
+@internal
+def count_hits(foot: FootEstimate, hit_by: float) -> None:
+    """Count contacts in mid-swing, between which the foot has left the ground."""
+    progress = foot.swing_progress
+    if foot.contact == Contact.AIR and foot.standing == 0 and progress > SCUFF:
+        foot.left_ground = 1
+    elif foot.contact == Contact.GROUND and foot.left_ground != 0 and CLEAR <= progress < hit_by:
+        foot.obstacle_hits += 1
+        foot.left_ground = 0
+
+
+@internal
+def detect_sensor_faults(estimator: EstimatorState, parameters: EstimatorParameters) -> bool:
+    """Judge the sensors of feet that lift off now, by their last swing and stance.
+
+    Returns:
+        Whether the trust in a sensor has changed.
+    """
+    limit, event = parameters.settings.implausible_steps, False
+    for leg in range(parameters.leg_count):
+        foot = estimator.feet[leg]
+        if foot.standing != 0 or foot.was_standing == 0:
             continue
-        legs[i, LEFT] = legs[i, HITS] = 0.0
-        for s in range(4):
-            m = sensors[i, s]
-            bad = 0
-            if m[SWING] >= FEWEST and m[SWING_ON] >= SURE * m[SWING]:
-                bad = STUCK_ON
-            elif m[FLIPS] > MOST_FLIPS:
-                bad = FLICKERS
-            elif m[STANCE] >= FEWEST and m[STANCE_ON] <= (1 - SURE) * m[STANCE]:
-                bad = STUCK_OFF
-            judged = m[SWING] >= FEWEST or m[STANCE] >= FEWEST
-            m[SWING] = m[SWING_ON] = m[FLIPS] = m[STANCE] = m[STANCE_ON] = m[IN_AIR] = 0.0
-            if bad > 0:
-                m[BADNESS] = min(m[BADNESS] + 1.0, 2 * bad_steps)
-                if m[DOUBTED] < 0.5 and m[BADNESS] >= bad_steps:
-                    m[DOUBTED] = 1.0
-                    news[s, i] = bad
-                    count += 1
+        foot.left_ground = foot.obstacle_hits = 0
+        for kind in range(len(foot.sensors)):
+            sensor = foot.sensors[kind]
+            fault = sensor_fault(sensor)
+            judged = sensor.swing_count >= FEWEST or sensor.stance_count >= FEWEST
+            sensor.swing_count = sensor.swing_contacts = sensor.swing_changes = 0
+            sensor.stance_count = sensor.stance_contacts = 0
+            sensor.air_time = 0.0
+            if fault != SensorEvent.NONE:
+                sensor.fault_score = min(sensor.fault_score + 1.0, 2 * limit)
+                if sensor.distrusted == 0 and sensor.fault_score >= limit:
+                    sensor.distrusted = 1
+                    sensor.event = fault
+                    event = True
             elif judged:
-                m[BADNESS] = max(m[BADNESS] - HEALING, 0.0)
-                if m[DOUBTED] > 0.5 and m[BADNESS] <= 0.0:
-                    m[DOUBTED] = 0.0
-                    news[s, i] = HEALED
-                    count += 1
-    return count
+                sensor.fault_score = max(sensor.fault_score - RECOVERY, 0.0)
+                if sensor.distrusted != 0 and sensor.fault_score <= 0.0:
+                    sensor.distrusted = 0
+                    sensor.event = SensorEvent.RECOVERED
+                    event = True
+    return event
+
+
+@internal
+def sensor_fault(sensor: ContactSensor) -> int:
+    """Return the `SensorEvent` of a fault in the last swing and stance."""
+    if sensor.swing_count >= FEWEST and sensor.swing_contacts >= SURE * sensor.swing_count:
+        return SensorEvent.STUCK_ON
+    if sensor.swing_changes > MOST_CHANGES:
+        return SensorEvent.FLICKERING
+    if sensor.stance_count >= FEWEST and sensor.stance_contacts <= (1 - SURE) * sensor.stance_count:
+        return SensorEvent.STUCK_OFF
+    return SensorEvent.NONE

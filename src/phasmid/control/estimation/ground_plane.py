@@ -1,96 +1,105 @@
-"""The plane of the ground through the standing feet."""
+"""Plane of the ground through the stance feet."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from jaxtyping import Float, Shaped
+from jaxtyping import Float
 
 from phasmid.compiled import internal
+from phasmid.control.estimation.state import EstimatorParameters, EstimatorState, Plane
 
-# What is told of a plane: its height and slopes at a place, and that place.
-HEIGHT, SLOPE_X, SLOPE_Y, AT_X, AT_Y = range(5)
+
+@internal
+def estimate_plane(
+    p_odom_foot: Float[np.ndarray, "legs 3"],
+    reference: Float[np.ndarray, " xy"],
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
+) -> None:
+    """Fit the ground plane to the footholds, and smooth it by two first-order lags.
+
+    The last slopes are the prior. Where the feet spread it fades within few updates, so that a
+    plane through all feet is met exactly. The planes' heights hold at the reference point.
+    """
+    settings, dt = parameters.settings, parameters.dt
+    plane, legs = estimator.fitted_plane, parameters.leg_count
+    for each in (plane, estimator.lagged_plane, estimator.ground_plane):
+        move_reference(each, reference)
+    started = estimator.plane_started != 0
+    estimator.plane_started = 1
+    points, weights = np.empty((legs, 3)), np.empty(legs)
+    fade = math.exp(-dt / settings.forgetting_time)
+    for leg in range(legs):
+        foot = estimator.feet[leg]
+        foot.foothold_weight *= fade
+        if foot.bearing != 0:
+            foot.foothold[:] = p_odom_foot[leg]
+            foot.foothold_weight = 1.0
+        points[leg], weights[leg] = foot.foothold, foot.foothold_weight
+    if weights.sum() < 1e-3:
+        return
+    a0, b0 = plane.slope_x, plane.slope_y
+    centre, a, b = fit_plane(points, weights, settings.plane_spread, a0, b0)
+    if started:
+        change, most = math.hypot(a - a0, b - b0), settings.plane_rate
+        if change > most * dt:
+            a, b = a0 + (a - a0) * most * dt / change, b0 + (b - b0) * most * dt / change
+    plane.slope_x, plane.slope_y = a, b
+    plane.height = centre[2] + a * (reference[0] - centre[0]) + b * (reference[1] - centre[1])
+    share = -math.expm1(-dt / settings.plane_time) if started else 1.0
+    follow_plane(estimator.lagged_plane, plane, share)
+    follow_plane(estimator.ground_plane, estimator.lagged_plane, share)
 
 
 @internal
 def fit_plane(
-    dt: float,
-    feet: Float[np.ndarray, "legs 3"],
-    standing: Shaped[np.ndarray, " legs"],
-    at: Float[np.ndarray, " place"],
-    forgetting_time: float,
+    points: Float[np.ndarray, "count 3"],
+    weights: Float[np.ndarray, " count"],
     spread: float,
-    rate: float,
-    smoothing_time: float,
-    stood: Float[np.ndarray, "legs 4"],
-    planes: Float[np.ndarray, "3 5"],
-) -> None:
-    """Least squares through the feet, drawn to the last plane where they tell nothing.
+    slope_x: float,
+    slope_y: float,
+) -> tuple[Float[np.ndarray, "3"], float, float]:
+    """Fit a plane by least squares; return the weighted centre, and the slopes along x and y.
 
-    Minimises the sum of w (z - h - a x - b y)² + W s² (a - a')² + W s² (b - b')² with the sum W of
-    the weights and the last slopes a', b'. Where the feet spread the last plane is forgotten within
-    few updates, so that a plane through all feet is met exactly; on a line of feet the slope across
-    it stays. Two lags take the corners out of its motion.
-
-    Args:
-        dt: Since the last update [s].
-        feet: Where they are [m], shape (L, 3).
-        standing: Which stand, shape (L,).
-        at: Place at which the height is told [m]; its x and y are used.
-        forgetting_time: Within it the weight of a lifted foot fades [s].
-        spread: s [m].
-        rate: Largest change of the slopes [1/s].
-        smoothing_time: Of each of the two lags that smooth the plane [s].
-        stood: Where each foot stands or stood last [m], and its weight, is changed, shape (L, 4).
-        planes: The plane, after one lag and after both: height at a place [m], both slopes and the
-            place [m], is changed; NaN height: none yet, shape (3, 5).
+    Minimise the sum of w (z - h - a x - b y)² + W s² (a - a')² + W s² (b - b')², with the sum W of
+    the weights, the spread s, and prior slopes a', b'. Across a line of points the slope is the
+    prior.
     """
-    fade = math.exp(-dt / forgetting_time)
-    total = cx = cy = cz = 0.0
-    for i in range(stood.shape[0]):
-        stood[i, 3] *= fade
-        if standing[i]:
-            stood[i, 0], stood[i, 1], stood[i, 2] = feet[i, 0], feet[i, 1], feet[i, 2]
-            stood[i, 3] = 1.0
-        w = stood[i, 3]
-        total += w
-        cx += w * stood[i, 0]
-        cy += w * stood[i, 1]
-        cz += w * stood[i, 2]
-    begun = math.isfinite(planes[0, HEIGHT])
+    centre, total = np.zeros(3), 0.0
+    for i in range(len(points)):
+        total += weights[i]
+        for k in range(3):
+            centre[k] += weights[i] * points[i, k]
     for k in range(3):
-        planes[k, HEIGHT] += planes[k, SLOPE_X] * (at[0] - planes[k, AT_X])
-        planes[k, HEIGHT] += planes[k, SLOPE_Y] * (at[1] - planes[k, AT_Y])
-        planes[k, AT_X], planes[k, AT_Y] = at[0], at[1]
-    plane = planes[0]
-    if total < 1e-3:
-        return
-    cx, cy, cz = cx / total, cy / total, cz / total
+        centre[k] /= total
     xx = xy = yy = xz = yz = 0.0
-    for i in range(stood.shape[0]):
-        x, y, z, w = stood[i, 0] - cx, stood[i, 1] - cy, stood[i, 2] - cz, stood[i, 3]
+    for i in range(len(points)):
+        w, x, y = weights[i], points[i, 0] - centre[0], points[i, 1] - centre[1]
+        z = points[i, 2] - centre[2]
         xx += w * x * x
         xy += w * x * y
         yy += w * y * y
         xz += w * x * z
         yz += w * y * z
-    own = total * spread * spread
-    a0, b0 = plane[SLOPE_X], plane[SLOPE_Y]
-    det = (xx + own) * (yy + own) - xy * xy
-    rx, ry = xz + own * a0, yz + own * b0
-    a = ((yy + own) * rx - xy * ry) / det
-    b = ((xx + own) * ry - xy * rx) / det
-    if begun:
-        size = math.hypot(a - a0, b - b0)
-        if size > rate * dt:
-            a, b = a0 + (a - a0) * rate * dt / size, b0 + (b - b0) * rate * dt / size
-    plane[SLOPE_X], plane[SLOPE_Y] = a, b
-    plane[HEIGHT] = cz + a * (at[0] - cx) + b * (at[1] - cy)
-    part = -math.expm1(-dt / smoothing_time)
-    for k in range(3):
-        if begun:
-            planes[1, k] += part * (planes[0, k] - planes[1, k])
-            planes[2, k] += part * (planes[1, k] - planes[2, k])
-        else:
-            planes[1, k] = planes[2, k] = planes[0, k]
+    prior = total * spread * spread
+    xx, yy, xz, yz = xx + prior, yy + prior, xz + prior * slope_x, yz + prior * slope_y
+    det = xx * yy - xy * xy
+    return centre, (yy * xz - xy * yz) / det, (xx * yz - xy * xz) / det
+
+
+@internal
+def move_reference(plane: Plane, reference: Float[np.ndarray, " xy"]) -> None:
+    """State the height of a plane at another reference point."""
+    plane.height += plane.slope_x * (reference[0] - plane.x)
+    plane.height += plane.slope_y * (reference[1] - plane.y)
+    plane.x, plane.y = reference[0], reference[1]
+
+
+@internal
+def follow_plane(plane: Plane, target: Plane, share: float) -> None:
+    """Move a plane towards a target by a share of the difference."""
+    plane.height += share * (target.height - plane.height)
+    plane.slope_x += share * (target.slope_x - plane.slope_x)
+    plane.slope_y += share * (target.slope_y - plane.slope_y)

@@ -1,4 +1,4 @@
-"""How a robot feels the ground: thresholds, time constants and limits."""
+"""Settings of the ground estimator: thresholds, time constants and limits."""
 
 from __future__ import annotations
 
@@ -9,83 +9,67 @@ from phasmid.arguments import check_number
 from phasmid.errors import InvalidInput
 
 MAY_BE_ZERO = (
-    "touch_time",
-    "release_time",
-    "level",
-    "shift",
-    "hit_rise",
-    "step_rise",
-    "body_rise",
-    "least_roughness",
-    "landing_sink",
-    "level_limit",
-    "shift_limit",
-    "height_limit",
-    "admittance_limit",
-    "imu_delay",
-    "joint_delay",
-    "motion_lag",
+    *("touch_time", "release_time", "level", "shift", "hit_rise", "step_rise", "body_rise"),
+    *("least_roughness", "landing_sink", "level_limit", "shift_limit", "height_limit"),
+    *("admittance_limit", "imu_delay", "joint_delay", "motion_lag"),
 )
-"""Settings that say 0 for none; all others must be greater."""
+"""Settings that switch something off by 0; all others must be greater."""
 
 
 @dataclass(frozen=True, slots=True)
 class EstimatorSettings:
-    """Thresholds, time constants and limits of what is felt of the ground.
+    """Settings of contact detection, ground plane, attitude, levelling and admittance.
 
     Attributes:
-        force_on: Normal force from which a foot is on the ground, as a share of the weight that
+        force_on: Measured normal force from which a foot is in contact, divided by the weight that
             each foot bears when all stand.
-        force_off: The same of the force below which it has left.
-        load_on: The same of forces that are computed from joint loads or position errors.
-        load_off: The same for leaving.
-        touch_time: For so long a foot must feel the ground to be on it [s].
-        release_time: For so long it must feel none to be in the air [s].
-        release_by: Share of a swing by which a foot's sensor must have left the ground to be heard
-            again in this swing.
-        hit_by: Share of a swing before which a touch is an obstacle and no ground.
-        hit_rise: How much higher than the plane a foot looks for the ground for each obstacle, up
-            to three, that it has met in its swing, over which it lifts anew [m].
-        least_roughness: Difference in height of the stance feet, along the plane's normal, that is
-            due to soft legs and not to the ground [m]: AX-12A servos and light legs give 1 to 2 mm.
-        step_rise: Share of the difference beyond it by which steps are higher; they are twice as
-            high at most.
-        body_rise: Share of that difference, of 50 mm at most, by which the body is higher.
-        landing_sink: How much lower than the plane a foot that feels aims, so that it meets level
-            ground in its swing [m].
-        implausible_steps: Steps in which a sensor contradicts the leg's motion until it is no
-            longer believed.
-        dead_time: For so long a sensor may tell no number until it counts as dead [s].
-        joint_delay: From a joint's motion to its reading's arrival; position errors are taken
-            against the targets of that time [s].
-        orientation_time: Within it the attitude follows the orientation that is told [s].
-        accelerometer_time: Within it the attitude follows the accelerometer; between, the gyro [s].
-        bias_time: Within it the gyro's bias is learnt while the robot stands [s].
-        imu_delay: Age of the inertial sensor's readings, made up for by the gyro [s].
-        gate: Angle by which the told orientation may be off the attitude and still be heard [rad].
-        quarrel_time: For so long inertial sensors may contradict each other, or one stand still
-            while the robot walks, until they are no longer believed [s].
-        forgetting_time: Within it the place of a lifted foot is forgotten by the plane [s].
-        plane_spread: Feet that spread less than this across a line tell nothing of the slope
+        force_off: The same for the force below which it loses contact.
+        load_on: As `force_on`, for forces computed from joint loads or position errors.
+        load_off: As `force_off`, for these.
+        touch_time: Duration of contact readings before contact is detected [s].
+        release_time: Duration of readings without contact before its loss is detected [s].
+        release_by: Share of a swing by which a sensor must have lost contact, or it is ignored for
+            the rest of the swing.
+        hit_by: Share of a swing before which a contact is an obstacle.
+        hit_rise: Height that the expected landing gains for each obstacle hit, up to three [m].
+        least_roughness: Height difference of the stance feet along the plane's normal that is due
+            to compliant legs [m]: AX-12A servos and light legs deflect by 1 to 2 mm.
+        step_rise: Share of the difference beyond it that is added to the step height; steps are at
+            most twice as high.
+        body_rise: Share of that difference, of 50 mm at most, that is added to the body's height.
+        landing_sink: Depth below the plane at which a foot with contact sensing aims [m].
+        implausible_steps: Steps in which a sensor contradicts the leg's motion before it is
+            distrusted.
+        dead_time: Duration without a reading after which a sensor is dead [s].
+        joint_delay: Delay from a joint's motion to the arrival of its reading [s].
+        orientation_time: Time constant of the correction by the orientation sensor [s].
+        accelerometer_time: Time constant of the correction by the accelerometer [s].
+        bias_time: Time constant of the gyro's bias while the robot stands [s].
+        imu_delay: Delay of the inertial readings, compensated by the gyro [s].
+        gate: Largest angle between an orientation reading that is used and the estimate [rad].
+        disagreement_time: Duration for which inertial sensors may contradict each other, or one may
+            be frozen while the robot walks, before they are distrusted [s].
+        forgetting_time: Time constant with which the plane forgets a lifted foot [s].
+        plane_spread: Spread of the feet across a line below which they do not determine the slope
             across it [m].
-        plane_rate: Largest change of the plane's slope [1/s].
-        plane_time: Of each of the two lags that smooth the plane's motion [s].
-        motion_lag: From a target to the body's motion [s].
-        level: 1: the body is kept level; 0: parallel to the ground; between: the share.
-        level_time: Within it the body follows what it shall do [s].
-        level_rate: Largest speed of its turn for that [rad/s].
-        level_limit: Largest turn for that [rad].
-        shift: Share of the shift that keeps the centre of mass over the middle of the feet.
-        shift_rate: Its largest speed [m/s].
+        plane_rate: Largest rate of the plane's slope [1/s].
+        plane_time: Time constant of each of the plane's two lags [s].
+        motion_lag: Delay from a target to the body's motion [s].
+        level: 1: the body is level; 0: parallel to the ground; between: the share.
+        level_time: Time constant of levelling [s].
+        level_rate: Largest angular velocity of levelling [rad/s].
+        level_limit: Largest angle of levelling [rad].
+        shift: Share of the shift that puts the centre of mass over the centre of the feet.
+        shift_rate: Its largest velocity [m/s].
         shift_limit: Its largest length [m].
-        height_time: Within it the body is raised by what the legs give way [s].
-        height_limit: At most by this [m].
-        ease_time: Within it the corrections leave once the inertial sensor is dead [s].
-        admittance: Whether standing feet give way to forces that are larger than their share.
+        height_time: Time constant with which the body is raised by the legs' deflection [s].
+        height_limit: Largest height by which it is raised [m].
+        ease_time: Time constant with which corrections decay without inertial sensors [s].
+        admittance: Whether stance feet yield to forces that exceed their share.
         admittance_mass: Virtual mass of a foot [kg].
-        swing_stiffness: Virtual spring of a swinging foot [N/m].
-        stance_stiffness: Of a standing one [N/m].
-        damping_ratio: Of spring and mass.
+        swing_stiffness: Virtual stiffness of a swinging foot [N/m].
+        stance_stiffness: Virtual stiffness of a standing foot [N/m].
+        damping_ratio: Of the virtual spring and mass.
         admittance_limit: Largest offset of a foot [m].
 
     Raises:
@@ -113,7 +97,7 @@ class EstimatorSettings:
     bias_time: float = 3.0
     imu_delay: float = 0.01
     gate: float = math.radians(20)
-    quarrel_time: float = 0.5
+    disagreement_time: float = 0.5
     forgetting_time: float = 1.0
     plane_spread: float = 0.03
     plane_rate: float = 1.0
