@@ -327,7 +327,7 @@ class LocomotionEngine:
             self.feed_forward.reset()
         self._log.clear()
         self._blocked.clear()
-        # What the robot can feel is known by its first observation.
+        # The first observation has the sensors of the robot.
         self._estimating = False
         for reference in (self.reference, self._next_reference):
             clear(reference)

@@ -222,7 +222,7 @@ FIELDS = (
     ),
     Field(
         **_own("ground_sensing"),
-        label="EstimatorState the ground",
+        label="Senses the ground",
         group="walk",
         help="Whether the robot looks for the ground with its feet, or trusts that it is level.",
         shown=_not_by_plan,
