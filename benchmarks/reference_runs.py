@@ -198,7 +198,7 @@ RUNS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "drive on blocks by engine alone": (uneven, {"kind": "blocks", "engine": {"dynamics": "none"}}),
     "drive on waves without ground estimation": (
         uneven,
-        {"kind": "waves", "engine": {"feeling": False}},
+        {"kind": "waves", "engine": {"ground_sensing": False}},
     ),
     "drive with sensors": (driven, {"measured": "everything", "sensor_seed": 5}),
     "drive with sensors on blocks": (uneven, {"kind": "blocks", "measured": "everything"}),

@@ -118,7 +118,7 @@ def draw_swing(path: Path) -> None:
     from phasmid.reporting.style import FAINT, JOINT_COLOURS, save_figure, styled
     from phasmid.robot import load_robot
 
-    engine = LocomotionEngine(load_robot("phantomx-ax"), feeling=False, dynamics="none")
+    engine = LocomotionEngine(load_robot("phantomx-ax"), ground_sensing=False, dynamics="none")
     commands = [
         (0.0, Command(velocity=(0.10, 0.0, 0.0))),
         (2.25, Command(velocity=(-0.02, 0.08, 0.0))),
@@ -341,7 +341,7 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         f"of it. A `{ground.ROBOT}` on ideal servos is told {1000 * ground.SPEED:.0f} mm/s ahead, "
         f"tripod, a cycle of {ground.PERIOD:g} s, steps of {1000 * ground.STEP_HEIGHT:.0f} mm, the "
         f"engine's own; where rows say so, of {1000 * ground.HIGHER:.0f} mm, as somebody would "
-        "choose who expects rough ground and does not feel it. It comes through if it makes "
+        "choose who expects rough ground and does not sense it. It comes through if it makes "
         f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, "
         f"nobody steering, without falling or tilting by more than 35° and no farther than "
         f"{1000 * ground.ASTRAY:.0f} mm aside; a run ends once that is decided, as late where it "

@@ -37,7 +37,7 @@ def one_at_a_time(path):
 def walk_once():
     """Let every stage of an engine compute once."""
     robot = phasmid.load_robot("phantomx-ax")
-    engine = phasmid.LocomotionEngine(robot, feeling=True, dynamics="feed-forward")
+    engine = phasmid.LocomotionEngine(robot, ground_sensing=True, dynamics="feed-forward")
     legs = len(robot.legs)
     observation = Observation(
         0.0,

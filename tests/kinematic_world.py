@@ -126,4 +126,4 @@ def worst(seen):
 
 def core_engine(robot, **keywords):
     """An engine that neither feels the ground nor minds forces: this world has none."""
-    return LocomotionEngine(robot, feeling=False, dynamics="none", **keywords)
+    return LocomotionEngine(robot, ground_sensing=False, dynamics="none", **keywords)

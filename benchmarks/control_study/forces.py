@@ -39,7 +39,7 @@ def measure(robot: str, joints: str, dynamics: str) -> Case:
         terrain="flat",
     )
     engine = LocomotionEngine(
-        load_robot(robot), EngineSettings(period=PERIOD, dynamics=dynamics, feeling=False)
+        load_robot(robot), EngineSettings(period=PERIOD, dynamics=dynamics, ground_sensing=False)
     )
     largest = engine.largest_velocity((1.0, 0.0, 0.0)).velocity
     velocity = tuple(SHARE * part for part in largest)

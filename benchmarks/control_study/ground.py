@@ -1,4 +1,4 @@
-"""Ground that the controller knows nothing of: how far it comes, feeling it or not."""
+"""Unknown ground: how far the controller comes, with ground sensing and without."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from phasmid.control import Command, EngineSettings, LocomotionEngine
-from phasmid.control.feel import FeelSettings
+from phasmid.control.estimation import EstimatorSettings
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
@@ -37,17 +37,17 @@ LOOK, FASTEST = 0.1, 1.2
 faster than it is told to."""
 
 MODES = {
-    "without": {"feeling": False, "dynamics": "none"},
-    "feeling": {"feeling": True, "dynamics": "none"},
-    "dynamics": {"feeling": False, "dynamics": "feed-forward"},
-    "feeling and dynamics": {"feeling": True, "dynamics": "feed-forward"},
+    "without": {"ground_sensing": False, "dynamics": "none"},
+    "ground sensing": {"ground_sensing": True, "dynamics": "none"},
+    "dynamics": {"ground_sensing": False, "dynamics": "feed-forward"},
+    "ground sensing and dynamics": {"ground_sensing": True, "dynamics": "feed-forward"},
 }
 
 PASSED = 0.9
 """Part of the seeds that must come through for a roughness to be passed."""
 
 HIGHER = 0.05
-"""Height of a step that somebody chooses who expects rough ground and does not feel it [m]."""
+"""Height of a step that somebody chooses who expects rough ground and does not sense it [m]."""
 
 
 class Ground(NamedTuple):
@@ -125,7 +125,7 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
         EngineSettings(
             period=PERIOD,
             step_height=GROUNDS[kind].step_height,
-            senses=FeelSettings(),
+            estimator=EstimatorSettings(),
             **MODES[mode],
         ),
     )
@@ -222,7 +222,7 @@ def levelling(slope_deg: float = 10.0, duration: float = 5.0) -> Case:
             record_interval_ms=20,
             terrain={"kind": "slope", "slope_deg": slope_deg, "planned_on": "level"},
         )
-        engine = LocomotionEngine(load_robot(ROBOT), senses=FeelSettings(level=level))
+        engine = LocomotionEngine(load_robot(ROBOT), estimator=EstimatorSettings(level=level))
         run = drive(scenario, engine, Command())
         R = quaternion_rotation(run["body_orientation"].values)
         tilts[name] = float(np.degrees(np.arccos(np.clip(R[-25:, 2, 2], -1, 1)).mean()))
@@ -247,7 +247,7 @@ def _draw(results: list[Case], path: str) -> None:
         for (mode,), some in grouped(runs, "mode").items():
             sizes = grouped(some, "size")
             share = [100 * np.mean([run["passed"] for run in mine]) for mine in sizes.values()]
-            style = {"without": ":s", "feeling": "--o", "dynamics": "-.v"}.get(mode, "-^")
+            style = {"without": ":s", "ground sensing": "--o", "dynamics": "-.v"}.get(mode, "-^")
             colour = RUN_COLOURS[modes.index(mode) % len(RUN_COLOURS)]
             at = [size for (size,) in sizes]
             axes.plot(at, share, style, label=mode, markersize=4, color=colour)

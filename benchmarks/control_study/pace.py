@@ -29,12 +29,12 @@ def rough(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return 0.005 * (np.sin(40.0 * x) + np.sin(31.0 * y))
 
 
-BOTH = {"feeling": True, "dynamics": "feed-forward"}
+BOTH = {"ground_sensing": True, "dynamics": "feed-forward"}
 
 STAGES = {
-    "walking alone": (level, {"feeling": False, "dynamics": "none"}),
-    "with feeling": (level, {"feeling": True, "dynamics": "none"}),
-    "with dynamics": (level, {"feeling": False, "dynamics": "feed-forward"}),
+    "walking alone": (level, {"ground_sensing": False, "dynamics": "none"}),
+    "with ground sensing": (level, {"ground_sensing": True, "dynamics": "none"}),
+    "with dynamics": (level, {"ground_sensing": False, "dynamics": "feed-forward"}),
     "with both": (level, BOTH),
     "with both, on waves of 20 mm": (rough, BOTH),
 }

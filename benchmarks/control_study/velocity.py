@@ -66,7 +66,7 @@ def measure(
 ) -> Case:
     """Walk one way."""
     kind, dynamics, _ = DRIVES[joints]
-    engine = LocomotionEngine(load_robot(ROBOT), gait=gait, dynamics=dynamics, feeling=False)
+    engine = LocomotionEngine(load_robot(ROBOT), gait=gait, dynamics=dynamics, ground_sensing=False)
     period = float(engine.reference.period)
     largest = engine.largest_velocity(tuple(direction))
     velocity = tuple(share * part for part in largest.velocity)

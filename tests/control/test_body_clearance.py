@@ -39,7 +39,7 @@ def test_as_much_of_a_pose_as_keeps_the_trunk_above_the_ground():
 
 def test_the_engine_lowers_the_body_no_farther_than_to_its_clearance():
     """Low and tilted, each of which alone the legs and the ground allow."""
-    engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
+    engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none")
     q = engine.state.q.copy()
     command = Command(pose=(0.0, 0.0, -0.0568, -0.311, 0.3745, -0.4686))
     for k in range(600):

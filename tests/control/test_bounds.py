@@ -21,7 +21,7 @@ with a round-off of 1e-15 times the leg's conditioning, which is below 1e3 a mar
 
 
 def engine_of(name, **settings):
-    return LocomotionEngine(load_robot(name), feeling=False, dynamics="none", **settings)
+    return LocomotionEngine(load_robot(name), ground_sensing=False, dynamics="none", **settings)
 
 
 def compare(model, parameters, count=2000):

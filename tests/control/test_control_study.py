@@ -51,12 +51,18 @@ def test_the_largest_roughness_passed_is_the_last_before_the_first_failure():
     """Of ten seeds nine must come through; sizes behind a failure do not count."""
     counts = {10: 10, 20: 9, 30: 8, 40: 10}
     results = [
-        {"kind": "blocks", "size": size, "mode": "feeling", "seed": seed, "passed": seed < passed}
+        {
+            "kind": "blocks",
+            "size": size,
+            "mode": "ground sensing",
+            "seed": seed,
+            "passed": seed < passed,
+        }
         for size, passed in counts.items()
         for seed in range(10)
     ]
-    assert ground.largest_passed(results, "blocks") == {"feeling": 20.0}
-    assert ground.largest_passed(results, "blocks", 0.5) == {"feeling": 40.0}
+    assert ground.largest_passed(results, "blocks") == {"ground sensing": 20.0}
+    assert ground.largest_passed(results, "blocks", 0.5) == {"ground sensing": 40.0}
 
 
 def test_the_grounds_of_the_study_can_be():
@@ -79,4 +85,4 @@ def divmod_of(a, b):
 def test_a_foot_that_cannot_go_on_stands_on_what_it_has_met(monkeypatch):
     """On this ground a robot once stayed for good where a foot had met a block as it rose."""
     monkeypatch.setattr(ground, "DRIVE", "servo")
-    assert ground.measure("blocks", 60, "feeling and dynamics", 4)["passed"]
+    assert ground.measure("blocks", 60, "ground sensing and dynamics", 4)["passed"]

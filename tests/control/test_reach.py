@@ -27,7 +27,7 @@ ROUND_OFF = 1e-10
 
 
 def engine_of(name):
-    return LocomotionEngine(load_robot(name), feeling=False, dynamics="none")
+    return LocomotionEngine(load_robot(name), ground_sensing=False, dynamics="none")
 
 
 @pytest.mark.parametrize("name", preset_names())

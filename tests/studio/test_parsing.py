@@ -34,7 +34,7 @@ def refused(text):
         ({"do": "stick", "at": [1e9, -7, 0.25]}, Stick((1.0, -1.0, 0.25))),
         ({"do": "change", "name": "gait", "value": "wave"}, Change("gait", "wave")),
         ({"do": "change", "name": "friction", "value": 1}, Change("friction", 1.0)),
-        ({"do": "change", "name": "feeling", "value": True}, Change("feeling", True)),
+        ({"do": "change", "name": "ground_sensing", "value": True}, Change("ground_sensing", True)),
         ({"do": "play", "how": "step"}, Play("step")),
         ({"do": "pace", "factor": 0.25}, Pace(0.25)),
         ({"do": "push", "impulse": [0, 1.5, 0]}, Push((0.0, 1.5, 0.0))),

@@ -88,7 +88,7 @@ def test_values_are_in_the_units_of_people_and_kept_in_si():
         ("friction", True, "friction is True; it must be a number."),
         ("friction", math.nan, "friction is nan; it must be a finite number."),
         ("gait", "tripode", 'gait is "tripode"; it must be one of tripod, wave'),
-        ("feeling", 1, "feels the ground is 1; it must be true or false."),
+        ("ground_sensing", 1, "senses the ground is 1; it must be true or false."),
         ("payload", -1, "payload is -1 kg; it must be a finite number, 0 or more."),
         ("payload", 50, "payload is 50 kg; it must be at most 5.3 kg, 2 times the robot."),
         ("step_height", -1, "stride.step_height is -0.001 m; it must be 0 or more."),
@@ -138,7 +138,7 @@ def test_what_the_robot_is_asked_to_do_needs_no_new_run():
         ("servo", "MX-28"),
         ("contact_law", "mujoco"),
         ("friction", 0.5),
-        ("feeling", False),
+        ("ground_sensing", False),
     ):
         assert field_of(name).changed(PAPER, value).built_of() != PAPER.built_of(), name
 
@@ -156,7 +156,7 @@ CHANGED = {
     "friction": 0.45,
     "pitch": -4.0,
     "force_model": "friction-cone",
-    "feeling": False,
+    "ground_sensing": False,
 }
 
 
@@ -346,7 +346,7 @@ def test_fields_that_mean_nothing_are_not_shown():
     driven, planned = names(PAPER), names(field_of("walks").changed(PAPER, "the plan"))
     assert planned - driven == {"step_length", "stance_law", "stance_timing"}
     assert driven - planned == {
-        "feeling",
+        "ground_sensing",
         "body_height",
         "body_x",
         "body_y",

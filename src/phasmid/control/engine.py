@@ -29,7 +29,7 @@ from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.robot import Robot
 
 if TYPE_CHECKING:
-    from phasmid.control.feel.stage import FeelStage
+    from phasmid.control.estimation.estimator import GroundEstimator
 
 SWAY_BANDWIDTH = 15.0
 """Of the filter of the body's way aside [1/s]."""
@@ -39,7 +39,7 @@ class LocomotionEngine:
     """A `Controller` that makes legs walk, omnidirectionally, in any gait of its robot.
 
     Its update takes the robot to be where it was last told to be: what the sensors say is used by
-    the stages that feel the ground.
+    the stages that estimate the ground.
 
     Args:
         robot: The robot, four or more legs.
@@ -47,7 +47,7 @@ class LocomotionEngine:
 
     Attributes:
         memory: Where it is, and all else that its loops work on.
-        feel: The stage that feels the ground; None: it does not.
+        estimator: Estimator of contact and ground; None: the plan is trusted.
         dynamics: The stage that finds torques; None: it does not.
         admitted: The velocity that the robot can keep to, shape (3,).
         had: Part of it that is in the reference; NaN: it is to be written anew.
@@ -110,11 +110,11 @@ class LocomotionEngine:
         self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
             self.feed_forward = FeedForward(robot, settings.feed_forward, settings.update_period)
-        self.feel: FeelStage | None = None
-        if settings.feeling:
-            from phasmid.control.feel.stage import FeelStage
+        self.estimator: GroundEstimator | None = None
+        if settings.ground_sensing:
+            from phasmid.control.estimation.estimator import GroundEstimator
 
-            self.feel = FeelStage(robot, settings.senses, settings.update_period)
+            self.estimator = GroundEstimator(robot, settings.estimator, settings.update_period)
         self.feasible_velocity, self.applied_scale = np.zeros(3), math.nan
         self._start()
 
@@ -132,9 +132,9 @@ class LocomotionEngine:
         self._start()
         feet = body_from_hip(self.robot, foot_position(self.robot.arrays, q))
         self.stand(feet, time=observation.time)
-        if self.feel is not None:
-            self.feel.reset(observation)
-            self._feels = True
+        if self.estimator is not None:
+            self.estimator.reset(observation)
+            self._estimating = True
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
         """What the joints shall do until the next update.
@@ -148,8 +148,8 @@ class LocomotionEngine:
             self.state.clock.time = time
         if command is not self._command:
             self._take(command)
-        if self.feel is not None and self._feels:
-            for sentence in self.feel.update(observation, self.memory):
+        if self.estimator is not None and self._estimating:
+            for sentence in self.estimator.update(observation, self.memory):
                 self._log.events.append((float(self.state.clock.time), sentence))
         if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
             self.applied_scale = self.feed_forward.velocity_scale
@@ -327,8 +327,8 @@ class LocomotionEngine:
             self.feed_forward.reset()
         self._log.clear()
         self._blocked.clear()
-        # What the robot can feel is known by its first observation.
-        self._feels = False
+        # The first observation has the sensors of the robot.
+        self._estimating = False
         for reference in (self.reference, self._next_reference):
             clear(reference)
             self._pattern.write(reference, None, None, frozenset())

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from phasmid.compiled import is_compiled
+from phasmid.control.estimation.estimator import estimate_ground
 from phasmid.control.feed_forward.feed_forward import compute_feed_forward
-from phasmid.control.feel.stage import feel_order
 from phasmid.control.update import advance_engine
 
-LOOPS = advance_engine, feel_order, compute_feed_forward
-"""The engine's update, what feels the ground, and what weighs the motion."""
+LOOPS = advance_engine, estimate_ground, compute_feed_forward
+"""Update of the engine, ground estimator, and feed-forward."""
 
 
 def are_compiled() -> bool:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from phasmid.control.records import fill, view_of
@@ -86,8 +84,3 @@ def new_reference(legs: int) -> Reference:
     reference = view_of(np.zeros(1, REFERENCE), Reference, legs)
     clear(reference)
     return reference
-
-
-def unwrapped(function: Any) -> Any:
-    """What was compiled, as the Python that it was."""
-    return getattr(function, "py_func", function)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import Any, TypeVar, cast, get_type_hints
+from typing import Annotated, Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 MAX_LEGS = 8
 """Legs of every record."""
+
+NUMBERS = float, int, bool
 
 Kind = TypeVar("Kind")
 
@@ -18,10 +20,12 @@ def record_of(kind: type) -> np.dtype[Any]:
     """Return the dtype of a record with the fields of a dataclass.
 
     Args:
-        kind: Its fields are float, int, dataclasses, or jaxtyping's Float and Int arrays with
-            dimensions of whole numbers and ``legs``.
+        kind: Its fields are float, int, bool (stored as int), dataclasses, jaxtyping's Float and
+            Int arrays with dimensions of whole numbers and ``legs``, or arrays of dataclasses such
+            as ``Annotated[list[Foot], "legs"]``.
     """
-    return np.dtype([(name, *_entry(hint)) for name, hint in get_type_hints(kind).items()])
+    hints = get_type_hints(kind, include_extras=True)
+    return np.dtype([(name, *_entry(hint)) for name, hint in hints.items()])
 
 
 def view_of(records: np.ndarray, kind: type[Kind], leg_count: int) -> Kind:
@@ -36,15 +40,20 @@ def view_of(records: np.ndarray, kind: type[Kind], leg_count: int) -> Kind:
     """
     view: Kind = object.__new__(_view_type(cast(Any, kind)))
     parts: dict[str, Any] = {"_records": records}
-    for name, hint in get_type_hints(kind).items():
+    for name, hint in get_type_hints(kind, include_extras=True).items():
         shape = getattr(hint, "dim_str", "").split()
         if is_dataclass(hint):
             assert isinstance(hint, type)
             parts[name] = view_of(records[name], hint, leg_count)
+        elif get_origin(hint) is Annotated:
+            (element,), dims = get_args(get_args(hint)[0]), hint.__metadata__[0]
+            part = records[name][0]
+            count = leg_count if dims == "legs" else len(part)
+            parts[name] = [view_of(part[i : i + 1], element, leg_count) for i in range(count)]
         elif "legs" in shape:
             trimmed = (0,) + (slice(None),) * shape.index("legs") + (slice(leg_count),)
             parts[name] = records[name][trimmed]
-        elif hint in (float, int):
+        elif hint in NUMBERS:
             parts[f"_{name}"] = records[name][:1]
         else:
             parts[name] = records[name][0]
@@ -88,17 +97,22 @@ def _view_type(kind: Any) -> Any:
         else:
             getattr(self, name)[...] = value
 
-    numbers = [name for name, hint in get_type_hints(kind).items() if hint in (float, int)]
+    numbers = [name for name, hint in get_type_hints(kind).items() if hint in NUMBERS]
     members = {name: field(name) for name in numbers}
     return type(kind.__name__, (kind,), {**members, "__setattr__": assign})
 
 
 def _entry(hint: Any) -> tuple[Any, ...]:
-    if hint in (float, int):
-        return (np.dtype(hint),)
+    if hint in NUMBERS:
+        return (np.dtype(float if hint is float else int),)
     if is_dataclass(hint):
         assert isinstance(hint, type)
         return (record_of(hint),)
-    shape = tuple(MAX_LEGS if name == "legs" else int(name) for name in hint.dim_str.split())
-    number = np.int64 if "int64" in hint.dtypes else np.float64
-    return np.dtype(number), shape
+    if get_origin(hint) is Annotated:
+        (element,), dims = get_args(get_args(hint)[0]), hint.__metadata__[0]
+        return record_of(element), _shape(dims)
+    return np.dtype(np.int64 if "int64" in hint.dtypes else np.float64), _shape(hint.dim_str)
+
+
+def _shape(dims: str) -> tuple[int, ...]:
+    return tuple(MAX_LEGS if name == "legs" else int(name) for name in dims.split())

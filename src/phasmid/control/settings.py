@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field, fields
 
 from phasmid.arguments import check_number, check_type
+from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.feed_forward.settings import FeedForwardSettings
-from phasmid.control.feel import FeelSettings
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 
@@ -48,8 +48,9 @@ class EngineSettings:
         dynamics: ``feed-forward``: targets come with the torques that the motion takes, and the
             velocity is taken back where ground or servos cannot give them; ``none``: without.
         feed_forward: How the forces of the feet are chosen then, and within which limits.
-        feeling: Whether it feels the ground; if not it trusts its plan, as on level ground.
-        senses: How it feels it.
+        ground_sensing: Whether contact and ground are estimated; if not the plan is trusted, as on
+            level ground.
+        estimator: How they are estimated.
 
     Raises:
         InvalidInput: A number is not finite or out of its range.
@@ -76,8 +77,8 @@ class EngineSettings:
     patience: float = 1.0
     dynamics: str = "feed-forward"
     feed_forward: FeedForwardSettings = field(default_factory=FeedForwardSettings)
-    feeling: bool = True
-    senses: FeelSettings = field(default_factory=FeelSettings)
+    ground_sensing: bool = True
+    estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
 
     def __post_init__(self) -> None:
         if self.gait is not None:
@@ -89,8 +90,14 @@ class EngineSettings:
             "FeedForwardSettings",
             "FeedForwardSettings()",
         )
-        check_type("feeling", self.feeling, (bool,), "true or false")
-        check_type("senses", self.senses, (FeelSettings,), "FeelSettings", "FeelSettings(level=0)")
+        check_type("ground_sensing", self.ground_sensing, (bool,), "true or false")
+        check_type(
+            "estimator",
+            self.estimator,
+            (EstimatorSettings,),
+            "EstimatorSettings",
+            "EstimatorSettings(level=0)",
+        )
         if self.dynamics not in DYNAMICS:
             raise InvalidInput(
                 f'dynamics is "{self.dynamics}"; it must be {" or ".join(DYNAMICS)}.',

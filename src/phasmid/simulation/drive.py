@@ -256,7 +256,9 @@ class DriveExperiment(Experiment):
         return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
 
 
-def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True) -> SafetyFilter:
+def scenario_controller(
+    scenario: Scenario, rate: float, *, ground_sensing: bool = True
+) -> SafetyFilter:
     """Return the controller of a scenario that is driven without another one.
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, inside
@@ -265,7 +267,7 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
     Args:
         scenario: The experiment.
         rate: Updates per second [1/s].
-        feeling: Whether it estimates the ground.
+        ground_sensing: Whether it estimates contact and ground.
 
     Raises:
         InvalidInput: The robot cannot walk so.
@@ -278,7 +280,7 @@ def scenario_controller(scenario: Scenario, rate: float, *, feeling: bool = True
         period=stride.period,
         step_height=stride.step_height,
         update_period=1 / rate,
-        feeling=feeling,
+        ground_sensing=ground_sensing,
     )
     patience = max(SafetySettings().observation_time, MISSED_PERIODS / rate)
     safety = SafetySettings(observation_time=patience)

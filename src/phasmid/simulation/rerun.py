@@ -25,8 +25,8 @@ from phasmid.control import (
     SequenceSettings,
     script_from_text,
 )
+from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.feed_forward.settings import FeedForwardSettings
-from phasmid.control.feel.settings import FeelSettings
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.motion import Motion, plan, trajectory_from_text
@@ -44,7 +44,7 @@ SETTINGS = {
     for kind in (
         EngineSettings,
         FeedForwardSettings,
-        FeelSettings,
+        EstimatorSettings,
         Gait,
         SafetySettings,
         SequenceSettings,

@@ -140,7 +140,7 @@ def _by_plan(setting: Setting) -> bool:
 
 
 def _not_by_plan(setting: Setting) -> bool:
-    """Whether a controller has the robot, which poses its body and feels for the ground."""
+    """Whether a controller has the robot, which poses its body and senses the ground."""
     return setting.walks != "the plan"
 
 
@@ -221,8 +221,8 @@ FIELDS = (
         shown=_by_plan,
     ),
     Field(
-        **_own("feeling"),
-        label="Feels the ground",
+        **_own("ground_sensing"),
+        label="Senses the ground",
         group="walk",
         help="Whether the robot looks for the ground with its feet, or trusts that it is level.",
         shown=_not_by_plan,

@@ -75,7 +75,7 @@ class LiveRobot:
             self.walk = plan(scenario)
             controller = Player(self.walk, rate=rate)
         else:
-            controller = scenario_controller(scenario, rate, feeling=setting.feeling)
+            controller = scenario_controller(scenario, rate, ground_sensing=setting.ground_sensing)
             assert isinstance(controller.controller, Sequencer)
             self._sequencer = controller.controller
             assert isinstance(self._sequencer.walker, LocomotionEngine)

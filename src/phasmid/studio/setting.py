@@ -43,7 +43,7 @@ class Setting:
         payload: Mass on the trunk [kg].
         pose: Of the body beside where it stands or walks: ahead, left, up [m], roll, pitch,
             yaw [rad].
-        feeling: Whether the robot feels the ground.
+        ground_sensing: Whether the robot senses the ground.
         robots: Robots from files, by the files' names.
         grounds: Height maps from files, by the files' names, as a scenario names them.
 
@@ -56,7 +56,7 @@ class Setting:
     servo: str = OWN_SERVO
     payload: float = 0.0
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6
-    feeling: bool = True
+    ground_sensing: bool = True
     robots: Mapping[str, Robot] = field(default_factory=dict)
     grounds: Mapping[str, str] = field(default_factory=dict)
 
@@ -149,7 +149,7 @@ class Setting:
     def built_of(self) -> tuple[Any, ...]:
         """All that a run is built of: where it is the same, another setting needs no new run."""
         scenario, plans = self.scenario, self.walks == "the plan"
-        built: list[Any] = [scenario.robot, self.servo, self.payload, self.feeling, plans]
+        built: list[Any] = [scenario.robot, self.servo, self.payload, self.ground_sensing, plans]
         built += [scenario.simulation, scenario.contact, scenario.terrain, scenario.servo]
         built += [scenario.stride.stance_radius, scenario.stride.body_height]
         built += [scenario.model.model_copy(update={"force_model": "minimum-norm"})]

@@ -1,4 +1,4 @@
-"""What is felt as a whole: sensors that fail, lie and return, and never a jump."""
+"""The ground estimator as a whole: sensors that fail, lie and return, and never a jump."""
 
 import dataclasses
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from phasmid.control import Observation
-from phasmid.control.feel import FeelSettings
-from phasmid.control.feel.feeling import Intent, feel
-from phasmid.control.feel.senses import SOURCE, leg_margin, senses_at
-from phasmid.control.feel.stage import FeelStage
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.estimator import GroundEstimator, update_estimates
+from phasmid.control.estimation.state import AttitudeSource
+from phasmid.control.types import STATE, LegPhase
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
     hip_from_body,
@@ -33,11 +33,19 @@ class World:
     """A robot that steps on the spot in a tripod, on ground that lies by roll and pitch."""
 
     def __init__(self, roll=0.0, pitch=0.0, **settings):
-        self.stage = FeelStage(ROBOT, FeelSettings(**({"level": 1.0} | settings)), DT)
+        self.estimator = GroundEstimator(
+            ROBOT, EstimatorSettings(**({"level": 1.0} | settings)), DT
+        )
+        self.engine = np.zeros(1, STATE)[0]
+        self.engine["leg_count"], self.engine["clock"]["gait_running"] = 6, 1
+        self.engine["foot"][:6] = NEUTRAL + np.array([0.0, 0.0, HEIGHT])
+        self.engine["body_position"][2] = HEIGHT
+        self.engine["R_odom_body"], self.engine["q"][:6] = np.eye(3), Q
+        self.engine["swing_duration"] = 1.0
         self.slope = roll, pitch
         self.time = 0.0
         self.events, self.track = [], []
-        self.stage.reset(self.observation(np.ones(6, dtype=bool)))
+        self.estimator.reset(self.observation(np.ones(6, dtype=bool)))
 
     def observation(self, down, **changed):
         # A sensor that lives is never quite still.
@@ -62,65 +70,58 @@ class World:
                 self.time += DT
                 share = k / 60
                 down = standing | (share < 0.03)
-                intent = Intent(
-                    standing.copy(),
-                    np.where(standing, 0.0, share),
-                    NEUTRAL + np.array([0.0, 0.0, HEIGHT]),
-                    np.zeros(3),
-                    np.array([0.0, 0.0, HEIGHT]),
-                    np.eye(3),
-                    np.eye(3),
-                    Q,
-                    True,
+                self.engine["leg_phase"][:6] = np.where(standing, LegPhase.STANCE, LegPhase.SWING)
+                self.engine["swing_elapsed"] = share
+                self.estimator.measure(self.observation(down, **change(down)))
+                e = self.estimator
+                events = update_estimates(
+                    self.engine, e.states[0], e.parameters[0], e.measurements[0]
                 )
-                self.stage.hear(self.observation(down, **change(down)))
-                felt = self.stage.senses
-                self.events += self.stage.tell(feel(felt, self.stage.tuning, intent))
-                self.track.append(felt.correction.copy())
-        return felt
+                self.events += self.estimator.describe(events)
+                self.track.append(self.correction)
+
+    @property
+    def contact(self):
+        return self.estimator.states["feet"]["contact"][0, :6]
+
+    @property
+    def offset(self):
+        return self.estimator.states["feet"]["offset"][0, :6]
+
+    @property
+    def correction(self):
+        """Forward, lateral, rise [m], roll and pitch [rad]."""
+        levelling = self.estimator.state.levelling
+        names = "forward", "lateral", "rise", "roll", "pitch"
+        return np.array([getattr(levelling, name) for name in names])
 
 
-@pytest.mark.parametrize(("legs", "late", "lag"), [(4, 1, 1), (6, 5, 9), (8, 3, 2)])
-def test_the_senses_fill_their_rows(legs, late, lag):
-    """Each number belongs to one array: none is left over, and none is in two."""
-    numbers, codes = leg_margin(legs, late, lag)
-    senses = senses_at(numbers, codes, legs)
-    for n, part in enumerate(senses):
-        if part is not senses.counts:
-            part[:] += n + 1
-    told = np.concatenate([part.ravel() for part in senses])
-    assert len(told) == len(numbers) + len(codes)
-    assert all(np.unique(part).size == 1 for part in senses if part is not senses.counts)
-    assert numbers.all()
-    assert codes[len(senses.counts) :].all()
-
-
-def test_admittance_listens_to_the_joints_where_no_foot_tells_its_force():
-    """Switches tell of contact; what gives way needs forces, by the joints' loads."""
+def test_admittance_uses_the_joints_where_no_foot_measures_force():
+    """Switches measure no force; the joints' loads do."""
     world = World(admittance=True)
     everything = np.ones(6, dtype=bool)
     heavy = {"foot_normal_force": None, "joint_load": np.full((6, 3), -0.2)}
-    world.stage.reset(world.observation(everything, **heavy))
-    felt = world.walk(4, lambda down: heavy)
-    assert felt.touch[~TRIPOD].tolist() == [0, 0, 0]
-    before = felt.give[TRIPOD, 0].copy()
+    world.estimator.reset(world.observation(everything, **heavy))
+    world.walk(4, lambda down: heavy)
+    assert world.contact[~TRIPOD].tolist() == [0, 0, 0]
+    before = world.offset[TRIPOD].copy()
     assert np.abs(before).min() > 1e-4
     heavier = heavy | {"joint_load": np.full((6, 3), -0.3)}
-    felt = world.walk(2, lambda down: heavier)
+    world.walk(2, lambda down: heavier)
     # Within a stance of 0.3 s a foot of 22 ms has come to rest; by another force, elsewhere.
-    assert np.abs(felt.give[TRIPOD, 0] - before).min() > 1e-4
+    assert np.abs(world.offset[TRIPOD] - before).min() > 1e-4
 
 
-def test_healthy_sensors_have_no_news():
+def test_healthy_sensors_cause_no_event():
     world = World()
-    felt = world.walk(6)
+    world.walk(6)
     assert world.events == []
-    assert set(felt.touch) == {0, 1}
+    assert set(world.contact) == {0, 1}
     # The tremor of 7e-6 rad at most, and by it no more than the height times it.
-    np.testing.assert_allclose(felt.correction, 0.0, atol=7e-6)
+    np.testing.assert_allclose(world.correction, 0.0, atol=7e-6)
 
 
-def test_feet_without_switches_and_forces_are_felt_by_the_joints():
+def test_contact_without_switches_and_forces_is_detected_by_the_joints():
     """Torques of the plan's statics, for a foot that carries twice its share, and for none."""
     from phasmid.dynamics import leg_torque
 
@@ -134,13 +135,13 @@ def test_feet_without_switches_and_forces_are_felt_by_the_joints():
     world = World()
     everything = np.ones(6, dtype=bool)
     none = {"contact": None, "foot_normal_force": None}
-    world.stage.reset(world.observation(everything, **none, joint_load=loads(everything)))
-    felt = world.walk(5, lambda down: {**none, "joint_load": loads(down)})
-    np.testing.assert_array_equal(felt.touch, np.where(TRIPOD, 0, 1))
+    world.estimator.reset(world.observation(everything, **none, joint_load=loads(everything)))
+    world.walk(5, lambda down: {**none, "joint_load": loads(down)})
+    np.testing.assert_array_equal(world.contact, np.where(TRIPOD, 0, 1))
     assert world.events == []
 
 
-def test_soft_servos_feel_by_what_they_give_way():
+def test_contact_is_detected_by_the_deflection_of_compliant_servos():
     """A load of tau turns a servo of stiffness k by tau / k off its target."""
     from phasmid.dynamics import leg_torque
 
@@ -154,34 +155,34 @@ def test_soft_servos_feel_by_what_they_give_way():
     world = World()
     everything = np.ones(6, dtype=bool)
     none = {"contact": None, "foot_normal_force": None}
-    world.stage.reset(world.observation(everything, **none))
-    felt = world.walk(5, lambda down: {**none, "joint_position": angles(down)})
-    np.testing.assert_array_equal(felt.touch, np.where(TRIPOD, 0, 1))
+    world.estimator.reset(world.observation(everything, **none))
+    world.walk(5, lambda down: {**none, "joint_position": angles(down)})
+    np.testing.assert_array_equal(world.contact, np.where(TRIPOD, 0, 1))
     # What the legs give way is made up for by raising the body.
-    assert 0 < felt.correction[2] <= FeelSettings().height_limit
+    assert 0 < world.estimator.state.body_sag <= EstimatorSettings().height_limit
 
 
 @pytest.mark.parametrize(
-    ("lie", "said"),
+    ("fault", "sentence"),
     [
-        (lambda down: {"contact": None}, "contact switch of leg right_front tells no number"),
+        (lambda down: {"contact": None}, "contact switch of leg right_front sends no readings"),
         (
             lambda down: {"contact": np.ones(6, dtype=bool)},
-            "contact switch of leg right_front feels the ground all through swings",
+            "contact switch of leg right_front indicates contact all through swings",
         ),
         (
             lambda down: {"contact": np.zeros(6, dtype=bool)},
-            "contact switch of leg right_front never feels the ground",
+            "contact switch of leg right_front never indicates contact",
         ),
     ],
 )
-def test_switches_that_fail_are_said_once_and_forces_are_heard(lie, said):
+def test_switches_that_fail_are_reported_once_and_forces_are_used(fault, sentence):
     world = World()
     world.walk(3)
-    felt = world.walk(9, lie)
-    assert sum(event.startswith(said) for event in world.events) == 1
+    world.walk(9, fault)
+    assert sum(event.startswith(sentence) for event in world.events) == 1
     # The walk ends in the stance of every second foot.
-    np.testing.assert_array_equal(felt.touch, np.where(~TRIPOD, 1, 0))
+    np.testing.assert_array_equal(world.contact, np.where(~TRIPOD, 1, 0))
 
 
 def test_without_any_sensor_the_plan_is_trusted():
@@ -189,15 +190,15 @@ def test_without_any_sensor_the_plan_is_trusted():
         ("contact", "foot_normal_force", "orientation", "angular_velocity", "acceleration")
     )
     world = World()
-    felt = world.walk(4, lambda down: blind | {"joint_position": np.full((6, 3), np.nan)})
-    assert set(felt.touch) == {-1}
-    assert felt.counts[SOURCE] == 0
-    np.testing.assert_array_equal(felt.correction, 0.0)
+    world.walk(4, lambda down: blind | {"joint_position": np.full((6, 3), np.nan)})
+    assert set(world.contact) == {-1}
+    assert world.estimator.state.attitude.source == AttitudeSource.NONE
+    np.testing.assert_array_equal(world.correction, 0.0)
 
 
 def test_no_failure_makes_the_correction_jump():
-    """Bounded by its largest speeds, whatever dies, lies or returns."""
-    world, s = World(0.1, -0.15), FeelSettings()
+    """Bounded by its largest speeds, whatever dies, fails or recovers."""
+    world, s = World(0.1, -0.15), EstimatorSettings()
     nothing = np.full(4, np.nan)
     upside_down = np.array([0.0, 1.0, 0.0, 0.0])
     world.walk(8)
@@ -218,16 +219,16 @@ def test_no_failure_makes_the_correction_jump():
 
 def test_a_dead_inertial_sensor_lets_levelling_ease_out():
     world = World(0.0, -0.15)
-    held = world.walk(20)
-    assert held.correction[4] == pytest.approx(0.15, abs=1e-3)
+    world.walk(20)
+    assert world.correction[4] == pytest.approx(0.15, abs=1e-3)
     dead = {"orientation": None, "angular_velocity": None, "acceleration": None}
     world.walk(1, lambda down: dead)
-    assert world.events == ["no inertial sensor is to be believed; levelling eases out"]
-    felt = world.walk(40, lambda down: dead)
+    assert world.events == ["no inertial sensor can be trusted; levelling eases out"]
+    world.walk(40, lambda down: dead)
     # 12 s of a time of 2 s, twice in a row.
-    assert abs(felt.correction[4]) < 0.15 * 0.02
+    assert abs(world.correction[4]) < 0.15 * 0.02
     world.walk(1)
-    assert world.events[1:] == ["the inertial sensor's orientation is heard"]
+    assert world.events[1:] == ["the inertial sensor's orientation is used"]
 
 
 @pytest.mark.parametrize(
@@ -241,5 +242,13 @@ def test_a_dead_inertial_sensor_lets_levelling_ease_out():
 )
 def test_settings_that_cannot_be_are_refused(settings, said):
     with pytest.raises(InvalidInput) as error:
-        FeelSettings(**settings)
+        EstimatorSettings(**settings)
     assert error.value.what == said
+
+
+def test_a_delay_beyond_the_delay_line_is_refused():
+    with pytest.raises(InvalidInput) as error:
+        GroundEstimator(ROBOT, EstimatorSettings(motion_lag=0.7), DT)
+    assert error.value.what == (
+        "motion_lag is 0.7 s; it must be at most 127 update periods, 0.635 s."
+    )

@@ -5,7 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.control.feel.admittance import give_way, share_weight, transition
+from estimation_records import new_parameters, new_state
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.admittance import apply_admittance, share_weight, transition
+from phasmid.control.estimation.state import SensorKind
 
 
 @pytest.mark.parametrize("damping_ratio", [0.2, 1.0, 3.0])
@@ -47,39 +50,53 @@ def test_the_weight_is_shared_with_the_least_sum_of_squares():
     random = np.random.default_rng(3)
     feet = np.column_stack([random.uniform(-0.2, 0.2, (6, 2)), np.zeros(6)])
     standing = np.array([True, True, False, True, True, True])
-    com, force = feet[standing, :2].mean(axis=0) + np.array([0.01, -0.005]), np.empty(6)
-    share_weight(30.0, com, feet, standing, force)
+    com, state = feet[standing, :2].mean(axis=0) + np.array([0.01, -0.005]), new_state()
+    state.feet["standing"][:6] = standing
+    share_weight(com, feet, state, new_parameters(weight=30.0))
+    force = state.feet["desired_force"][:6]
     A = np.vstack([np.ones(6), (feet[:, :2] - com).T])[:, standing]
     np.testing.assert_allclose(force[standing], np.linalg.pinv(A) @ [30.0, 0.0, 0.0], rtol=1e-9)
     assert force[2] == 0.0
 
 
-def laws(dt=0.005):
-    return [np.column_stack(transition(0.5, k, 1.0, dt)) for k in (300.0, 3000.0)]
+class Feet:
+    """Feet at the corners of a square, over whose middle a mass lies."""
+
+    def __init__(self, weight):
+        settings = EstimatorSettings(
+            admittance_mass=0.5, swing_stiffness=300.0, stance_stiffness=3000.0
+        )
+        self.parameters = new_parameters(settings, weight=weight, leg_count=4)
+        self.state = new_state()
+        self.feet = self.state.feet[:4]
+        self.places = np.array(
+            [[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0]]
+        )
+
+    def update(self, force, *, standing=True, times=1):
+        self.feet["standing"][:] = standing
+        self.feet["sensors"]["reading"][:, SensorKind.FORCE] = force
+        for _ in range(times):
+            apply_admittance(
+                np.zeros(3), self.places, SensorKind.FORCE, self.state, self.parameters
+            )
+        return self.feet["offset"]
 
 
 def test_a_standing_foot_gives_way_by_the_excess_over_the_stiffness():
-    swing, stance = laws()
-    feet, standing = np.zeros((2, 2)), np.ones(2, dtype=bool)
-    for _ in range(2000):
-        give_way(np.array([9.0, 3.0]), np.full(2, 6.0), standing, swing, stance, 0.01, feet)
-    np.testing.assert_allclose(feet, [[3.0 / 3000, 0.0], [-3.0 / 3000, 0.0]], atol=1e-12)
+    feet = Feet(24.0)
+    offset = feet.update([9.0, 3.0, 6.0, 6.0], times=2000)
+    np.testing.assert_allclose(offset, [3.0 / 3000, -3.0 / 3000, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(feet.feet["offset_velocity"], 0.0, atol=1e-12)
 
 
 def test_an_offset_is_bounded_and_a_swinging_foot_returns():
-    swing, stance = laws()
-    feet, standing = np.zeros((1, 2)), np.ones(1, dtype=bool)
+    feet = Feet(0.0)
     for _ in range(2000):
-        give_way(np.array([1e6]), np.zeros(1), standing, swing, stance, 0.01, feet)
-        assert abs(feet[0, 0]) <= 0.01
-    assert feet[0, 0] == 0.01
-    for _ in range(400):
-        give_way(np.array([1e6]), np.zeros(1), ~standing, swing, stance, 0.01, feet)
-    assert abs(feet[0, 0]) < 1e-6
+        assert np.abs(feet.update(1e6)).max() <= 0.01
+    assert (feet.feet["offset"] == 0.01).all()
+    assert np.abs(feet.update(1e6, standing=False, times=400)).max() < 1e-6
 
 
 def test_an_unknown_force_moves_no_foot():
-    swing, stance = laws()
-    feet = np.zeros((1, 2))
-    give_way(np.array([np.nan]), np.ones(1), np.ones(1, dtype=bool), swing, stance, 0.01, feet)
-    np.testing.assert_array_equal(feet, 0.0)
+    np.testing.assert_array_equal(Feet(4.0).update(np.nan), 0.0)

@@ -5,17 +5,28 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.control.feel import level
-from phasmid.control.feel.level import level_body
+from estimation_records import new_parameters, new_state
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.body_levelling import level_body
+from phasmid.control.estimation.state import AttitudeSource
 from phasmid.kinematics import rotation_rpy
 
 DT = 0.005
 HEIGHT = 0.1
-FLAT = np.zeros(5)
+FLAT = (0.0, 0.0)
 
 
 def settings(share=1.0, *, time=0.4, rate=1.0, limit=0.4, shift=1.0, speed=0.2, most=0.1, ease=2.0):
-    return np.array([share, time, rate, limit, shift, speed, most, ease])
+    return EstimatorSettings(
+        level=share,
+        level_time=time,
+        level_rate=rate,
+        level_limit=limit,
+        shift=shift,
+        shift_rate=speed,
+        shift_limit=most,
+        ease_time=ease,
+    )
 
 
 def rotation(roll, pitch, yaw=0.0):
@@ -27,22 +38,36 @@ class Body:
 
     def __init__(self, ground, yaw=0.0, given=None):
         self.ground, self.yaw = ground, yaw
-        self.memory = np.zeros(level.MEMORY)
-        self.settings = settings() if given is None else given
+        self.state = new_state()
+        self.parameters = new_parameters(settings() if given is None else given, DT)
         self.track = []
 
-    def update(self, times=1, *, plane=FLAT, trusted=True):
+    def update(self, times=1, *, slopes=FLAT, trusted=True):
         for _ in range(times):
             R = rotation(*self.correction[3:], self.yaw)
             up = (self.ground @ R)[2]
-            R_path = rotation(0.0, 0.0, self.yaw)
-            level_body(DT, trusted, up, R, R_path, plane, HEIGHT, self.settings, self.memory)
+            self.level(up, R, slopes, trusted=trusted)
             self.track.append(self.correction.copy())
         return self.correction
 
+    def level(self, up, R, slopes=FLAT, *, trusted=True):
+        state = self.state
+        state.attitude.up = up
+        state.attitude.source = AttitudeSource.ORIENTATION if trusted else AttitudeSource.NONE
+        state.ground_plane.slope_x, state.ground_plane.slope_y = slopes
+        level_body(R, self.yaw, HEIGHT, state, self.parameters)
+
     @property
     def correction(self):
-        return self.memory[level.CORRECTION]
+        return np.array(
+            [
+                self.state.levelling.forward,
+                self.state.levelling.lateral,
+                self.state.levelling.rise,
+                self.state.levelling.roll,
+                self.state.levelling.pitch,
+            ]
+        )
 
     @property
     def tilt(self):
@@ -66,7 +91,7 @@ def test_half_a_share_leaves_half_the_tilt():
 def test_along_the_ground_the_body_follows_the_plane_of_its_feet():
     """z = a x + b y: its normal is the body's z."""
     body = Body(np.eye(3), given=settings(0.0))
-    body.update(2000, plane=np.array([0.0, 0.2, -0.1, 0.0, 0.0]))
+    body.update(2000, slopes=(0.2, -0.1))
     z = rotation(*body.correction[3:])[:, 2]
     np.testing.assert_allclose(z, np.array([-0.2, 0.1, 1.0]) / math.hypot(0.2, 0.1, 1.0), atol=1e-9)
 
@@ -92,7 +117,7 @@ def test_the_vertical_through_the_mass_meets_the_middle_of_the_feet():
 def test_over_a_plane_of_the_feet_below_a_level_path_nothing_shifts():
     """Odom is true: up is its z, and a body straight over the middle has its mass there."""
     body = Body(np.eye(3))
-    body.update(1000, plane=np.array([0.0, 0.2, 0.1, 0.0, 0.0]))
+    body.update(1000, slopes=(0.2, 0.1))
     np.testing.assert_allclose(body.correction, 0.0, atol=1e-12)
 
 
@@ -114,11 +139,9 @@ def test_the_lag_of_servos_does_not_make_levelling_swing():
     late, tilts = [np.zeros(2)] * 4, []
     for _ in range(800):
         late.append(body.correction[3:].copy())
-        now, told = late.pop(0), body.correction[3:].copy()
+        now, commanded = late.pop(0), body.correction[3:].copy()
         up = (body.ground @ rotation(*now))[2]
-        level_body(
-            DT, True, up, rotation(*told), np.eye(3), FLAT, HEIGHT, body.settings, body.memory
-        )
-        tilts.append(told[1])
+        body.level(up, rotation(*commanded))
+        tilts.append(commanded[1])
     assert max(tilts) < 0.15 * 1.05
     assert tilts[-1] == pytest.approx(0.15, rel=1e-3)

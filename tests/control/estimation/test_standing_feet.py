@@ -18,7 +18,7 @@ class Walker:
     """An engine that is told what its feet feel, without sensors."""
 
     def __init__(self):
-        self.engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none", period=1.0)
+        self.engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none", period=1.0)
         self.q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
         self.time = 0.0
 

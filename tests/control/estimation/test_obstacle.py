@@ -5,9 +5,8 @@ import pytest
 
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.feel import FeelSettings
-from phasmid.control.feel.stage import FeelStage, write_order
-from phasmid.control.feel.touch import HITS
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.estimator import GroundEstimator, write_reference
 from phasmid.control.types import Contact, LegPhase
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
@@ -18,7 +17,7 @@ DT, STEP = 0.005, 0.03
 
 def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
     """Half the way of another swing lies a step over the middle of where it was and lands."""
-    engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none", step_height=STEP)
+    engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none", step_height=STEP)
     q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
     state, leg, hit, highest, swung = engine.state, None, None, 0.0, 0
     before, speed = state.foot.copy(), state.foot_velocity.copy()
@@ -51,28 +50,29 @@ def test_a_foot_that_meets_an_obstacle_lifts_anew_without_a_jump():
 
 
 class Stage:
-    """Writes what is felt by feet that stand, or have just hit something, over level ground."""
+    """Writes the reference for feet that stand, or have just hit something, over level ground."""
 
     def __init__(self, step=STEP, least_roughness=0.0):
-        settings = FeelSettings(
+        settings = EstimatorSettings(
             least_roughness=least_roughness,
             hit_rise=0.02,
             landing_sink=0.0,
             step_rise=0.5,
             body_rise=0.5,
         )
-        self.stage = FeelStage(ROBOT, settings, DT)
-        self.stage.senses.planes[:] = 0.0
-        self.engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none")
+        self.stage = GroundEstimator(ROBOT, settings, DT)
+        self.engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none")
         self.reference = self.engine.reference
         self.reference.step_height = step
 
-    def write(self, foot, hits=0.0):
+    def write(self, foot, hits=0):
         """Write the reference for feet at these places, which all have met so many obstacles."""
-        senses, state = self.stage.senses, self.engine.state
-        senses.touch[:], senses.legs[:, HITS] = 1, hits
+        estimator, state = self.stage.states.view(np.recarray)[0], self.engine.state
+        estimator.feet["contact"][:6], estimator.feet["obstacle_hits"][:6] = Contact.GROUND, hits
         state.foot[:] = foot
-        write_order(senses, self.stage.tuning, state, self.reference)
+        write_reference(
+            state, self.reference, estimator, self.stage.parameters.view(np.recarray)[0]
+        )
         return self.reference
 
 
@@ -106,7 +106,7 @@ def test_feet_of_soft_legs_on_level_ground_change_neither_step_nor_body():
 
 def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
     """By 10 mm, less the way on which it still stops; and up."""
-    engine = LocomotionEngine(ROBOT, feeling=False, dynamics="none", step_height=STEP)
+    engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none", step_height=STEP)
     q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
     state, leg, met = engine.state, None, None
     for k in range(400):
@@ -126,10 +126,10 @@ def test_a_foot_draws_back_from_an_obstacle_before_it_steps_over_it():
     assert state.foot[leg, 2] == pytest.approx(met[2] + 0.01, abs=1e-3)
 
 
-def test_an_obstacle_is_told_once():
+def test_an_obstacle_is_reported_once():
     """At the update of a new hit, not at those after it; and the ground is looked for above it."""
     foot, stage = np.zeros((6, 3)), Stage()
-    assert (stage.write(foot, 1.0).contact == Contact.OBSTACLE).all()
-    reference = stage.write(foot, 1.0)
+    assert (stage.write(foot, 1).contact == Contact.OBSTACLE).all()
+    reference = stage.write(foot, 1)
     assert (reference.contact == 1).all()
     np.testing.assert_allclose(reference.touchdown_height, 0.02)

@@ -25,7 +25,7 @@ class Walker:
         self, way="ahead", trench=(0.0, 0.0), *, robot=ROBOT, speed=SPEED, period=1.0, gait=None
     ):
         self.engine = LocomotionEngine(
-            robot, feeling=False, dynamics="none", period=period, gait=gait
+            robot, ground_sensing=False, dynamics="none", period=period, gait=gait
         )
         self.q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
         self.way, self.trench, self.time = np.array(WAYS[way]), trench, 0.0
@@ -265,7 +265,7 @@ def test_joints_go_on_where_a_foot_begins_to_look(name, period):
     before and after tell, but for the trapezoid's error of a DT² / 4 at an acceleration of a. A
     rise of 60 mm in 0.28 s makes 5 m/s² at the most, a shin of 80 mm less than 100 rad/s² of it."""
     robot = load_robot(name)
-    engine = LocomotionEngine(robot, feeling=False, dynamics="none", period=period)
+    engine = LocomotionEngine(robot, ground_sensing=False, dynamics="none", period=period)
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     command, state = Command(velocity=(SPEED, 0.0, 0.0), pose=(0, 0, 0.02, 0, 0, 0)), engine.state
     time, off, looks = 0.0, 0.0, 0

@@ -4,20 +4,46 @@ import math
 
 import numpy as np
 
-from phasmid.control.feel.plane import fit_plane
+from estimation_records import new_parameters, new_state
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.ground_plane import estimate_plane
 
 HEXAPOD = np.array(
     [[0.2, -0.15], [0.0, -0.2], [-0.2, -0.15], [-0.2, 0.15], [0.0, 0.2], [0.2, 0.15]]
 )
 DT = 0.005
+PLANE = ("height", "slope_x", "slope_y", "x", "y")
+
+
+class Fit:
+    """The estimator's planes; `begin` gives height, slopes and reference point of all three."""
+
+    def __init__(self, legs=6, *, begin=None, rate=100.0):
+        settings = EstimatorSettings(
+            forgetting_time=0.05, plane_spread=0.03, plane_rate=rate, plane_time=0.1
+        )
+        self.state = new_state()
+        self.parameters = new_parameters(settings, DT, leg_count=legs)
+        if begin is not None:
+            self.state.plane_started = 1
+            for plane in (
+                self.state.fitted_plane,
+                self.state.lagged_plane,
+                self.state.ground_plane,
+            ):
+                for name, value in zip(PLANE, begin, strict=True):
+                    setattr(plane, name, value)
+
+    def update(self, feet, standing, at=(0.0, 0.0)):
+        self.state.feet["bearing"][: len(feet)] = standing
+        estimate_plane(feet, np.array(at), self.state, self.parameters)
 
 
 def plane_through(feet, standing, *, updates, begin=None, at=(0.0, 0.0), rate=100.0):
-    planes = np.array([[np.nan, 0.0, 0.0, 0.0, 0.0] if begin is None else begin] * 3)
-    stood = np.zeros((len(feet), 4))
+    fit = Fit(len(feet), begin=begin, rate=rate)
     for _ in range(updates):
-        fit_plane(DT, feet, standing, np.array(at), 0.05, 0.03, rate, 0.1, stood, planes)
-    return planes[0]
+        fit.update(feet, standing, at)
+    return np.array([getattr(fit.state.fitted_plane, name) for name in PLANE])
 
 
 def on_plane(a, b, c, places=HEXAPOD):
@@ -55,16 +81,16 @@ def test_feet_on_a_line_leave_the_slope_across_it_as_it_was():
 def test_a_lifted_foot_is_forgotten_and_not_dropped():
     """Its weight fades as exp(-t/T): just lifted it still counts in full."""
     feet = on_plane(0.0, 0.0, 0.0)
-    stood, planes = np.zeros((6, 4)), np.array([[np.nan, 0.0, 0.0, 0.0, 0.0]] * 3)
-    standing = np.ones(6, dtype=bool)
-    fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, stood, planes)
+    fit, standing = Fit(rate=1.0), np.ones(6, dtype=bool)
+    fit.update(feet, standing)
     standing[0] = False
     for _ in range(10):
         feet[0, 2] += 0.01
-        fit_plane(DT, feet, standing, np.zeros(2), 0.05, 0.03, 1.0, 0.1, stood, planes)
-    np.testing.assert_allclose(stood[:, 3], [math.exp(-1.0), 1, 1, 1, 1, 1], rtol=1e-12)
+        fit.update(feet, standing)
+    weights = fit.state.feet["foothold_weight"][:6]
+    np.testing.assert_allclose(weights, [math.exp(-1.0), 1, 1, 1, 1, 1], rtol=1e-12)
     # It is remembered where it stood, not where it goes.
-    assert stood[0, 2] == 0.0
+    assert fit.state.feet[0].foothold[2] == 0.0
 
 
 def test_the_slope_changes_no_faster_than_it_may():
@@ -88,18 +114,8 @@ def test_no_foot_on_the_ground_carries_the_plane_on():
 
 def test_two_lags_take_the_corners_out():
     """After a step from 0 to 1: 1 - (1 + t/T) exp(-t/T), by steps of dt to within dt/T."""
-    planes, stood = np.zeros((3, 5)), np.zeros((6, 4))
+    fit = Fit(begin=(0.0,) * 5, rate=1.0)
     for _ in range(40):
-        fit_plane(
-            DT,
-            on_plane(0.0, 0.0, 1.0),
-            np.ones(6, dtype=bool),
-            np.zeros(2),
-            0.05,
-            0.03,
-            1.0,
-            0.1,
-            stood,
-            planes,
-        )
-    np.testing.assert_allclose(planes[2, 0], 1 - (1 + 2) * math.exp(-2), atol=DT / 0.1)
+        fit.update(on_plane(0.0, 0.0, 1.0), np.ones(6, dtype=bool))
+    height = fit.state.ground_plane.height
+    np.testing.assert_allclose(height, 1 - (1 + 2) * math.exp(-2), atol=DT / 0.1)

@@ -1,10 +1,12 @@
-"""Which feet feel the ground, and sensors that die, stick, flicker and lie."""
+"""Contact of the feet, and sensors that die, stick, flicker and lie."""
 
 import numpy as np
 import pytest
 
-from phasmid.control.feel import touch
-from phasmid.control.feel.touch import feel_touch, judge_sensors
+from estimation_records import new_parameters, new_state
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.contact import detect_contact, detect_sensor_faults
+from phasmid.control.estimation.state import SensorEvent
 
 DT = 0.005
 LEGS = 2
@@ -16,33 +18,34 @@ class Feet:
     """Two feet that walk in turn over level ground, with sensors that tell what a test says."""
 
     def __init__(self, present=(True, True, False, False), touch_time=0.0, release_time=0.015):
-        self.present = np.array(present)
-        self.threshold = np.array([[0.5, 0.5], [1.5, 0.7], [1.5, 0.7], [1.5, 0.7]])
-        self.settings = np.array([touch_time, release_time, 0.35, 0.5, 0.1])
-        self.sensors, self.legs = np.zeros((LEGS, 4, 10)), np.zeros((LEGS, 5))
-        self.legs[:, touch.WAS_STANDING], self.legs[:, touch.CODE] = 1.0, -1.0
-        self.code, self.news = np.zeros(LEGS, dtype=np.int64), np.zeros((4, LEGS), dtype=np.int64)
-        self.told = []
+        settings = EstimatorSettings(
+            touch_time=touch_time, release_time=release_time, hit_by=0.5, implausible_steps=2.0
+        )
+        self.parameters = new_parameters(
+            settings,
+            DT,
+            contact_on=(0.5, 1.5, 1.5, 1.5),
+            contact_off=(0.5, 0.7, 0.7, 0.7),
+            leg_count=LEGS,
+        )
+        self.state = new_state()
+        self.state.used[:] = present
+        self.events = []
+
+    @property
+    def hits(self):
+        return self.state.feet["obstacle_hits"][:LEGS].tolist()
 
     def update(self, reading, standing, progress):
-        standing = np.array(standing)
-        judge_sensors(standing, 2.0, self.sensors, self.legs, self.news)
-        feel_touch(
-            DT,
-            np.array(reading, dtype=float),
-            self.threshold,
-            self.present,
-            standing,
-            np.array(progress, dtype=float),
-            self.settings,
-            self.sensors,
-            self.legs,
-            self.code,
-            self.news,
-        )
-        self.told += [(int(s), int(i), int(self.news[s, i])) for s, i in np.argwhere(self.news)]
-        self.news[:] = 0
-        return self.code.copy()
+        feet = self.state.feet[:LEGS]
+        feet["sensors"]["reading"][:] = np.transpose(reading)
+        feet["standing"][:], feet["swing_progress"][:] = standing, progress
+        detect_sensor_faults(self.state, self.parameters)
+        detect_contact(self.state, self.parameters)
+        event = feet["sensors"]["event"]
+        self.events += [(int(s), int(i), int(event[i, s])) for s, i in np.argwhere(event.T)]
+        event[:] = 0
+        return feet["contact"].copy()
 
     def step(self, first, late=0):
         """A swing and a stance of the first foot; the codes and what was true.
@@ -68,17 +71,17 @@ def honest(share, down):
     return float(down), 8.0 * down
 
 
-def test_feet_are_told_as_they_touch_and_as_they_leave():
+def test_contact_follows_touchdown_and_lift_off():
     feet = Feet()
     feet.step(honest)
     codes, truth = feet.step(honest)
     np.testing.assert_array_equal(codes[5:], truth[5:])
-    # The release is believed after 15 ms, three updates.
+    # The release is detected after 15 ms, three updates.
     np.testing.assert_array_equal(codes[:3], [1, 1, 0])
 
 
 @pytest.mark.parametrize("late", [-20, -5, 10])
-def test_early_and_late_ground_is_told_at_once(late):
+def test_early_and_late_ground_is_detected_at_once(late):
     feet = Feet()
     feet.step(honest)
     codes, _ = feet.step(honest, late)
@@ -88,11 +91,11 @@ def test_early_and_late_ground_is_told_at_once(late):
 
 def test_forces_between_the_thresholds_change_nothing():
     feet = Feet(present=(False, True, False, False))
-    told = [
+    contact = [
         feet.update([[0] * 2, [f] * 2, [0] * 2, [0] * 2], [True, True], [0, 0])[0]
         for f in (1.0, 1.6, 1.0, 0.8, 0.6, 1.0, 1.0, 1.0, 1.0, 1.4)
     ]
-    assert told == [0, 1, 1, 1, 1, 1, 0, 0, 0, 0]
+    assert contact == [0, 1, 1, 1, 1, 1, 0, 0, 0, 0]
 
 
 def test_noise_about_one_threshold_is_no_flicker():
@@ -104,14 +107,14 @@ def test_noise_about_one_threshold_is_no_flicker():
         assert feet.update([[0] * 2, f, [0] * 2, [0] * 2], [True, True], [0, 0])[0] == 1
 
 
-def test_a_dead_switch_is_told_once_and_the_force_is_heard():
+def test_a_dead_switch_is_reported_once_and_the_force_is_used():
     feet = Feet()
     feet.step(honest)
     codes, truth = feet.step(lambda share, down: (np.nan, 8.0 * down))
     np.testing.assert_array_equal(codes[25:], truth[25:])
-    assert feet.told == [(0, 0, touch.DEAD)]
+    assert feet.events == [(0, 0, SensorEvent.DEAD)]
     feet.step(honest)
-    assert feet.told[1:] == [(0, 0, touch.HEALED)]
+    assert feet.events[1:] == [(0, 0, SensorEvent.RECOVERED)]
 
 
 def test_all_sensors_dead_leave_the_plan():
@@ -122,17 +125,17 @@ def test_all_sensors_dead_leave_the_plan():
     assert set(codes[21:]) == {-1}
 
 
-def test_a_switch_stuck_on_never_ends_a_swing_and_is_doubted_after_two():
+def test_a_switch_stuck_on_never_ends_a_swing_and_is_distrusted_after_two():
     feet = Feet(present=(True, False, False, False))
     feet.step(honest)
     for n in range(4):
         codes, _ = feet.step(lambda share, down: (1.0, 0.0))
         late_swing = codes[round(0.36 * SWING) : SWING]
         assert set(late_swing) == {-1}, "trust the plan, never the stuck switch"
-        doubted = [told for told in feet.told if told[:2] == (0, 0)]
+        distrusted = [events for events in feet.events if events[:2] == (0, 0)]
         # Judged at the lift after the step.
-        assert len(doubted) == (n >= 2)
-    assert doubted == [(0, 0, touch.STUCK_ON)]
+        assert len(distrusted) == (n >= 2)
+    assert distrusted == [(0, 0, SensorEvent.STUCK_ON)]
 
 
 def test_a_stuck_switch_hands_over_to_the_force_in_the_same_swing():
@@ -142,24 +145,24 @@ def test_a_stuck_switch_hands_over_to_the_force_in_the_same_swing():
     np.testing.assert_array_equal(codes[25:], truth[25:])
 
 
-def test_a_switch_that_never_feels_the_ground_is_doubted():
+def test_a_switch_that_never_indicates_contact_is_distrusted():
     feet = Feet(present=(True, False, False, False))
     feet.step(honest)
     for _ in range(4):
         codes, _ = feet.step(lambda share, down: (0.0, 0.0))
-    assert feet.told == [(0, 0, touch.STUCK_OFF)]
+    assert feet.events == [(0, 0, SensorEvent.STUCK_OFF)]
     assert set(codes[2:]) == {-1}
 
 
-def test_a_flickering_switch_is_doubted_and_heals():
+def test_a_flickering_switch_is_distrusted_and_heals():
     feet, random = Feet(present=(True, False, False, False)), np.random.default_rng(2)
     feet.step(honest)
     for _ in range(4):
         feet.step(lambda share, down: (float(random.random() < 0.5), 0.0))
-    assert feet.told == [(0, 0, touch.FLICKERS)]
+    assert feet.events == [(0, 0, SensorEvent.FLICKERING)]
     for _ in range(10):
         codes, truth = feet.step(honest)
-    assert feet.told[1:] == [(0, 0, touch.HEALED)]
+    assert feet.events[1:] == [(0, 0, SensorEvent.RECOVERED)]
     np.testing.assert_array_equal(codes[5:], truth[5:])
 
 
@@ -169,11 +172,10 @@ def test_a_stumble_early_in_the_swing_is_a_hit():
     for k in range(30):
         share = k / SWING
         feet.update([[0.2 < share < 0.3, 1], *np.zeros((3, 2))], [False, True], [share, 0])
-    assert feet.legs[0, touch.HITS] == 1.0
-    assert feet.legs[1, touch.HITS] == 0.0
+    assert feet.hits == [1, 0]
     feet.update([[1, 1], *np.zeros((3, 2))], [True, True], [0, 0])
     feet.update([[1, 1], *np.zeros((3, 2))], [False, True], [0, 0])
-    assert feet.legs[0, touch.HITS] == 0.0
+    assert feet.hits[0] == 0
 
 
 def test_a_foot_that_bounces_as_it_leaves_has_met_nothing():
@@ -183,4 +185,4 @@ def test_a_foot_that_bounces_as_it_leaves_has_met_nothing():
     for k in range(30):
         share = k / SWING
         feet.update([[0.14 < share < 0.2, 1], *np.zeros((3, 2))], [False, True], [share, 0])
-    assert feet.legs[0, touch.HITS] == 0.0
+    assert feet.hits[0] == 0

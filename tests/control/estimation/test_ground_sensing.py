@@ -1,16 +1,16 @@
-"""The engine feels the ground in simulation: slopes are levelled, ground off the plan is met."""
+"""The engine senses the ground in simulation: slopes are levelled, ground off the plan is met."""
 
 import numpy as np
 import pytest
 
 from phasmid.control import Command
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.feel import FeelSettings
+from phasmid.control.estimation import EstimatorSettings
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.drive import drive
 
-LEVEL = FeelSettings(level=1.0)
+LEVEL = EstimatorSettings(level=1.0)
 ROBOT = load_robot("phantomx-mk4")
 
 
@@ -39,26 +39,26 @@ def tilt(recording):
 def test_levelling_takes_away_nine_tenths_of_a_slope():
     """Of 10 deg one at most is left: prescribed joints do not give way, the contact does."""
     recording, _ = walked(
-        {"kind": "slope", "slope_deg": 10}, duration=3.0, velocity=0.0, senses=LEVEL
+        {"kind": "slope", "slope_deg": 10}, duration=3.0, velocity=0.0, estimator=LEVEL
     )
-    told = np.degrees(tilt(recording))
-    assert told[0] == pytest.approx(10.0, abs=0.2)
-    assert told[-20:].max() < 1.0
+    angle = np.degrees(tilt(recording))
+    assert angle[0] == pytest.approx(10.0, abs=0.2)
+    assert angle[-20:].max() < 1.0
 
 
-def test_on_level_ground_feeling_changes_nothing_but_contact():
+def test_on_level_ground_sensing_changes_nothing_but_contact():
     """Body height within 1 mm, way within 3 % of the same walk that trusts its plan."""
     recording, engine = walked({"kind": "flat"}, duration=3.0)
-    blind, _ = walked({"kind": "flat"}, duration=3.0, feeling=False)
+    blind, _ = walked({"kind": "flat"}, duration=3.0, ground_sensing=False)
     way, blind_way = (r["body_position"].values[-1, 0] for r in (recording, blind))
     assert way == pytest.approx(blind_way, rel=0.03)
     assert np.ptp(recording["body_position"].values[:, 2]) < 1e-3
-    assert not [text for _, text in engine.events if "believed" in text or "not used" in text]
+    assert not [text for _, text in engine.events if "trusted" in text or "not used" in text]
 
 
-def test_blocks_tilt_a_body_that_feels_them_less_than_half_as_much():
+def test_blocks_tilt_a_body_that_senses_them_less_than_half_as_much():
     """Steps of up to 40 mm of which the plan knows nothing."""
     blocks = {"kind": "blocks", "block_height_mm": 40, "block_size_mm": 100, "terrain_start": 0.12}
-    felt, _ = walked(blocks, duration=5.0, senses=LEVEL)
-    blind, _ = walked(blocks, duration=5.0, feeling=False)
-    assert 2 * tilt(felt).max() < tilt(blind).max()
+    sensed, _ = walked(blocks, duration=5.0, estimator=LEVEL)
+    blind, _ = walked(blocks, duration=5.0, ground_sensing=False)
+    assert 2 * tilt(sensed).max() < tilt(blind).max()

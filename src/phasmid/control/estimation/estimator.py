@@ -1,0 +1,304 @@
+"""Ground estimator of the locomotion engine: contact, ground plane, attitude, corrections.
+
+The engine calls `GroundEstimator.update` before each of its own updates. Sensor readings and the
+engine's state go in; contact, ground plane, landing heights and corrections go into its reference.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from phasmid.compiled import compiled, internal
+from phasmid.control.estimation.admittance import apply_admittance
+from phasmid.control.estimation.attitude import estimate_attitude
+from phasmid.control.estimation.body_levelling import level_body
+from phasmid.control.estimation.contact import estimate_contact
+from phasmid.control.estimation.ground_plane import estimate_plane
+from phasmid.control.estimation.joint_compliance import estimate_compliance
+from phasmid.control.estimation.odometry_alignment import align_odometry
+from phasmid.control.estimation.settings import EstimatorSettings
+from phasmid.control.estimation.state import (
+    ESTIMATOR_PARAMETERS,
+    ESTIMATOR_STATE,
+    MEASUREMENTS,
+    AttitudeSource,
+    EstimatorEvent,
+    EstimatorParameters,
+    EstimatorState,
+    Measurements,
+    SensorEvent,
+    SensorKind,
+    clear,
+    parameters_of,
+)
+from phasmid.control.memory import Memory
+from phasmid.control.observation import Observation
+from phasmid.control.records import fill, view_of
+from phasmid.control.types import Contact, LegPhase, Reference, State
+from phasmid.robot import Robot
+
+MOST_BODY_ROUGHNESS = 0.05
+"""Roughness of the ground beyond which the body is not raised any more [m]."""
+
+MOST_RAISES = 3
+"""Obstacle hits in one swing that raise the expected landing height."""
+
+SENSORS = {
+    SensorKind.SWITCH: "contact switch",
+    SensorKind.FORCE: "force sensor",
+    SensorKind.LOAD: "joint loads",
+    SensorKind.ANGLE: "joint angles",
+}
+
+SENSOR_EVENTS = {
+    SensorEvent.DEAD: "sends no readings; it is not used",
+    SensorEvent.STUCK_ON: "indicates contact all through swings; it is not trusted",
+    SensorEvent.STUCK_OFF: "never indicates contact while its leg stands; it is not trusted",
+    SensorEvent.FLICKERING: "flickers while its leg swings; it is not trusted",
+    SensorEvent.RECOVERED: "fits the leg's motion again; it is trusted",
+}
+
+SOURCES = {
+    AttitudeSource.NONE: "no inertial sensor can be trusted; levelling eases out",
+    AttitudeSource.ORIENTATION: "the inertial sensor's orientation is used",
+    AttitudeSource.ACCELEROMETER: "no orientation can be trusted; gyro and accelerometer are used",
+}
+
+
+class GroundEstimator:
+    """Estimates contact, ground and attitude, and writes them into the engine's reference.
+
+    Args:
+        robot: The robot.
+        settings: Thresholds, time constants and limits.
+        dt: Update period [s].
+
+    Attributes:
+        states: Record of the `EstimatorState`, shape (1,).
+        parameters: Record of the `EstimatorParameters`, shape (1,).
+        measurements: Record of the last `Measurements`, shape (1,).
+        state: View of the first of `states`.
+
+    Raises:
+        InvalidInput: A delay is too long for the update period.
+    """
+
+    def __init__(self, robot: Robot, settings: EstimatorSettings, dt: float) -> None:
+        self._leg_names = robot.leg_names
+        legs = len(robot.legs)
+        self.states = np.zeros(1, ESTIMATOR_STATE)
+        self.parameters = np.zeros(1, ESTIMATOR_PARAMETERS)
+        self.measurements = np.zeros(1, MEASUREMENTS)
+        parameters = view_of(self.parameters, EstimatorParameters, legs)
+        fill(parameters, parameters_of(robot, settings, dt))
+        self.state = view_of(self.states, EstimatorState, legs)
+        self._measured = view_of(self.measurements, Measurements, legs)
+        clear(self.states)
+
+    def reset(self, observation: Observation) -> None:
+        """Reset all estimates.
+
+        Args:
+            observation: Its contact sensors are those of the robot.
+        """
+        clear(self.states)
+        loads = observation.joint_load is not None
+        for kind, available in (
+            (SensorKind.SWITCH, observation.contact is not None),
+            (SensorKind.FORCE, observation.foot_normal_force is not None),
+            (SensorKind.LOAD, loads),
+            # Position errors of stiff servos show little; they are used where loads are absent.
+            (SensorKind.ANGLE, not loads),
+        ):
+            self.state.available[kind] = self.state.used[kind] = available
+
+    def update(self, observation: Observation, memory: Memory) -> list[str]:
+        """Estimate the ground, and write the reference.
+
+        Args:
+            observation: Sensor readings.
+            memory: Of the engine; its reference is written.
+
+        Returns:
+            A sentence for each sensor that has failed or recovered.
+        """
+        self.measure(observation)
+        events = estimate_ground(
+            memory.states, memory.references, self.states, self.parameters, self.measurements
+        )
+        return self.describe(events) if events else []
+
+    def measure(self, observation: Observation) -> None:
+        """Write an observation into the record of the measurements."""
+        o, m = observation, self._measured
+        m.joint_position[:] = o.joint_position
+        m.joint_load[:] = math.nan if o.joint_load is None else o.joint_load
+        m.contact[:] = math.nan if o.contact is None else o.contact
+        m.normal_force[:] = math.nan if o.foot_normal_force is None else o.foot_normal_force
+        m.orientation[:] = math.nan if o.orientation is None else o.orientation
+        m.angular_velocity[:] = math.nan if o.angular_velocity is None else o.angular_velocity
+        m.acceleration[:] = math.nan if o.acceleration is None else o.acceleration
+
+    def describe(self, events: int) -> list[str]:
+        """Return a sentence for each event, and clear the events of the sensors.
+
+        Args:
+            events: `EstimatorEvent` bits of an update.
+        """
+        sentences = []
+        if events & EstimatorEvent.SENSOR:
+            new = self.states["feet"]["sensors"]["event"][0]
+            for kind, leg in np.argwhere(new.T):
+                sentences.append(
+                    f"{SENSORS[SensorKind(kind)]} of leg {self._leg_names[leg]} "
+                    f"{SENSOR_EVENTS[SensorEvent(new[leg, kind])]}"
+                )
+            new[:] = SensorEvent.NONE
+        if events & EstimatorEvent.ATTITUDE:
+            sentences.append(SOURCES[AttitudeSource(self.state.attitude.source)])
+        return sentences
+
+
+@compiled
+def estimate_ground(
+    states: np.ndarray,
+    references: np.ndarray,
+    estimators: np.ndarray,
+    parameters: np.ndarray,
+    measurements: np.ndarray,
+) -> int:
+    """Advance the estimator by one update period, and write the engine's reference.
+
+    Args:
+        states: Record of the engine's `State`, shape (1+,); alignment with gravity changes it.
+        references: Record of its `Reference`, shape (1+,), written.
+        estimators: Record of the `EstimatorState`, shape (1,), changed.
+        parameters: Record of the `EstimatorParameters`, shape (1,).
+        measurements: Record of the `Measurements`, shape (1,).
+
+    Returns:
+        `EstimatorEvent` bits.
+    """
+    state, estimator, constants = states[0], estimators[0], parameters[0]
+    if estimator.updates > 0:
+        align_odometry(state, estimator, constants)
+    events = update_estimates(state, estimator, constants, measurements[0])
+    write_reference(state, references[0], estimator, constants)
+    return events
+
+
+@compiled
+def update_estimates(
+    state: State,
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
+    measured: Measurements,
+) -> int:
+    """Update all estimates; return `EstimatorEvent` bits."""
+    read_plan(state, estimator)
+    settings, attitude, events = parameters.settings, estimator.attitude, 0
+    if estimate_contact(state, estimator, parameters, measured):
+        events |= EstimatorEvent.SENSOR.value
+    is_first, before = estimator.updates == 1, attitude.source
+    estimate_attitude(measured, state.clock.gait_running == 0, attitude, parameters)
+    is_lost = attitude.source == AttitudeSource.NONE
+    if is_lost if is_first else attitude.source != before:
+        events |= EstimatorEvent.ATTITUDE.value
+    for leg in range(parameters.leg_count):
+        # A foot that stands in the air shows nothing of the ground.
+        foot = estimator.feet[leg]
+        in_air = not is_first and foot.contact == Contact.AIR
+        foot.bearing = 0 if in_air else foot.standing
+    estimate_plane(state.foot, state.path, estimator, parameters)
+    height = state.body_position[2] - estimator.ground_plane.height
+    R_odom_body = delayed_attitude(state, estimator, parameters)
+    level_body(R_odom_body, state.path[2], height, estimator, parameters)
+    sag = estimate_compliance(state.q, measured.joint_position, state.foot, estimator, parameters)
+    estimator.body_sag += min(parameters.dt / settings.height_time, 1.0) * (
+        sag - estimator.body_sag
+    )
+    if settings.admittance:
+        has_force = estimator.available[SensorKind.FORCE] != 0
+        kind = SensorKind.FORCE if has_force else SensorKind.LOAD
+        apply_admittance(state.body_position, state.foot, kind, estimator, parameters)
+    return events
+
+
+@internal
+def read_plan(state: State, estimator: EstimatorState) -> None:
+    """Write which feet stand by the plan, and the progress of the others' swings."""
+    for leg in range(state.leg_count):
+        foot, phase = estimator.feet[leg], state.leg_phase[leg]
+        foot.standing = 1 if phase in (LegPhase.STANCE, LegPhase.SETTLING) else 0
+        foot.swing_progress = 0.0
+        if phase == LegPhase.SWING and state.manoeuvre[leg] == 0:
+            foot.swing_progress = min(
+                max(state.swing_elapsed[leg] / state.swing_duration[leg], 0.0), 1.0
+            )
+        elif phase in (LegPhase.PROBING, LegPhase.HELD):
+            foot.swing_progress = 1.0
+
+
+@internal
+def delayed_attitude(
+    state: State, estimator: EstimatorState, parameters: EstimatorParameters
+) -> np.ndarray:
+    """Return the attitude that was commanded as long ago as the body's motion lags."""
+    attitudes, length = estimator.body_attitudes, parameters.attitude_delay
+    now = estimator.updates % length
+    if estimator.updates == 1:
+        for k in range(length):
+            attitudes[k] = state.R_odom_body
+    attitudes[now] = state.R_odom_body
+    return attitudes[(now + 1) % length]
+
+
+@internal
+def write_reference(
+    state: State, reference: Reference, estimator: EstimatorState, parameters: EstimatorParameters
+) -> None:
+    """Write contact, ground, corrections and landing heights into the engine's reference."""
+    settings, plane = parameters.settings, estimator.ground_plane
+    n = 1.0 / math.sqrt(1.0 + plane.slope_x**2 + plane.slope_y**2)
+    height = plane.height - plane.slope_x * plane.x - plane.slope_y * plane.y
+    reference.ground_normal[0], reference.ground_normal[1] = -plane.slope_x * n, -plane.slope_y * n
+    reference.ground_normal[2], reference.ground_height = n, height
+    low, high = 0.0, 0.0
+    for leg in range(parameters.leg_count):
+        if state.leg_phase[leg] == LegPhase.STANCE:
+            foot = state.foot[leg]
+            z = foot[2] - height - plane.slope_x * foot[0] - plane.slope_y * foot[1]
+            low, high = min(low, z), max(high, z)
+    rough = max(high - low - settings.least_roughness, 0.0)
+    correction, levelling = reference.pose_correction, estimator.levelling
+    correction[0], correction[1] = levelling.forward, levelling.lateral
+    correction[2] = levelling.rise + min(max(estimator.body_sag, 0.0), settings.height_limit)
+    # Legs that step higher need more clearance.
+    correction[2] += settings.body_rise * min(rough, MOST_BODY_ROUGHNESS)
+    correction[3], correction[4] = levelling.roll, levelling.pitch
+    if reference.step_height != estimator.raised_step_height:
+        estimator.commanded_step_height = reference.step_height
+    # Steps clear ground that is as rough as under the standing feet.
+    step = estimator.commanded_step_height
+    reference.step_height = estimator.raised_step_height = step + min(
+        settings.step_rise * rough, step
+    )
+    for leg in range(parameters.leg_count):
+        estimate = estimator.feet[leg]
+        hits = estimate.obstacle_hits
+        reference.contact[leg] = estimate.contact
+        if hits > estimate.reported_hits and estimate.contact == Contact.GROUND:
+            reference.contact[leg] = Contact.OBSTACLE
+        estimate.reported_hits = hits
+        reference.foot_offset[leg, 2] = estimate.offset
+        # The sag of a limp leg is no compliance.
+        reference.foot_sag[leg] = min(estimate.sag, settings.height_limit)
+        reference.touchdown_height[leg] = math.nan
+        if estimate.contact >= 0:
+            landing = state.touchdown[leg]
+            z = height + plane.slope_x * landing[0] + plane.slope_y * landing[1]
+            # After a hit the foot expects the ground on top of the obstacle.
+            raised = min(hits, MOST_RAISES) * settings.hit_rise
+            reference.touchdown_height[leg] = z - settings.landing_sink + raised

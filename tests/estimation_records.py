@@ -1,0 +1,37 @@
+"""Records of the ground estimator, whose functions Python calls in tests."""
+
+import numpy as np
+
+from phasmid.control.estimation import EstimatorSettings
+from phasmid.control.estimation.state import (
+    ESTIMATOR_PARAMETERS,
+    ESTIMATOR_STATE,
+    MEASUREMENTS,
+    EstimatorParameters,
+    clear,
+    parameters_of,
+)
+from phasmid.control.records import fill, view_of
+from phasmid.robot import load_robot
+
+ROBOT = load_robot("phantomx-mk4")
+
+
+def new_state():
+    states = np.zeros(1, ESTIMATOR_STATE)
+    clear(states)
+    return states.view(np.recarray)[0]
+
+
+def new_measurements():
+    return np.zeros(1, MEASUREMENTS).view(np.recarray)[0]
+
+
+def new_parameters(settings=None, dt=0.005, **changed):
+    """Parameters of a `phantomx-mk4`, some of which are changed."""
+    parameters = np.zeros(1, ESTIMATOR_PARAMETERS).view(np.recarray)[0]
+    view = view_of(parameters, EstimatorParameters, len(ROBOT.legs))
+    fill(view, parameters_of(ROBOT, settings or EstimatorSettings(), dt))
+    for name, value in changed.items():
+        setattr(parameters, name, value)
+    return parameters
