@@ -1,9 +1,9 @@
 """Parts of rows are the same in Python and in what is compiled."""
 
+import numba
 import numpy as np
 import pytest
 
-from phasmid.batch.compiled import numba
 from phasmid.control.views import take
 
 ROW = np.arange(200.0)
@@ -13,11 +13,8 @@ ROW = np.arange(200.0)
 @pytest.mark.parametrize("shape", [(7,), (2, 5), (3, 4, 2), (2, 3, 4, 5)])
 def test_a_part_is_the_same_where_it_is_compiled(shape, kind):
     """Every number, one that is written, and where the part ends."""
-    module = numba()
-    if module is None:
-        pytest.skip("without numba there is one way alone")
 
-    @module.njit
+    @numba.njit
     def compiled(row, begin, legs):
         # One length is known to the compiler as a number, the others as variables.
         part, end = take(row, begin, (legs, *shape[1:]))
@@ -36,16 +33,13 @@ def test_a_part_is_the_same_where_it_is_compiled(shape, kind):
 @pytest.mark.parametrize("wrong", [ROW[::2], ROW.reshape(2, 100), "read-only"])
 def test_what_is_no_row_to_be_written_is_refused_by_the_compiler(wrong):
     """An address and a shape would mean other numbers there."""
-    module = numba()
-    if module is None:
-        pytest.skip("without numba nothing is compiled")
     if isinstance(wrong, str):
         wrong = ROW.copy()
         wrong.flags.writeable = False
 
-    @module.njit
+    @numba.njit
     def compiled(row):
         return take(row, 1, (2,))[0].sum()
 
-    with pytest.raises(module.core.errors.TypingError, match="is no row"):
+    with pytest.raises(numba.core.errors.TypingError, match="is no row"):
         compiled(wrong)

@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.batch.compiled import numba
-
 
 def take(row: np.ndarray, begin: int, shape: tuple[int, ...]) -> tuple[np.ndarray, int]:
     """A part of a row, as an array that shares its memory, and where it ends.
@@ -76,5 +74,4 @@ def _teach_compiler() -> None:
     extending.overload(take)(unwrap(compiled_take))
 
 
-if numba() is not None:
-    _teach_compiler()
+_teach_compiler()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.leg import angles_of
+from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot.leg import NEAREST_FOOT
 
 OUT, DOWN = 0.6, 0.4
@@ -92,10 +92,9 @@ def _in_hip(leg: Stance, r: np.ndarray | float, h: np.ndarray | float) -> np.nda
 
 
 def _within(leg: Stance, p_hip_foot: np.ndarray, spare: float) -> np.ndarray:
-    q, margin = angles_of(leg.lengths, p_hip_foot.T)
+    angles, margin = angles_and_margin(leg.lengths, p_hip_foot)
     low, high = leg.limits.T
     # Of a narrow range a spare angle may leave nothing.
     room = np.minimum(spare, (high - low) / 4)
-    angles = np.stack(np.broadcast_arrays(*q), axis=-1)
     inside = ((angles >= low + room) & (angles <= high - room)).all(axis=-1)
     return inside & (margin >= 0) & (p_hip_foot[:, 0] >= NEAREST_FOOT)

@@ -85,7 +85,8 @@ def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, 
     Source: Table 1, Eq. 2 with its row 3 corrected.
     """
     check_type("leg", leg, (Leg,), "a Leg", "robot.legs[0]")
-    ((q1, q2, q3),) = threes(leg, q=q)
+    (q,) = threes(leg, q=q)
+    q1, q2, q3 = np.moveaxis(q, -1, 0)
     zero, right = np.float64(0.0), np.float64(np.pi / 2)
     coxa, femur, tibia = leg.lengths
     X_hip_coxa = dh_matrix(zero, zero, zero, q1)

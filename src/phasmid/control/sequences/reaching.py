@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.kinematics import hip_from_body, link_frames
-from phasmid.kinematics.leg import angles_of
+from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import Robot
 
 STRETCH_MARGIN = 1e-4
@@ -27,9 +27,7 @@ def angles_and_reach(
         Angles [rad], shape (..., L, 3), and whether each leg has them, shape (..., L).
     """
     arrays = robot.arrays
-    p = np.moveaxis(hip_from_body(robot, p_body_feet), -1, 0)
-    angles, slack = angles_of(np.moveaxis(arrays.lengths, -1, 0), p)
-    q = np.stack(np.broadcast_arrays(*angles), axis=-1)
+    q, slack = angles_and_margin(arrays.lengths, hip_from_body(robot, p_body_feet))
     longest = (arrays.lengths[:, 1] + arrays.lengths[:, 2]) ** 2
     low, high = arrays.joint_limits[..., 0] + margin, arrays.joint_limits[..., 1] - margin
     # Written so that NaN counts as out of reach.

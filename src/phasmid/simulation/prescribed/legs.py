@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid import batch
+from phasmid import dynamics
 from phasmid.dynamics import BodyMotion
 from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.kinematics import link_frames
@@ -168,7 +168,7 @@ def _whole(robot: Robot, links: _Links, joints: Legs) -> _Whole:
 
     spin = mass * np.cross(at, velocity) + (own @ links.turning[..., None])[..., 0]
     # Without gravity and on a trunk at rest, what the legs need is the rate of their momentum.
-    _, needed = batch.inverse_dynamics(robot, BodyMotion.at_rest(), *joints, gravity=0.0)
+    _, needed = dynamics.inverse_dynamics(robot, BodyMotion.at_rest(), *joints, gravity=0.0)
     return _Whole(
         com,
         com_rate,

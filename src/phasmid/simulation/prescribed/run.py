@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid import batch
+from phasmid import dynamics
 from phasmid.dynamics import BodyMotion
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
@@ -241,7 +241,7 @@ class TrunkRun(Run):
             angular_acceleration=self.acceleration[:good, 3:],
         )
         force = log.sensors[:good, : 4 * legs].reshape(good, legs, 4)[..., 1:]
-        needed = batch.inverse_dynamics(
+        needed = dynamics.inverse_dynamics(
             self.robot,
             body,
             *(each[:good] for each in joints),
