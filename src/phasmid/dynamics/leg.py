@@ -94,9 +94,10 @@ def leg_torque(
         return printed_leg_torque(leg, q, qd, qdd, foot_force=foot_force, gravity=gravity)
     from phasmid.dynamics.leg_kernels import each_leg_torque
 
-    links = link_moments(leg)
+    lengths, *links = link_moments(leg)
+    left = np.asarray(leg.lateral_offsets.sum(axis=-1))
     loads = {} if foot_force is None else {"foot_force": foot_force}
     arrays = threes(leg, q=q, qd=qd, qdd=qdd, **loads)
     arrays += [] if loads else [np.zeros(3)]
     gravity_hip = hip_gravity(leg, number("gravity", gravity))
-    return np.asarray(each_leg_torque(*links, gravity_hip, *arrays))
+    return np.asarray(each_leg_torque(lengths, left, *links, gravity_hip, *arrays))

@@ -2,7 +2,9 @@
 
 `dynamics.leg` validates and calls the functions over arrays. ``lengths``, ``mass``, ``first`` and
 ``second`` are the links' lengths [m], masses [kg], first moments [kg·m] and inertias [kg·m²] about
-the origins of their frames; ``gravity`` is what holds a body at rest, in hip axes [m/s²].
+the origins of their frames, these moved along the femur's axis into the leg's plane; ``left`` is
+the foot's offset from that plane, positive to the left [m]; ``gravity`` is the acceleration that
+holds a body at rest, in hip axes [m/s²].
 """
 
 from __future__ import annotations
@@ -103,6 +105,7 @@ def elevated(
 @compiled
 def leg_torque(
     lengths: np.ndarray,
+    left: float,
     mass: np.ndarray,
     first: np.ndarray,
     second: np.ndarray,
@@ -133,10 +136,11 @@ def leg_torque(
     (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
     out3, up3 = lengths[2] * c3, lengths[2] * s3
     out, up = lengths[1] * c2 + out3, lengths[1] * s2 + up3
-    ahead, left = c1 * foot_force[0] + s1 * foot_force[1], c1 * foot_force[1] - s1 * foot_force[0]
-    torque[0] = along_1 - (lengths[0] + out) * left
-    torque[1] = along_2 + along_3 - (out * foot_force[2] - up * ahead)
-    torque[2] = along_3 - (out3 * foot_force[2] - up3 * ahead)
+    fx, fy, fz = foot_force[0], foot_force[1], foot_force[2]
+    ahead, aside = c1 * fx + s1 * fy, c1 * fy - s1 * fx
+    torque[0] = along_1 - ((lengths[0] + out) * aside - left * ahead)
+    torque[1] = along_2 + along_3 - (out * fz - up * ahead)
+    torque[2] = along_3 - (out3 * fz - up3 * ahead)
 
 
 @broadcasting("(n),(n),(n,n),(n,n,n),(n),(n)->(n,n),(n,n),(n,n),(n)")
@@ -168,5 +172,5 @@ def each_leg_matrices(
     G[0], G[1], G[2] = e.g1, e.g2 + e.g3, e.g3
 
 
-each_leg_torque = broadcasting("(n),(n),(n,n),(n,n,n),(n),(n),(n),(n),(n)->(n)")(leg_torque)
+each_leg_torque = broadcasting("(n),(),(n),(n,n),(n,n,n),(n),(n),(n),(n),(n)->(n)")(leg_torque)
 """Apply `leg_torque` to each sample."""

@@ -46,11 +46,22 @@ def link_moments(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return lengths, masses, and first and second moments about the origins of the links' frames.
 
+    These are moved along the femur's axis into the leg's plane, which makes lateral offsets a part
+    of the centres of mass.
+
     Raises:
         InvalidInput: It is no leg.
     """
     lengths, mass, com, inertia = link_arrays(leg)
-    return lengths, mass, *moments_about_origin(mass, com, inertia)
+    return lengths, mass, *moments_about_origin(mass, com - in_plane(leg), inertia)
+
+
+def in_plane(leg: Leg | LegArrays) -> Float[np.ndarray, "*legs 3 3"]:
+    """Return the point of the leg's plane on each link's joint axis, in the link's frame [m]."""
+    left = np.zeros((*leg.lateral_offsets.shape, 3))
+    # The joints' axes are to the leg's right.
+    left[..., 1:, 2] = np.cumsum(leg.lateral_offsets, axis=-1)[..., :2]
+    return left
 
 
 def link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -73,8 +73,11 @@ def inverse_dynamics(
     free_fall = body.acceleration + np.array([0.0, 0.0, gravity])
     trunk = np.array(robot.body.mass)
     torque, wrench = np.empty((*batch, len(robot.legs), 3)), np.empty((*batch, 6))
+    lengths, *links = link_moments(robot.arrays)
     each_inverse_dynamics(
-        *link_moments(robot.arrays),
+        lengths,
+        robot.arrays.lateral_offsets.sum(axis=-1),
+        *links,
         robot.arrays.R_body_hip,
         robot.arrays.p_body_hip,
         trunk,

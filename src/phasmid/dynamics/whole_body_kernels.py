@@ -17,10 +17,11 @@ Vector = tuple[float, float, float]
 
 
 class RobotMoments(NamedTuple):
-    """Geometry and mass distribution of a robot with L legs; moments about the frames' origins.
+    """Geometry and mass distribution of a robot with L legs; moments as in `link_moments`.
 
     Attributes:
         lengths: Link lengths [m], shape (L, 3).
+        left: Offsets of the feet from the legs' planes, to the left [m], shape (L,).
         mass: Link masses [kg], shape (L, 3).
         first: First moments of the links [kg·m], shape (L, 3, 3).
         second: Inertias of the links [kg·m²], shape (L, 3, 3, 3).
@@ -32,6 +33,7 @@ class RobotMoments(NamedTuple):
     """
 
     lengths: np.ndarray
+    left: np.ndarray
     mass: np.ndarray
     first: np.ndarray
     second: np.ndarray
@@ -185,7 +187,7 @@ def inverse_dynamics(
             forces[k], moments[k] = newton_euler(*link, w, dw, a)
             turns[k] = s, c
         f = -foot[0], -foot[1], -foot[2]
-        n = tip_moment(robot.lengths[leg, 2], f)
+        n = cross((robot.lengths[leg, 2], 0.0, -robot.left[leg]), f)
         for k in range(2, -1, -1):
             # Forces inwards, from the foot to the hip.
             s, c = turns[k]
@@ -202,11 +204,12 @@ def inverse_dynamics(
 
 
 @broadcasting(
-    "(l,n),(l,n),(l,n,n),(l,n,n,n),(l,n,n),(l,n),(),(n),(n,n),"
+    "(l,n),(l),(l,n),(l,n,n),(l,n,n,n),(l,n,n),(l,n),(),(n),(n,n),"
     "(n,n),(n),(n),(n),(l,n),(l,n),(l,n),(l,n)->(l,n),(n),(n)"
 )
 def each_inverse_dynamics(
     lengths: np.ndarray,
+    left: np.ndarray,
     mass: np.ndarray,
     first: np.ndarray,
     second: np.ndarray,
@@ -228,9 +231,8 @@ def each_inverse_dynamics(
     moment: np.ndarray,
 ) -> None:
     """Apply `inverse_dynamics` to each sample."""
-    robot = RobotMoments(
-        lengths, mass, first, second, R_body_hip, p_body_hip, trunk_mass, trunk_first, trunk_second
-    )
+    trunk = trunk_mass, trunk_first, trunk_second
+    robot = RobotMoments(lengths, left, mass, first, second, R_body_hip, p_body_hip, *trunk)
     inverse_dynamics(
         robot,
         R_world_body,

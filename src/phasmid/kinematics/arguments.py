@@ -21,6 +21,10 @@ class HasLengths(Protocol):
     def lengths(self) -> Float[np.ndarray, "*legs 3"]:
         """Lengths of coxa, femur and tibia [m]."""
 
+    @property
+    def lateral_offsets(self) -> Float[np.ndarray, "*legs 3"]:
+        """Lateral offsets of coxa, femur and tibia [m]."""
+
 
 def check_leg(leg: object, *types: type) -> None:
     """Refuse what is no leg.
@@ -35,6 +39,11 @@ def check_leg(leg: object, *types: type) -> None:
     must, hint = "a Leg or the arrays of a robot's legs", "robot.arrays, or robot.legs[0]"
     # The protocol is asked last, since it takes longest.
     check_type("leg", leg, types or (Leg, LegArrays, HasLengths), must, hint)
+
+
+def geometry(leg: HasLengths) -> tuple[np.ndarray, np.ndarray]:
+    """Return a leg's lengths, shape (..., 3), and its foot's offset from its plane, shape (...)."""
+    return leg.lengths, np.asarray(leg.lateral_offsets.sum(axis=-1))
 
 
 def as_printed(form: str) -> bool:

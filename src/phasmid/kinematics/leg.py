@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import Unreachable
-from phasmid.kinematics.arguments import HasLengths, as_printed, check_leg, threes
+from phasmid.kinematics.arguments import HasLengths, as_printed, check_leg, geometry, threes
 from phasmid.kinematics.printed import printed_joint_angles
 
 STRETCH_TOLERANCE = 1e-12
@@ -40,7 +40,7 @@ def foot_position(
 
     check_leg(leg)
     (q,) = threes(leg, q=q)
-    return np.asarray(each_foot(leg.lengths, q))
+    return np.asarray(each_foot(*geometry(leg), q))
 
 
 def joint_angles(
@@ -68,7 +68,7 @@ def joint_angles(
         return printed_joint_angles(leg, p_hip_foot)
     check_leg(leg)
     (p,) = threes(leg, p_hip_foot=p_hip_foot)
-    q, margin = angles_and_margin(leg.lengths, p)
+    q, margin = angles_and_margin(leg, p)
     # Written so that NaN counts as unreachable.
     reachable = margin >= -STRETCH_TOLERANCE * (leg.lengths[..., 1] + leg.lengths[..., 2]) ** 2
     if not np.all(reachable):
@@ -77,19 +77,19 @@ def joint_angles(
 
 
 def angles_and_margin(
-    lengths: Float[np.ndarray, "*#batch 3"], p_hip_foot: Float[np.ndarray, "*#batch 3"]
+    leg: HasLengths, p_hip_foot: Float[np.ndarray, "*batch 3"]
 ) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch"]]:
     """Joint angles [rad] as `joint_angles`, and a margin [m²].
 
     The margin is negative, or NaN, where the leg cannot reach.
 
     Args:
-        lengths: Link lengths [m], shape (..., 3).
+        leg: The leg, or a robot's ``arrays``.
         p_hip_foot: Foot in the hip frame [m], shape (..., 3).
     """
     from phasmid.kinematics.leg_kernels import each_inverse
 
-    q, margin = each_inverse(lengths, p_hip_foot)
+    q, margin = each_inverse(*geometry(leg), p_hip_foot)
     return q, np.asarray(margin)
 
 
@@ -127,7 +127,7 @@ def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndar
 
     check_leg(leg)
     (q,) = threes(leg, q=q)
-    return np.asarray(each_jacobian(leg.lengths, q))
+    return np.asarray(each_jacobian(*geometry(leg), q))
 
 
 def joint_motion(
@@ -156,5 +156,5 @@ def joint_motion(
 
     check_leg(leg)
     arrays = threes(leg, q=q, v_hip_foot=v_hip_foot, a_hip_foot=a_hip_foot)
-    qd, qdd = each_joint_motion(leg.lengths, *arrays)
+    qd, qdd = each_joint_motion(*geometry(leg), *arrays)
     return qd, qdd

@@ -58,7 +58,7 @@ def belly_name(point: int) -> str:
 
 def add_foot(tibia: mujoco.MjsBody, leg: Leg, tip_width: float, friction: list[float]) -> None:
     """Give a tibia its foot: four points that touch the ground, and a site at its tip."""
-    tibia.add_site(name=f"{leg.name}.foot", pos=[leg.tibia.length, 0.0, 0.0])
+    tibia.add_site(name=f"{leg.name}.foot", pos=leg.tibia.end)
     for i, corner in enumerate(foot_points(leg, tip_width)):
         _add_point(tibia, point_name(leg, i), corner, friction)
 
@@ -94,7 +94,7 @@ def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
     Returns:
         In the tibia's frame [m], shape (4, 3); level when the foot is at its neutral place.
     """
-    tip = np.array([leg.tibia.length, 0.0, 0.0])
+    tip = leg.tibia.end
     X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
     # Axes of a level frame of the leg's yaw in the tibia's at the neutral stance.
     ahead, side, up = leg.R_level_hip @ X_hip_tibia[:3, :3]

@@ -157,8 +157,8 @@ def _add_leg(
     parent = trunk
     poses = (
         (leg.mount_position, _mount_quaternion(leg)),
-        ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
-        ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+        (leg.coxa.end, X_AXIS_UP),
+        (leg.femur.end, (1.0, 0.0, 0.0, 0.0)),
     )
     servo, drive = robot.servo, scenario.simulation.planned_drive
     driven = drive in {"ideal-servo", "torque"}

@@ -27,7 +27,7 @@ def angles_and_reach(
         Angles [rad], shape (..., L, 3), and whether each leg has them, shape (..., L).
     """
     arrays = robot.arrays
-    q, slack = angles_and_margin(arrays.lengths, hip_from_body(robot, p_body_feet))
+    q, slack = angles_and_margin(arrays, hip_from_body(robot, p_body_feet))
     longest = (arrays.lengths[:, 1] + arrays.lengths[:, 2]) ** 2
     low, high = arrays.joint_limits[..., 0] + margin, arrays.joint_limits[..., 1] - margin
     # Written so that NaN counts as out of reach.
@@ -41,5 +41,5 @@ def knees_and_feet(
     """Knees and feet in the body frame [m], each of shape (..., L, 3)."""
     frames = link_frames(robot, q)
     knees = frames.position[..., 2, :]
-    along = frames.rotation[..., 2, :, 0]
-    return knees, knees + robot.arrays.lengths[:, 2, None] * along
+    ends = np.array([leg.tibia.end for leg in robot.legs])
+    return knees, knees + np.einsum("...lij,lj->...li", frames.rotation[..., 2, :, :], ends)

@@ -84,7 +84,7 @@ def leg_rows(
     part[..., :TURNING] = _cubics(place.reshape(flat), speed.reshape(flat), dt)
     part[..., TURNING : TURNING + 3] = turning[:-1]
     part[..., TURNING + 3 : TIP] = turning[1:]
-    part[..., TIP:AXIS] = (frames.position[:, :, 2] + tibia[..., 0] * _lengths(robot))[:-1]
+    part[..., TIP:AXIS] = (frames.position[:, :, 2] + _feet(robot, tibia))[:-1]
     part[..., AXIS:COXA_AXIS] = tibia[:-1, ..., 2]
     part[..., COXA_AXIS:] = frames.rotation[:-1, :, 0, :, 2]
     return rows
@@ -101,8 +101,9 @@ def joints_of(rows: Float[np.ndarray, "samples width"], legs: int) -> Legs:
     return Legs(parts[:, 0], parts[:, 1], parts[:, 2])
 
 
-def _lengths(robot: Robot) -> np.ndarray:
-    return robot.arrays.lengths[:, 2, None]
+def _feet(robot: Robot, tibia: np.ndarray) -> np.ndarray:
+    """Feet from the tibia's origin, in the axes of its rotation."""
+    return np.einsum("tlij,lj->tli", tibia, [leg.tibia.end for leg in robot.legs])
 
 
 def _cubics(value: np.ndarray, rate: np.ndarray, dt: float) -> np.ndarray:
