@@ -180,7 +180,8 @@ def leg_gaps(
         Of each leg and the next one round the body, coxae left out, shape (..., L).
     """
     frames = link_frames(robot, q)
-    ends = frames.position + robot.arrays.lengths[..., None] * frames.rotation[..., 0]
+    tips = np.array([[link.end for link in leg.links] for leg in robot.legs])
+    ends = frames.position + (frames.rotation @ tips[..., None])[..., 0]
     hips = robot.arrays.p_body_hip
     order = np.argsort(np.arctan2(hips[:, 1], hips[:, 0]))
     start, end = frames.position[..., order, 1:, :], ends[..., order, 1:, :]
