@@ -20,9 +20,7 @@ def _random_link(rng: np.random.Generator, name: str) -> Link:
     length, mass = rng.uniform(0.05, 0.2), rng.uniform(0.02, 0.3)
     com = rng.uniform(-0.4, 0.4, size=3) * length + [length / 2, 0.0, 0.0]
     inertia = _random_inertia(rng, mass, length)
-    # Of another generator, so that the other numbers are those of robots without offsets.
-    left = np.random.default_rng(round(1e9 * length)).uniform(-0.05, 0.05)
-    return Link(name, length, mass, com, inertia, left)
+    return Link(name, length, mass, com, inertia, 0.04 if name == "coxa" else 0.0)
 
 
 def general_robot() -> Robot:

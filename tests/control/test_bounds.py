@@ -29,7 +29,7 @@ def beside_its_plane():
     """The quadruped with feet 30 and 50 mm beside their legs' planes."""
     robot, legs = load_robot("quadruped"), []
     for leg, left in zip(robot.legs, (-0.03, -0.05, 0.05, 0.03), strict=True):
-        foot = leg.neutral_foot + [0.0, left, 0.0]
+        foot = leg.neutral_foot + np.array([0.0, left, 0.0])
         legs.append(replace(leg, coxa=replace(leg.coxa, lateral_offset=left), neutral_foot=foot))
     return replace(robot, legs=tuple(legs))
 

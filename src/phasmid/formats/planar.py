@@ -125,11 +125,12 @@ def planar(
                 where=chain.joints[0].where,
                 hint="give all lengths in metres",
             )
-    left = np.array([(p - p_hip) @ y1 for p in (p2, p3, p_trunk_foot)])
-    lateral_offsets = np.diff(left, prepend=0.0)
-    if abs(left[2]) <= OFFSET * lengths.sum():
-        left, lateral_offsets = np.zeros(3), np.zeros(3)
-        _note_offset(findings, subject, abs(float((p_trunk_foot - p_hip) @ y1)), place)
+    left = float((p_trunk_foot - p_hip) @ y1)
+    if abs(left) <= OFFSET * lengths.sum():
+        _note_offset(findings, subject, abs(left), place)
+        left = 0.0
+    # Where along parallel axes frames lie in a file says nothing: the coxa has all of the offset.
+    lateral_offsets = np.array([left, 0.0, 0.0])
     _note_skew(findings, subject, chain, across, lengths)
 
     e2 = math.atan2(knee[1], knee[0])
@@ -146,8 +147,8 @@ def planar(
     hip = _pose(p_hip, x0, np.cross(z1, x0), z1)
     links = [_pose(p_hip, out, y1, z1)]
     origins = (
-        p_hip + coxa * out + left[0] * y1,
-        p_hip + (coxa + knee[0]) * out + knee[1] * z1 + left[1] * y1,
+        p_hip + coxa * out + left * y1,
+        p_hip + (coxa + knee[0]) * out + knee[1] * z1 + left * y1,
     )
     for angle, origin in zip((e2, e3), origins, strict=True):
         c, s = math.cos(angle), math.sin(angle)
