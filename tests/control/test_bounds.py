@@ -1,5 +1,7 @@
 """Whether a leg reaches a place, told without angles, is what its angles tell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
