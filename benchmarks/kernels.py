@@ -1,4 +1,4 @@
-"""What one sample costs: phasmid's kernels beside Pinocchio and MuJoCo, on the same states.
+"""Time per sample of phasmid's kernels beside Pinocchio and MuJoCo, on the same states.
 
 All in one run and on one core, taking turns; read the ratios. A time is that of the quickest
 round, which other work on the machine disturbed least.
@@ -18,10 +18,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
+import numba
 import numpy as np
 import pinocchio as pin
 
-from phasmid import batch, dynamics, kinematics
+from phasmid import dynamics, kinematics
 from phasmid.robot import Leg, load_robot
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
@@ -32,7 +33,7 @@ ROUNDS = 15
 LOOP = 2000
 """Samples of whatever runs in a Python loop."""
 
-BUDGET = 12.0
+BUDGET = 40.0
 """What the torques of one leg may take per sample on one core [ns]."""
 
 Row = tuple[Callable[[], object], int]
@@ -80,7 +81,7 @@ def leg_dynamics(samples: int) -> dict[str, float]:
     robot = load_robot("phantomx-paper")
     leg = robot.legs[0]
     q, qd, qdd = random_states(samples)
-    out, force = np.empty_like(q), qd
+    force = qd
     model = pinocchio_leg(leg)
     data, pool = model.createData(), pin.ModelPool(model, 1)
     columns, tau = [v.T for v in (q, qd, qdd)], np.empty((3, samples), order="F")
@@ -93,16 +94,11 @@ def leg_dynamics(samples: int) -> dict[str, float]:
 
     six = [v.reshape(-1, 18) for v in random_states(LOOP, 6)]
     rows: dict[str, Row] = {
-        "phasmid.batch": (lambda: batch.leg_torque(leg, q, qd, qdd, out=out), samples),
-        "phasmid.batch, two threads": (
-            lambda: batch.leg_torque(leg, q, qd, qdd, out=out, threads=2),
+        "phasmid": (lambda: dynamics.leg_torque(leg, q, qd, qdd), samples),
+        "phasmid, with foot force": (
+            lambda: dynamics.leg_torque(leg, q, qd, qdd, foot_force=force),
             samples,
         ),
-        "phasmid.batch, with foot force": (
-            lambda: batch.leg_torque(leg, q, qd, qdd, foot_force=force, out=out),
-            samples,
-        ),
-        "phasmid.dynamics (NumPy)": (lambda: dynamics.leg_torque(leg, q, qd, qdd), samples),
         "Pinocchio rneaInParallel, one thread": (
             lambda: pin.rneaInParallel(1, pool, *columns, tau),
             samples,
@@ -113,9 +109,9 @@ def leg_dynamics(samples: int) -> dict[str, float]:
         ),
         "MuJoCo mj_inverse in a loop, six legs / 6": (loop(mj_inverse, *six), 6 * LOOP),
     }
-    found = table("inverse dynamics, per leg and sample", rows, "phasmid.batch")
-    error = np.abs(batch.leg_torque(leg, q, qd, qdd) - tau.T).max()
-    share = found["phasmid.batch"] / BUDGET
+    found = table("inverse dynamics, per leg and sample", rows, "phasmid")
+    error = np.abs(dynamics.leg_torque(leg, q, qd, qdd) - tau.T).max()
+    share = found["phasmid"] / BUDGET
     print(f"  largest difference from Pinocchio {error:.1e} N m")
     print(f"  of the budget of {BUDGET:.0f} ns the torques take {share:.2f}")
     return found | {"difference_from_pinocchio": float(error), "of_the_budget": share}
@@ -141,15 +137,7 @@ def whole_robot(samples: int) -> dict[str, float]:
         mujoco.mj_inverse(free, state)
 
     rows: dict[str, Row] = {
-        "phasmid.batch": (lambda: batch.inverse_dynamics(robot, body, q, qd, qdd), samples),
-        "phasmid.batch, two threads": (
-            lambda: batch.inverse_dynamics(robot, body, q, qd, qdd, threads=2),
-            samples,
-        ),
-        "phasmid.dynamics (NumPy)": (
-            lambda: dynamics.inverse_dynamics(robot, body, q, qd, qdd),
-            samples,
-        ),
+        "phasmid": (lambda: dynamics.inverse_dynamics(robot, body, q, qd, qdd), samples),
         "Pinocchio rneaInParallel, one thread": (
             lambda: pin.rneaInParallel(1, pool, *columns, tau),
             samples,
@@ -160,8 +148,8 @@ def whole_robot(samples: int) -> dict[str, float]:
         ),
         "MuJoCo mj_inverse in a Python loop": (loop(mj_inverse, *states), LOOP),
     }
-    found = table("inverse dynamics of the free robot, per sample", rows, "phasmid.batch")
-    torque = batch.inverse_dynamics(robot, body, q, qd, qdd).joint_torque
+    found = table("inverse dynamics of the free robot, per sample", rows, "phasmid")
+    torque = dynamics.inverse_dynamics(robot, body, q, qd, qdd).joint_torque
     error = np.abs(torque.reshape(samples, -1) - tau.T[:, 6:]).max()
     print(f"  largest difference from Pinocchio {error:.1e} N m")
     return found | {"difference_from_pinocchio": float(error)}
@@ -193,8 +181,7 @@ def newton(leg: Leg) -> Callable[[np.ndarray], tuple[np.ndarray, int]]:
 def leg_kinematics(samples: int) -> dict[str, float]:
     leg = load_robot("phantomx-paper").legs[0]
     q, *_ = random_states(samples)
-    p = batch.foot_position(leg, q)
-    out, J = np.empty_like(q), np.empty((samples, 3, 3))
+    p = kinematics.foot_position(leg, q)
     solve = newton(leg)
     # Of Newton's method the goals that it misses are left out: each would cost a hundred steps.
     solved, iterations = map(np.array, zip(*map(solve, p[:LOOP]), strict=True))
@@ -202,16 +189,13 @@ def leg_kinematics(samples: int) -> dict[str, float]:
     reached = misses < 1e-11
     goals, steps = p[:LOOP][reached], iterations[reached]
     rows: dict[str, Row] = {
-        "inverse, phasmid.batch": (lambda: batch.joint_angles(leg, p, out=out), samples),
-        "inverse, phasmid.kinematics (NumPy)": (lambda: kinematics.joint_angles(leg, p), samples),
+        "inverse, phasmid": (lambda: kinematics.joint_angles(leg, p), samples),
         "inverse, Newton on Pinocchio in a Python loop": (loop(solve, goals), len(goals)),
-        "foot, phasmid.batch": (lambda: batch.foot_position(leg, q, out=out), samples),
-        "foot, phasmid.kinematics (NumPy)": (lambda: kinematics.foot_position(leg, q), samples),
-        "Jacobian, phasmid.batch": (lambda: batch.jacobian(leg, q, out=J), samples),
-        "Jacobian, phasmid.kinematics (NumPy)": (lambda: kinematics.jacobian(leg, q), samples),
+        "foot, phasmid": (lambda: kinematics.foot_position(leg, q), samples),
+        "Jacobian, phasmid": (lambda: kinematics.jacobian(leg, q), samples),
     }
-    found = table("kinematics, per leg and sample", rows, "inverse, phasmid.batch")
-    error = np.abs(kinematics.foot_position(leg, batch.joint_angles(leg, p)) - p).max()
+    found = table("kinematics, per leg and sample", rows, "inverse, phasmid")
+    error = np.abs(kinematics.foot_position(leg, kinematics.joint_angles(leg, p)) - p).max()
     print(f"  closed form: the foot is {error:.1e} m from its goal at most")
     print(
         f"  Newton: {len(goals)} of {LOOP} goals reached, within {misses[reached].max():.1e} m and "
@@ -229,20 +213,21 @@ FIRST_CALLS = """
 import json, time
 import numpy as np
 import phasmid
-from phasmid import batch, dynamics
+from phasmid import dynamics, kinematics
 robot = phasmid.load_robot("phantomx-paper")
 leg, q, Q = robot.legs[0], np.full((9, 3), -0.5), np.full((9, 6, 3), -0.5)
+body = dynamics.BodyMotion.at_rest()
 calls = {
-    "leg_torque": lambda: batch.leg_torque(leg, q, q, q),
-    "leg_torque with foot force": lambda: batch.leg_torque(leg, q, q, q, foot_force=q),
-    "foot_position": lambda: batch.foot_position(leg, q),
-    "jacobian": lambda: batch.jacobian(leg, q),
-    "joint_angles": lambda: batch.joint_angles(leg, leg.neutral_foot),
-    "inverse_dynamics": lambda: batch.inverse_dynamics(
-        robot, dynamics.BodyMotion.at_rest(), Q, Q, Q),
+    "foot_position": lambda: kinematics.foot_position(leg, q),
+    "jacobian": lambda: kinematics.jacobian(leg, q),
+    "joint_angles": lambda: kinematics.joint_angles(leg, leg.neutral_foot),
+    "joint_motion": lambda: kinematics.joint_motion(leg, q, q, q),
+    "leg_torque": lambda: dynamics.leg_torque(leg, q, q, q),
+    "leg_matrices": lambda: dynamics.leg_matrices(leg, q),
+    "inverse_dynamics": lambda: dynamics.inverse_dynamics(robot, body, Q, Q, Q),
 }
 start = time.perf_counter()
-batch.backend()
+import numba
 found = {"import of numba": time.perf_counter() - start}
 for name, call in calls.items():
     start = time.perf_counter()
@@ -271,38 +256,6 @@ def first_calls() -> dict[str, dict[str, float]]:
     return found
 
 
-MEMORY = """
-import sys
-from pathlib import Path
-import numpy as np
-import phasmid
-from phasmid import batch
-if sys.argv[2] == "NumPy":
-    sys.modules["numba"] = None
-def peak():
-    # A process's own; that of getrusage may be its parent's.
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
-leg = phasmid.load_robot("phantomx-paper").legs[0]
-small = np.full((9, 3), 0.4)
-batch.leg_torque(leg, small, small, small)
-before = peak()
-q, qd, qdd = (np.full((int(sys.argv[1]), 3), 0.4) for _ in range(3))
-batch.leg_torque(leg, q, qd, qdd)
-print((peak() - before) / (3 * q.nbytes))
-"""
-
-
-def memory(samples: int) -> dict[str, float]:
-    """Peak memory of leg_torque with its inputs, as a multiple of the inputs (Linux)."""
-    found = {}
-    for backend in ("numba", "NumPy"):
-        run = [sys.executable, "-c", MEMORY, str(samples), backend]
-        found[backend] = float(subprocess.check_output(run, text=True))
-        print(f"memory of {samples:.0e} leg-samples, {backend}: {found[backend]:.2f} x the inputs")
-    return found
-
-
 def machine() -> dict[str, object]:
     """What it was measured on."""
     cpu = platform.processor()
@@ -313,7 +266,7 @@ def machine() -> dict[str, object]:
         "cpu": cpu,
         "cores": os.cpu_count(),
         "python": platform.python_version(),
-        "backend": batch.backend(),
+        "numba": numba.__version__,
         "numpy": np.__version__,
         "pinocchio": pin.__version__,
         "mujoco": mujoco.__version__,
@@ -324,7 +277,6 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("results/benchmark.json"))
     parser.add_argument("--samples", type=int, default=1_000_000)
-    parser.add_argument("--memory", type=int, default=10_000_000, help="samples; 0 for none")
     arguments = parser.parse_args()
     results: dict[str, object] = {"machine": machine(), "samples": arguments.samples}
     print(", ".join(f"{key} {value}" for key, value in machine().items()))
@@ -332,8 +284,6 @@ if __name__ == "__main__":
     results["whole_robot_ns"] = whole_robot(arguments.samples // 10)
     results["leg_kinematics_ns"] = leg_kinematics(arguments.samples)
     results["first_calls_s"] = first_calls()
-    if arguments.memory and Path("/proc/self/status").exists():
-        results["memory_of_inputs"] = memory(arguments.memory)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     arguments.out.write_text(json.dumps(results, indent=2) + "\n")
     print(f"written to {arguments.out}")

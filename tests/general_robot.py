@@ -19,11 +19,12 @@ def _random_inertia(rng: np.random.Generator, mass: float, size: float) -> np.nd
 def _random_link(rng: np.random.Generator, name: str) -> Link:
     length, mass = rng.uniform(0.05, 0.2), rng.uniform(0.02, 0.3)
     com = rng.uniform(-0.4, 0.4, size=3) * length + [length / 2, 0.0, 0.0]
-    return Link(name, length, mass, com, _random_inertia(rng, mass, length))
+    inertia = _random_inertia(rng, mass, length)
+    return Link(name, length, mass, com, inertia, 0.04 if name == "coxa" else 0.0)
 
 
 def general_robot() -> Robot:
-    """Five unlike legs on tilted hips, every centre of mass off its link, every inertia full."""
+    """Five unlike legs on tilted hips with lateral offsets, every inertia full."""
     rng, tilt = np.random.default_rng(20180816), np.random.default_rng(20261121)
     legs = []
     for i in range(5):
@@ -47,6 +48,9 @@ def general_robot() -> Robot:
 
 
 def upright(robot: Robot) -> Robot:
-    """The robot with its coxa axes vertical: the only one that the paper and its symbols know."""
-    legs = (replace(leg, mount_pitch=0.0, mount_roll=0.0) for leg in robot.legs)
+    """The robot with vertical coxa axes and no lateral offsets, as the paper's."""
+    legs = []
+    for leg in robot.legs:
+        links = {link.name: replace(link, lateral_offset=0.0) for link in leg.links}
+        legs.append(replace(leg, **links, mount_pitch=0.0, mount_roll=0.0))
     return replace(robot, legs=tuple(legs))

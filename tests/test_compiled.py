@@ -17,13 +17,13 @@ def made_anew(path):
     return function.stats
 
 
-def test_a_change_of_any_file_of_the_room_is_noticed_by_the_cache(tmp_path, monkeypatch):
+def test_a_change_of_any_file_of_the_package_is_noticed_by_the_cache(tmp_path, monkeypatch):
     # A loop calls functions of other files, which numba's own cache does not look at.
     path = tmp_path / "twice.py"
     path.write_text(CODE)
     assert made_anew(path).cache_misses
     assert made_anew(path).cache_hits
-    monkeypatch.setattr(compiled, "_sources", lambda room: ((str(room), 0, 0),))
+    monkeypatch.setattr(compiled, "_sources", lambda file: ((str(file), 0, 0),))
     assert made_anew(path).cache_misses
 
 
@@ -61,3 +61,19 @@ def test_parts_are_put_into_their_callers_and_internal_functions_are_called_by_t
     assert module.whole(2.0) == 11.0
     # What is internal would have no code that Python may call, which then computes it itself.
     assert module.more(2.0) == 3.0
+
+
+def test_where_no_cache_can_be_written_functions_are_compiled_each_time(tmp_path, monkeypatch):
+    # numba raises RuntimeError where it finds no folder for its cache.
+    from numba.core.caching import CacheImpl
+
+    path = tmp_path / "twice.py"
+    path.write_text(CODE + "\n\ndef thrice(x, out):\n    out[0] = 3.0 * x\n")
+    spec = importlib.util.spec_from_file_location("twice", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    monkeypatch.setattr(CacheImpl, "_locator_classes", [])
+    made = compiled.compiled(module.twice)
+    assert made(1.5) == 3.0
+    assert not compiled.is_kept(made)
+    assert compiled.broadcasting("()->()")(module.thrice)(1.5) == 4.5

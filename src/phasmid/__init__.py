@@ -80,7 +80,6 @@ _ROOM_OF = {
     "verify": "verification",
 }
 _ROOMS = (
-    "batch",
     "control",
     "dynamics",
     "forces",

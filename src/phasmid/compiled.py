@@ -1,88 +1,138 @@
-"""Loops as machine code where numba is there, and as plain Python where it is not."""
+"""Compile functions of numbers and arrays with numba.
+
+Kernels, the controller and the simulation's loops decorate their functions with what is here.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 from inspect import unwrap
 from pathlib import Path
+from re import findall
+from types import ModuleType
 from typing import Any
 
-from phasmid.batch.compiled import numba
+import numpy as np
+
+PACKAGE = Path(__file__).resolve().parent
 
 
 @cache
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of numbers and arrays, compiled when it is first called.
+    """Return a function of numbers and arrays that is compiled when it is first called.
 
     Args:
-        function: Written in what numba understands; every function that it calls must be given
-            to it as an argument or be compiled itself. Without numba it is returned as it is: the
-            same numbers, but for round-off, much slower.
+        function: Written in what numba understands; every function that it calls must be an
+            argument or be compiled itself.
     """
     return _made(function)
 
 
 def _made(function: Callable[..., Any], **options: bool) -> Callable[..., Any]:
-    module = numba()
-    if module is None:
-        return function
-    # A check of its arguments that is wrapped around it cannot be compiled.
+    # A type check wrapped around the function cannot be compiled.
     function = unwrap(function)
     options |= {"nogil": True}
     try:
-        made = module.njit(cache=True, error_model="numpy", **options)(function)
-        heed_sources(made, function)
-    except (RuntimeError, AttributeError):
-        # No folder can be written to, neither the package's own nor the user's; or this numba's
-        # cache is another one, which would take old code for new.
-        return module.njit(error_model="numpy", **options)(function)
-    return made
+        return _numba().njit(cache=True, error_model="numpy", **options)(function)
+    except RuntimeError:
+        # There is no writable cache folder.
+        return _numba().njit(error_model="numpy", **options)(function)
+
+
+@cache
+def _numba() -> ModuleType:
+    """Import numba, and let its cache of a function notice changes of every file it may call.
+
+    By itself the cache looks at the function's own file only.
+    """
+    # Lazy import: numba takes 0.6 s.
+    numba, caching = import_module("numba"), import_module("numba.core.caching")
+    locator = caching._SourceFileBackedLocatorMixin
+    own_stamp = locator.get_source_stamp
+
+    def stamp(self: Any) -> tuple[Any, ...]:
+        return own_stamp(self), _sources(Path(self._py_file))
+
+    locator.get_source_stamp = stamp
+    return numba
 
 
 @cache
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A part of one compiled function, put in its place there.
+    """Return a function that is compiled as a part of its callers.
 
-    A function that hands on many arrays is compiled much sooner this way: each function is
-    compiled together with all that it calls, level by level, and hands each array on as many
-    numbers.
+    A function of many arrays is compiled much sooner this way: each call passes every array as
+    several numbers, and each function is compiled together with all that it calls.
 
     Args:
         function: Written as for `compiled`, and called in one place or in few.
     """
-    module = numba()
-    if module is None:
-        return function
-    return module.njit(inline="always", nogil=True, error_model="numpy")(unwrap(function))
+    return _numba().njit(inline="always", nogil=True, error_model="numpy")(unwrap(function))
 
 
 @cache
 def internal(function: Callable[..., Any]) -> Callable[..., Any]:
-    """What is compiled for compiled functions that call it, and takes half the time for that.
+    """Return a function that compiled functions call; it compiles in half the time.
 
-    Where Python calls it, Python computes it.
+    Called from Python, it runs as plain Python.
 
     Args:
         function: Written as for `compiled`.
     """
     made: Any = _made(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-    if made is not function:
-        plain = unwrap(function)
+    plain = unwrap(function)
 
-        def keep(result: Any) -> None:
-            made.overloads[tuple(result.signature.args)] = result
+    def keep(result: Any) -> None:
+        made.overloads[tuple(result.signature.args)] = result
 
-        # Python never finds code that it may call, and asks for some: it gets its own.
-        made.add_overload, made._compile_for_args = keep, lambda *_, **__: plain
+    # There is no compiled code that Python can call: it gets the plain function.
+    made.add_overload, made._compile_for_args = keep, lambda *_, **__: plain
     return made
 
 
-def is_compiled(function: Callable[..., Any]) -> bool:
-    """Whether a function can be called without waiting for the compiler.
+def broadcasting(layout: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator that makes a NumPy generalised ufunc, compiled when it is first called.
+
+    The leading axes of the arguments broadcast.
 
     Args:
-        function: What `compiled` gave; what is plain Python never waits.
+        layout: Core dimensions as NumPy writes them, such as ``(n),(n)->(n)``. The function takes
+            a float or an array of floats for each, and writes the outputs.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
+        @cache
+        def made() -> Callable[..., Any]:
+            float64, guvectorize = _numba().float64, _numba().guvectorize
+            given, written = (findall(r"\(([^)]*)\)", side) for side in layout.split("->"))
+            # A scalar output is an array of one number.
+            dimensions = [len(findall(r"\w+", core)) for core in given]
+            dimensions += [max(len(findall(r"\w+", core)), 1) for core in written]
+            kinds = tuple(float64[(slice(None),) * n] if n else float64 for n in dimensions)
+            plain = unwrap(function)
+            try:
+                return guvectorize([kinds], layout, nopython=True, cache=True)(plain)
+            except RuntimeError:
+                # There is no writable cache folder.
+                return guvectorize([kinds], layout, nopython=True)(plain)
+
+        def front(*arrays: np.ndarray, **options: Any) -> Any:
+            # NaN and infinity pass through.
+            with np.errstate(all="ignore"):
+                return made()(*arrays, **options)
+
+        return front
+
+    return decorate
+
+
+def is_compiled(function: Callable[..., Any]) -> bool:
+    """Return whether a call of a function does not wait for the compiler.
+
+    Args:
+        function: From `compiled`; plain Python never waits.
     """
     if getattr(function, "overloads", True):
         return True
@@ -94,42 +144,21 @@ def is_compiled(function: Callable[..., Any]) -> bool:
 
 
 def is_kept(function: Callable[..., Any]) -> bool:
-    """Whether what is compiled of a function is kept for other processes.
+    """Return whether the compiled code of a function is cached for other processes.
 
     Args:
-        function: What `compiled` gave.
+        function: From `compiled`.
     """
     return hasattr(getattr(function, "_cache", None), "_cache_file")
 
 
-def heed_sources(made: Any, function: Callable[..., Any]) -> None:
-    """Let numba's cache of a function notice changes of any file of the function's room.
-
-    By itself it looks at the function's own file, not at those of the functions that it calls.
-
-    Args:
-        made: What numba makes of a function, with a cache.
-        function: That function.
-
-    Raises:
-        AttributeError: This numba keeps its cache in another way.
-    """
-    index = made._cache._cache_file
-    index._source_stamp = (
-        index._source_stamp,
-        _sources(_room(Path(function.__code__.co_filename))),
-    )
-
-
-def _room(file: Path) -> Path:
-    """The room of phasmid in which a file stands; the folder of a file elsewhere."""
-    house = Path(__file__).resolve().parent
-    file = file.resolve()
-    return house / file.relative_to(house).parts[0] if house in file.parents else file.parent
-
-
 @cache
-def _sources(room: Path) -> tuple[tuple[str, int, int], ...]:
-    """A room's files, when they were changed, and their sizes."""
-    found = [(path, path.stat()) for path in sorted(room.rglob("*.py"))]
-    return tuple((path.name, stat.st_mtime_ns, stat.st_size) for path, stat in found)
+def _sources(file: Path) -> tuple[tuple[str, int, int], ...]:
+    """Names, times and sizes of the files of a file's package and of all files of kernels."""
+    file = file.resolve()
+    if PACKAGE not in file.parents:
+        return ()
+    package = PACKAGE / file.relative_to(PACKAGE).parts[0]
+    files = {*package.rglob("*.py"), *PACKAGE.glob("*/*kernels.py")}
+    stats = [(path, path.stat()) for path in sorted(files)]
+    return tuple((path.name, stat.st_mtime_ns, stat.st_size) for path, stat in stats)

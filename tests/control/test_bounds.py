@@ -1,5 +1,7 @@
 """Whether a leg reaches a place, told without angles, is what its angles tell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,12 +23,22 @@ with a round-off of 1e-15 times the leg's conditioning, which is below 1e3 a mar
 
 
 def engine_of(name, **settings):
-    return LocomotionEngine(load_robot(name), ground_sensing=False, dynamics="none", **settings)
+    robot = beside_its_plane() if name == "offset" else load_robot(name)
+    return LocomotionEngine(robot, ground_sensing=False, dynamics="none", **settings)
+
+
+def beside_its_plane():
+    """The quadruped with feet 30 and 50 mm beside their legs' planes."""
+    robot, legs = load_robot("quadruped"), []
+    for leg, left in zip(robot.legs, (-0.03, -0.05, 0.05, 0.03), strict=True):
+        foot = leg.neutral_foot + np.array([0.0, left, 0.0])
+        legs.append(replace(leg, coxa=replace(leg.coxa, lateral_offset=left), neutral_foot=foot))
+    return replace(robot, legs=tuple(legs))
 
 
 def compare(model, parameters, count=2000):
     """How many of random places are within, by each share; fails where angles tell otherwise."""
-    far = model.lengths.sum(axis=1).max()
+    far = model.lengths[:, :3].sum(axis=1).max()
     places = np.random.default_rng(1).uniform(-far, far, (count, 3))
     within, q = np.zeros(2, int), np.empty(3)
     for leg in range(len(model.lengths)):
@@ -39,7 +51,7 @@ def compare(model, parameters, count=2000):
     return within
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", [*preset_names(), "offset"])
 def test_a_place_is_within_where_its_angles_keep_the_margins(name):
     engine = engine_of(name)
     planned, enough = compare(engine.memory.model, engine.memory.parameters)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from general_robot import general_robot
 from phasmid.control import limbs
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import MODEL, Model, model_of
@@ -14,14 +15,15 @@ from phasmid.kinematics import (
     joint_motion,
     rotation_rpy,
 )
+from phasmid.kinematics.arguments import geometry
 from phasmid.robot import load_robot, preset_names
 
 ROUND_OFF = 1e-12
 
 
-@pytest.fixture(scope="module", params=preset_names())
+@pytest.fixture(scope="module", params=[*preset_names(), "general"])
 def robot(request):
-    return load_robot(request.param)
+    return general_robot() if request.param == "general" else load_robot(request.param)
 
 
 def angles(robot, rng, count=50):
@@ -39,7 +41,7 @@ def test_a_foot_and_its_angles_are_those_of_kinematics(robot):
     feet = foot_position(robot.arrays, q)
     back = joint_angles(robot.arrays, feet)
     for n in range(len(q)):
-        for leg, lengths in enumerate(robot.arrays.lengths):
+        for leg, lengths in enumerate(np.column_stack(geometry(robot.arrays))):
             found = limbs.foot_of(lengths, *q[n, leg])
             np.testing.assert_allclose(found, feet[n, leg], atol=ROUND_OFF)
             *found, margin = limbs.angles_of(lengths, *feet[n, leg], 1.0)
@@ -54,7 +56,7 @@ def test_joint_speeds_are_those_of_kinematics(robot):
     want = joint_motion(robot.arrays, q, v, a)
     qd, qdd = np.empty(3), np.empty(3)
     for n in range(len(q)):
-        for leg, lengths in enumerate(robot.arrays.lengths):
+        for leg, lengths in enumerate(np.column_stack(geometry(robot.arrays))):
             limbs.speeds_of(lengths, q[n, leg], v[n, leg], a[n, leg], qd, qdd)
             # Relative: speeds of 100 rad/s are found near the coxa axis.
             np.testing.assert_allclose(qd, want[0][n, leg], rtol=ROUND_OFF, atol=ROUND_OFF)

@@ -123,23 +123,23 @@ def test_an_engine_that_is_absent_or_does_not_load_stops_all_walks(monkeypatch):
 
 def test_numba_is_told_with_where_its_machine_code_goes(monkeypatch):
     purpose = "equations and loops as machine code"
-    found = computing.fast()
-    assert (found.state, found.needed) == (State.READY, False)
+    found = computing.compiler()
+    assert (found.state, found.needed) == (State.READY, True)
     assert found.what == f"{purpose}: numba {numba.__version__}, which keeps what it compiles"
     monkeypatch.setattr(CacheImpl, "_locator_classes", [])
-    found = computing.fast()
+    found = computing.compiler()
     assert found.what == (
         f"{purpose}: numba {numba.__version__}, which compiles anew in every run: "
         "no folder can be written to that would keep it"
     )
     assert found.remedy == "set NUMBA_CACHE_DIR to a folder that can be written to"
     monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
-    found = computing.fast()
-    assert found.state is State.ABSENT
+    found = computing.compiler()
+    assert found.state is State.BROKEN
     assert found.what == f"{purpose}: numba {numba.__version__} is put out by NUMBA_DISABLE_JIT"
     assert found.remedy == "unset NUMBA_DISABLE_JIT"
     monkeypatch.setitem(sys.modules, "numba", None)
-    found = computing.fast()
+    found = computing.compiler()
     assert found.state is State.ABSENT
     assert found.what == f"{purpose}: numba is not installed"
     assert found.remedy == "pip install numba"
@@ -150,8 +150,8 @@ def test_a_numba_that_does_not_load_is_broken(monkeypatch):
         raise ImportError(f"{name} needs NumPy 2.1 or less")
 
     monkeypatch.setattr(computing, "import_module", refuse)
-    found = computing.fast()
-    assert (found.state, found.needed) == (State.BROKEN, False)
+    found = computing.compiler()
+    assert (found.state, found.needed) == (State.BROKEN, True)
     assert found.what.endswith(": numba does not load: numba needs NumPy 2.1 or less")
 
 

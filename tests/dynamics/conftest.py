@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -14,10 +15,21 @@ from general_robot import general_robot
 from phasmid.robot import Robot, load_robot, preset_names
 
 
-@pytest.fixture(params=[*preset_names(), "general"])
+def beside_its_plane() -> Robot:
+    """The robot without any symmetry, each link with a lateral offset of its own."""
+    robot, legs = general_robot(), []
+    for leg in robot.legs:
+        offsets = zip(leg.links, (0.04, -0.07, 0.02), strict=True)
+        links = {link.name: replace(link, lateral_offset=left) for link, left in offsets}
+        legs.append(replace(leg, **links))
+    return replace(robot, legs=tuple(legs))
+
+
+@pytest.fixture(params=[*preset_names(), "general", "offsets"])
 def robot(request: pytest.FixtureRequest) -> Robot:
-    """Every preset, and a robot without any symmetry."""
-    return general_robot() if request.param == "general" else load_robot(request.param)
+    """Every preset, and robots without any symmetry."""
+    own = {"general": general_robot, "offsets": beside_its_plane}
+    return own[request.param]() if request.param in own else load_robot(request.param)
 
 
 @pytest.fixture

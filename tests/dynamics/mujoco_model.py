@@ -29,7 +29,7 @@ def mujoco_model(robot: Robot, *, free: bool) -> mujoco.MjModel:
         for link, turn in zip(leg.links, turns, strict=True):
             parent = _add_body(parent, link, at, turn)
             parent.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
-            at = [link.length, 0.0, 0.0]
+            at = link.end
         parent.add_site(pos=at)
     return spec.compile()
 

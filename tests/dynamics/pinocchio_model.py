@@ -92,13 +92,13 @@ def _add_leg(model: pin.Model, leg: Leg, parent: int, X_parent_hip: pin.SE3, nam
     axis = pin.JointModelRZ()
     placements = (
         X_parent_hip,
-        pin.SE3(QUARTER_TURN, np.array([leg.coxa.length, 0.0, 0.0])),
-        pin.SE3(np.eye(3), np.array([leg.femur.length, 0.0, 0.0])),
+        pin.SE3(QUARTER_TURN, leg.coxa.end),
+        pin.SE3(np.eye(3), leg.femur.end),
     )
     for link, placement in zip(leg.links, placements, strict=True):
         parent = model.addJoint(parent, axis, placement, f"{link.name}_{name}")
         model.appendBodyToJoint(parent, _inertia(link), pin.SE3.Identity())
-    tip = pin.SE3(np.eye(3), np.array([leg.tibia.length, 0.0, 0.0]))
+    tip = pin.SE3(np.eye(3), leg.tibia.end)
     model.addFrame(pin.Frame(f"foot_{name}", parent, 0, tip, pin.FrameType.OP_FRAME))
 
 

@@ -11,6 +11,7 @@ import sympy as sp
 
 from phasmid import derivation, dynamics
 from phasmid.derivation.leg import ANGLES, GRAVITY, LENGTHS, LINKS
+from phasmid.dynamics.matrices import in_plane
 from phasmid.robot import Leg, Robot, with_mass_model
 
 # Torques below 10 N·m, as in row 10 of the physics charter; entries are sums of some hundred
@@ -35,7 +36,9 @@ def _symbols() -> list[sp.Symbol]:
 
 def _numbers(leg: Leg) -> list[float]:
     upper = np.triu_indices(3)
-    masses = [[k.mass, *k.com, *k.inertia[upper]] for k in leg.links]
+    # In symbols a lateral offset is a part of the centres of mass.
+    com = [k.com for k in leg.links] - in_plane(leg)
+    masses = [[k.mass, *c, *k.inertia[upper]] for k, c in zip(leg.links, com, strict=True)]
     return [*map(float, leg.lengths), 9.81, *(float(n) for link in masses for n in link)]
 
 

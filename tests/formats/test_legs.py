@@ -293,17 +293,17 @@ def test_small_misalignments_are_set_right_and_told() -> None:
     )
 
 
-def test_feet_beside_the_legs_plane_are_moved_into_it_or_refused() -> None:
+def test_feet_near_the_legs_plane_are_moved_into_it_and_others_are_lateral_offsets() -> None:
     X = pose(p=(MK4.legs[0].tibia.length, 0, 0.003))
     imported = robot_from_tree(with_joint(TREE, "right_front_foot_joint", X_parent_child=X))
     assert "leg 1: its foot stands 3 mm off the leg's plane and was moved into it." in said(
         imported, Severity.NOTE
     )
+    # The tibia's axis is to the leg's right.
     X[2, 3] = -0.02
-    assert refusal(with_joint(TREE, "right_front_foot_joint", X_parent_child=X)) == (
-        "leg 1: its foot stands 20 mm off the plane of its coxa axis, femur and tibia; this "
-        "model's legs are planar, up to 4.9 mm."
-    )
+    leg = robot_of(with_joint(TREE, "right_front_foot_joint", X_parent_child=X)).legs[0]
+    assert leg.lateral_offsets.sum() == pytest.approx(0.02, abs=1e-15)
+    np.testing.assert_allclose(leg.lengths, MK4.legs[0].lengths, atol=1e-15)
 
 
 def test_limits_are_ours_and_joints_without_are_whole_turns() -> None:
@@ -480,26 +480,6 @@ def test_the_hint_on_a_foot_from_a_mesh_fits_every_leg() -> None:
     assert robot_of(tree, foot=foot).arrays.lengths == pytest.approx(
         robot_of(tree).arrays.lengths, abs=5e-5
     )
-
-
-def test_the_hint_on_feet_beside_their_planes_is_accepted() -> None:
-    tree = TREE
-    for name, side in (("right_front", 0.02), ("left_rear", -0.03)):
-        X = pose(p=(LENGTH, 0, side))
-        tree = with_joint(tree, f"{name}_foot_joint", X_parent_child=X)
-    imported = robot_from_tree(tree)
-    foot = hinted(imported, "its foot stands")
-    told = said(robot_from_tree(tree, ImportOptions(foot=foot)), Severity.NOTE)
-    assert "leg 1: its foot was put 20 mm from where the file has it." in told
-    # Tenths of a millimetre remain of the print.
-    made = robot_of(tree, foot=foot)
-    np.testing.assert_allclose(made.arrays.lengths, MK4.arrays.lengths, rtol=0, atol=1e-4)
-
-
-def test_a_foot_that_no_leg_has_is_answered_by_the_feet_of_the_file() -> None:
-    imported = robot_from_tree(TREE, ImportOptions(foot="1-6=0.1,0,0.1"))
-    assert imported.error is not None
-    assert imported.error.hint == "leave out --foot: the file has feet"
 
 
 def test_foot_options_that_fit_nothing_are_refused() -> None:

@@ -53,7 +53,8 @@ def joint_limit_margin(
     # Written so that NaN counts as out of reach.
     if not margin > 0:
         return -math.inf
-    out = math.sqrt(p[0] * p[0] + p[1] * p[1]) - lengths[0]
+    beside = p[0] * p[0] + p[1] * p[1] - lengths[3] * lengths[3]
+    out = math.sqrt(max(beside, 0.0)) - lengths[0]
     length = math.sqrt(out * out + p[2] * p[2]) / (lengths[1] + lengths[2])
     room = (1 - length) / max(1 - parameters.stretch, 1e-9)
     for k in range(3):
@@ -123,7 +124,7 @@ def region_edge(
     """How far along a ray a foot may stand, up to the length of femur and tibia [m].
 
     Args:
-        lengths: Of the robot, see `is_within`, shape (L, 3).
+        lengths: As in `Model`, shape (L, 4).
         reach: The same, shape (2, L, 8).
         leg: The leg's index.
         start: Where the ray begins in the hip frame [m], shape (3,).

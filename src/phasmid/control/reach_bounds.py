@@ -36,7 +36,7 @@ def edge_width(limits: Float[np.ndarray, "... 2"], joint_margin: float) -> Float
 
 
 def reach_bounds(
-    lengths: Float[np.ndarray, "legs 3"],
+    lengths: Float[np.ndarray, "legs 4"],
     limits: Float[np.ndarray, "legs 3 2"],
     stretch: float,
     joint_margin: float,
@@ -44,7 +44,7 @@ def reach_bounds(
     """The bounds of each leg at the shares `PLANNED` and `ENOUGH`; see `BOUNDS` and `is_within`.
 
     Args:
-        lengths: Of coxa, femur and tibia [m].
+        lengths: As in `Model`.
         limits: Lowest and highest joint angles [rad].
         stretch: Share of its full length to which a leg may be stretched.
         joint_margin: Distance from the joints' limits [rad].
@@ -81,7 +81,7 @@ def is_within(
     angle is undetermined, it counts as in its range.
 
     Args:
-        lengths: Of coxa, femur and tibia [m], shape (L, 3).
+        lengths: As in `Model`, shape (L, 4).
         reach: As by `reach_bounds`, shape (2, L, 8).
         at: Which of its shares.
         leg: The leg's index.
@@ -91,14 +91,21 @@ def is_within(
     """
     # Single numbers of the whole arrays: their parts as arrays would take longer than the rest.
     coxa, femur, tibia = lengths[leg, 0], lengths[leg, 1], lengths[leg, 2]
-    flat = math.sqrt(x * x + y * y)
+    left = lengths[leg, 3]
+    beside = x * x + y * y - left * left
+    if beside < 0.0:
+        return False
+    flat = math.sqrt(beside)
     out = flat - coxa
     square = out * out + z * z
     long, short = (femur + tibia) ** 2 - square, square - (femur - tibia) ** 2
     # Written so that NaN counts as out of reach.
     if not (reach[at, leg, 0] <= square <= reach[at, leg, 1] and long > 0.0 and short > 0.0):
         return False
-    if not reach[at, leg, 2] * x + reach[at, leg, 3] * y >= reach[at, leg, 4] * flat:
+    # The coxa's angle is that of (ahead, up), as long as the square of (x, y).
+    ahead, up = x * flat + y * left, y * flat - x * left
+    side = reach[at, leg, 2] * ahead + reach[at, leg, 3] * up
+    if not side >= reach[at, leg, 4] * (x * x + y * y):
         return False
     # The femur's angle is that of (ahead, up); the length of that is twice the femur's by `square`.
     along, across = square + (femur + tibia) * (femur - tibia), math.sqrt(long * short)

@@ -16,7 +16,9 @@ from jaxtyping import Float, Int
 from phasmid.control.reach_bounds import reach_bounds
 from phasmid.control.records import record_of
 from phasmid.control.settings import EngineSettings
+from phasmid.dynamics.matrices import in_plane
 from phasmid.kinematics import neutral_feet
+from phasmid.kinematics.arguments import geometry
 from phasmid.robot import Robot
 
 
@@ -79,14 +81,15 @@ class Model:
     """The robot's numbers; L legs.
 
     Attributes:
-        lengths: Link lengths [m], shape (L, 3).
+        lengths: Link lengths, and the foot's offset to the left of the leg's plane [m],
+            shape (L, 4).
         R_body_hip: Rotations of the hips, shape (L, 3, 3).
         p_body_hip: Hips [m], shape (L, 3).
         limits: Lowest and highest joint angles [rad], shape (L, 3, 2).
         neutral: Neutral feet in the body frame [m], shape (L, 3).
         folded: Joint angles of a leg that is held in the air [rad], shape (L, 3).
         link_mass: Masses of the links [kg], shape (L, 3).
-        link_com: Their centres of mass in their frames [m], shape (L, 3, 3).
+        link_com: Their centres of mass in their frames in the leg's plane [m], shape (L, 3, 3).
         reach: What each leg reaches with the margins, see `reach_bounds`, shape (2, L, 8).
         body_moment: Mass of the trunk times the place of its centre [kg·m], shape (3,).
         mass: Of the whole robot [kg].
@@ -96,7 +99,7 @@ class Model:
         leg_count: Number of legs.
     """
 
-    lengths: Float[np.ndarray, "legs 3"]
+    lengths: Float[np.ndarray, "legs 4"]
     R_body_hip: Float[np.ndarray, "legs 3 3"]
     p_body_hip: Float[np.ndarray, "legs 3"]
     limits: Float[np.ndarray, "legs 3 2"]
@@ -334,21 +337,21 @@ def model_of(robot: Robot, joint_speed_share: float, stretch: float, joint_margi
         joint_margin: Distance from the joints' limits that targets keep [rad].
     """
     arrays = robot.arrays
-    neutral = neutral_feet(robot)
+    lengths, neutral = np.column_stack(geometry(arrays)), neutral_feet(robot)
     limits = np.array(arrays.joint_limits)
     folded = np.clip(
         [[0.0, 1.2, -2.2]] * len(robot.legs), limits[..., 0] + 0.1, limits[..., 1] - 0.1
     )
     return Model(
-        np.array(arrays.lengths),
+        lengths,
         np.array(arrays.R_body_hip),
         np.array(arrays.p_body_hip),
         limits,
         neutral,
         folded,
         np.array(arrays.mass),
-        np.array(arrays.com),
-        reach_bounds(np.asarray(arrays.lengths), limits, stretch, joint_margin),
+        arrays.com - in_plane(arrays),
+        reach_bounds(lengths, limits, stretch, joint_margin),
         robot.body.mass * np.asarray(robot.body.com),
         robot.mass,
         -float(neutral[:, 2].mean()),

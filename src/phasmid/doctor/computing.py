@@ -72,33 +72,32 @@ def engine() -> Finding:
     return Finding(topic, State.READY, f"MuJoCo {mujoco.__version__}", needed=True)
 
 
-def fast() -> Finding:
-    """Whether many samples are computed as machine code, and whether that is kept."""
-    topic, remedy = "fast", "pip install numba"
-    purpose = "equations and loops as machine code"
+def compiler() -> Finding:
+    """Return whether numba compiles the equations and loops, and whether it caches them."""
+    topic, purpose = "compiler", "equations and loops as machine code"
     if find_spec("numba") is None:
-        return Finding(topic, State.ABSENT, f"{purpose}: numba is not installed", remedy)
+        what = f"{purpose}: numba is not installed"
+        return Finding(topic, State.ABSENT, what, "pip install numba", needed=True)
     try:
         numba = import_module("numba")
-        generated = import_module("phasmid.batch.generated")
     except Exception as error:
         what = f"{purpose}: numba does not load: {reason(error)}"
-        return Finding(topic, State.BROKEN, what, remedy)
-    told = f"{purpose}: numba {numba.__version__}"
+        return Finding(topic, State.BROKEN, what, "pip install numba", needed=True)
+    version = f"{purpose}: numba {numba.__version__}"
     if numba.config.DISABLE_JIT:
-        what = f"{told} is put out by NUMBA_DISABLE_JIT"
-        return Finding(topic, State.ABSENT, what, "unset NUMBA_DISABLE_JIT")
+        what = f"{version} is put out by NUMBA_DISABLE_JIT"
+        return Finding(topic, State.BROKEN, what, "unset NUMBA_DISABLE_JIT", needed=True)
     try:
-        # No machine code is made before the first call.
-        numba.njit(cache=True)(generated.prefetch)
+        # Nothing is compiled before the first call.
+        numba.njit(cache=True)(compiler)
     except Exception:
         what = (
-            f"{told}, which compiles anew in every run: "
+            f"{version}, which compiles anew in every run: "
             "no folder can be written to that would keep it"
         )
         remedy = "set NUMBA_CACHE_DIR to a folder that can be written to"
-        return Finding(topic, State.READY, what, remedy)
-    return Finding(topic, State.READY, f"{told}, which keeps what it compiles")
+        return Finding(topic, State.READY, what, remedy, needed=True)
+    return Finding(topic, State.READY, f"{version}, which keeps what it compiles", needed=True)
 
 
 def reason(error: Exception) -> str:

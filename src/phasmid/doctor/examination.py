@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 
-from phasmid.doctor.computing import engine, fast, machine, python
+from phasmid.doctor.computing import compiler, engine, machine, python
 from phasmid.doctor.finding import Finding
 from phasmid.doctor.packages import EXTRAS, extra, needed_packages
 from phasmid.doctor.showing import drawing, figures, page
@@ -29,7 +29,7 @@ def _others() -> list[Finding]:
         python(),
         needed_packages(),
         engine(),
-        fast(),
+        compiler(),
         figures(),
         page(),
         *map(extra, EXTRAS.values()),

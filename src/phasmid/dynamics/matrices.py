@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.kinematics.arguments import check_leg
-from phasmid.kinematics.matrices import Samples
 from phasmid.robot import Leg, LegArrays
 
 
@@ -30,23 +30,38 @@ class LegMatrices(NamedTuple):
     G: Float[np.ndarray, "*batch 3"]
 
 
-def hip_gravity(
-    leg: Leg | LegArrays, gravity: float
-) -> tuple[Samples | float, tuple[Samples, Samples] | None]:
-    """What holds a body against gravity on a level trunk, in the axes of tilted hips.
+def hip_gravity(leg: Leg | LegArrays, gravity: float) -> Float[np.ndarray, "*legs 3"]:
+    """Return the acceleration that holds a body against gravity on a level trunk, in hip axes.
 
     Args:
         leg: The leg, or a robot's ``arrays``.
         gravity: Acceleration of free fall, downwards along the body's z [m/s²].
-
-    Returns:
-        Its part along the hip's z, and those along x and y, or None where all hips are upright.
     """
     up = leg.R_body_hip[..., 2, :] if isinstance(leg, LegArrays) else leg.X_body_hip[2, :3]
-    if np.array_equal(up, np.broadcast_to([0.0, 0.0, 1.0], up.shape)):
-        return gravity, None
-    x, y, z = np.moveaxis(gravity * up, -1, 0)
-    return z, (x, y)
+    return np.asarray(gravity * up)
+
+
+def link_moments(
+    leg: Leg | LegArrays,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return lengths, masses, and first and second moments about the origins of the links' frames.
+
+    These are moved along the femur's axis into the leg's plane, which makes lateral offsets a part
+    of the centres of mass.
+
+    Raises:
+        InvalidInput: It is no leg.
+    """
+    lengths, mass, com, inertia = link_arrays(leg)
+    return lengths, mass, *moments_about_origin(mass, com - in_plane(leg), inertia)
+
+
+def in_plane(leg: Leg | LegArrays) -> Float[np.ndarray, "*legs 3 3"]:
+    """Return the point of the leg's plane on each link's joint axis, in the link's frame [m]."""
+    left = np.zeros((*leg.lateral_offsets.shape, 3))
+    # The joints' axes are to the leg's right.
+    left[..., 1:, 2] = np.cumsum(leg.lateral_offsets, axis=-1)[..., :2]
+    return left
 
 
 def link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

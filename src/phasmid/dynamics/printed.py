@@ -87,7 +87,8 @@ def printed_leg_matrices(
     """
     left = chosen(LegMisprint, misprints)
     lengths, mass, _, inertia = link_arrays(leg)
-    (_, t2, theta3), g = *threes(leg, q=q), number("gravity", gravity)
+    (q,), g = threes(leg, q=q), number("gravity", gravity)
+    t2, theta3 = q[..., 1], q[..., 2]
     L1, L2, L3 = np.moveaxis(lengths, -1, 0)
     m1, m2, m3 = np.moveaxis(mass, -1, 0)
     inertia = np.moveaxis(np.diagonal(inertia, axis1=-2, axis2=-1), (-2, -1), (0, 1))
@@ -214,12 +215,12 @@ def printed_leg_torque(
     check_leg(leg, Leg, LegArrays)
     loads = {} if foot_force is None else {"foot_force": foot_force}
     _, speed, acceleration, *force = threes(leg, q=q, qd=qd, qdd=qdd, **loads)
-    w1, w2, w3 = speed
+    w1, w2, w3 = np.moveaxis(speed, -1, 0)
     M, B, C, torque = printed_leg_matrices(leg, q, gravity=gravity, misprints=left)
-    products = np.stack([w1 * w2, w1 * w3, w2 * w3])
+    products = np.stack([w1 * w2, w1 * w3, w2 * w3], axis=-1)
     for each, by in ((M, acceleration), (B, products), (C, speed**2)):
-        torque = torque + np.einsum("...ij,j...->...i", each, by)
+        torque = torque + np.einsum("...ij,...j->...i", each, by)
     if not force:
         return np.asarray(torque)
     sign = 1 if LegMisprint.EQ_11_SIGN in left else -1
-    return np.asarray(torque + sign * np.einsum("...ij,i...->...j", jacobian(leg, q), force[0]))
+    return np.asarray(torque + sign * np.einsum("...ij,...i->...j", jacobian(leg, q), force[0]))

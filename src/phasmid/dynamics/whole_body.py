@@ -1,8 +1,7 @@
-"""Inverse dynamics and energies of the whole robot, for all times and legs at once."""
+"""Inverse dynamics and energies of the whole robot, for one sample or millions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,17 +9,9 @@ from jaxtyping import Float
 
 from phasmid.arguments import check_type
 from phasmid.dynamics.body_motion import BodyMotion
-from phasmid.dynamics.components import apply, carried, components, cross
-from phasmid.dynamics.recursion import (
-    Moments,
-    energy_of,
-    leg_energies,
-    leg_needs,
-    link_moments,
-    newton_euler,
-    trunk_moments,
-)
-from phasmid.kinematics import centre_of_mass
+from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.dynamics.matrices import link_moments
+from phasmid.kinematics import centre_of_mass, link_frames
 from phasmid.kinematics.arguments import check_robot, lead, number, numbers, shared_axes
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
@@ -73,78 +64,35 @@ def inverse_dynamics(
     gravity enters as an acceleration of the base upwards. For one leg on a base at rest it
     equals Eq. 11, corrected.
     """
+    from phasmid.dynamics.whole_body_kernels import each_inverse_dynamics
+
     loads = {} if foot_force is None else {"foot_force": foot_force}
     batch, (q, qd, qdd, *force) = joint_arrays(robot, body, q=q, qd=qd, qdd=qdd, **loads)
     gravity = number("gravity", gravity)
-    forces = force[0] if force else np.zeros((len(robot.legs), 3))
-    legs = (*batch, len(robot.legs))
-    R_world_body = components(body.rotation, 2, batch)
     # Gravity acts as if everything accelerated upwards.
-    felt = body.acceleration + np.array([0.0, 0.0, gravity])
-    motion, needs = trunk_share(
-        trunk_moments(robot),
-        R_world_body,
-        components(body.angular_velocity, 1, batch),
-        components(body.angular_acceleration, 1, batch),
-        components(felt, 1, batch),
+    free_fall = body.acceleration + np.array([0.0, 0.0, gravity])
+    trunk = np.array(robot.body.mass)
+    torque, wrench = np.empty((*batch, len(robot.legs), 3)), np.empty((*batch, 6))
+    lengths, *links = link_moments(robot.arrays)
+    each_inverse_dynamics(
+        lengths,
+        robot.arrays.lateral_offsets.sum(axis=-1),
+        *links,
+        robot.arrays.R_body_hip,
+        robot.arrays.p_body_hip,
+        trunk,
+        *moments_about_origin(trunk, robot.body.com, robot.body.inertia),
+        body.rotation,
+        body.angular_velocity,
+        body.angular_acceleration,
+        free_fall,
+        q,
+        qd,
+        qdd,
+        force[0] if force else np.zeros((len(robot.legs), 3)),
+        out=(torque, wrench[..., :3], wrench[..., 3:]),
     )
-    torque, *from_legs = leg_share(
-        Mount(components(robot.arrays.R_body_hip, 2), components(robot.arrays.p_body_hip)),
-        components(robot.arrays.lengths),
-        link_moments(robot),
-        R_world_body[..., None],
-        *(v[..., None] for v in motion),
-        *(components(v, 1, legs) for v in (forces, q, qd, qdd)),
-    )
-    total = (ours + theirs.sum(axis=-1) for ours, theirs in zip(needs, from_legs, strict=True))
-    wrench = [entry for v in total for entry in apply(R_world_body, v)]
-    return JointTorqueAndWrench(np.stack(torque, axis=-1), np.stack(wrench, axis=-1))
-
-
-class Mount(NamedTuple):
-    """Where legs sit on the trunk: rotation (3, 3, L) and position (3, L) of the hip frames."""
-
-    R_body_hip: np.ndarray
-    p_body_hip: np.ndarray
-
-
-def trunk_share(
-    trunk: Moments, R_world_body: np.ndarray, w: np.ndarray, dw: np.ndarray, felt: np.ndarray
-) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """The trunk's motion (w, dw, a), and force and moment for itself, in body axes.
-
-    Vectors come in world axes; ``felt`` is the acceleration of the origin minus gravity's.
-    """
-    R_body_world = np.swapaxes(R_world_body, 0, 1)
-    w, dw, a = (apply(R_body_world, v) for v in (w, dw, felt))
-    return (w, dw, a), newton_euler(*trunk, w, dw, a)
-
-
-def leg_share(
-    mount: Mount,
-    lengths: np.ndarray,
-    links: Sequence[Moments],
-    R_world_body: np.ndarray,
-    w: np.ndarray,
-    dw: np.ndarray,
-    a: np.ndarray,
-    foot_force: np.ndarray,
-    q: np.ndarray,
-    qd: np.ndarray,
-    qdd: np.ndarray,
-) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
-    """Joint torques, and force and moment that legs need from the trunk, in body axes.
-
-    The trunk's motion w, dw, a comes in body axes, the force on the foot in world axes.
-    """
-    R_body_hip, p_body_hip = mount
-    R_hip_body = np.swapaxes(R_body_hip, 0, 1)
-    foot = apply(np.swapaxes(R_world_body, 0, 1), foot_force)
-    a = a + carried(p_body_hip, w, dw)
-    w, dw, a, foot = (apply(R_hip_body, v) for v in (w, dw, a, foot))
-    torque, force, moment = leg_needs(lengths, links, w, dw, a, foot, q, qd, qdd)
-    force, moment = apply(R_body_hip, force), apply(R_body_hip, moment)
-    return torque, force, moment + cross(p_body_hip, force)
+    return JointTorqueAndWrench(torque, wrench)
 
 
 def kinetic_energy(
@@ -167,19 +115,34 @@ def kinetic_energy(
     Raises:
         InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    batch, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
-    legs = (*batch, len(robot.legs))
-    R_body_world = np.swapaxes(components(body.rotation, 2, batch), 0, 1)
-    R_hip_body = np.swapaxes(components(robot.arrays.R_body_hip, 2), 0, 1)
-    w = apply(R_body_world, components(body.angular_velocity, 1, batch))
-    v = apply(R_body_world, components(body.velocity, 1, batch))
-    energy = energy_of(*trunk_moments(robot), w, v)
+    _, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
+    arrays, (R, p) = robot.arrays, link_frames(robot, q)
+    R_body_world = np.swapaxes(body.rotation, -1, -2)
+    w, v = (_apply(R_body_world, each) for each in (body.angular_velocity, body.velocity))
+    # Each link turns as the one before it and about its own axis, which is its z.
+    base = np.broadcast_to(w[..., None, None, :], (*w.shape[:-1], len(robot.legs), 1, 3))
+    turn = base + np.cumsum(R[..., :, 2] * qd[..., None], axis=-2)
+    before = np.concatenate([np.broadcast_to(base, (*turn.shape[:-2], 1, 3)), turn[..., :2, :]], -2)
+    steps = np.diff(p, axis=-2, prepend=0.0)
+    velocity = v[..., None, None, :] + np.cumsum(np.cross(before, steps), axis=-2)
+    velocity = velocity + np.cross(turn, _apply(R, arrays.com))
+    turn = _apply(np.swapaxes(R, -1, -2), turn)
+    legs = _rigid_energy(arrays.mass, arrays.inertia, velocity, turn).sum(axis=(-2, -1))
+    trunk = robot.body
+    v = v + np.cross(w, trunk.com)
+    return np.asarray(_rigid_energy(np.array(trunk.mass), trunk.inertia, v, w) + legs)
 
-    w, v = w[..., None], v[..., None]
-    v = apply(R_hip_body, v + cross(w, components(robot.arrays.p_body_hip)))
-    w = apply(R_hip_body, w)
-    angles, speeds = components(q, 1, legs), components(qd, 1, legs)
-    return np.asarray(energy + leg_energies(robot, w, v, angles, speeds).sum(axis=-1))
+
+def _apply(matrix: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return np.asarray((matrix @ v[..., None])[..., 0])
+
+
+def _rigid_energy(
+    mass: np.ndarray, inertia: np.ndarray, velocity: np.ndarray, turn: np.ndarray
+) -> np.ndarray:
+    """Kinetic energy of rigid bodies from the velocities of their centres of mass."""
+    linear = mass * np.sum(velocity**2, axis=-1)
+    return np.asarray((linear + np.sum(turn * _apply(inertia, turn), axis=-1)) / 2)
 
 
 def potential_energy(

@@ -13,9 +13,9 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot, PhasmidError, plain
 from phasmid.formats.bodies import possible
 from phasmid.formats.chains import Chain, Skeleton, skeleton
-from phasmid.formats.extension import Extension, LegExtension, read_extension
+from phasmid.formats.extension import Extension, read_extension
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.foot import Foot, feet_hint, feet_of, foot_of
+from phasmid.formats.foot import feet_of
 from phasmid.formats.found import FoundLeg, found_leg, named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.imported import Imported, ImportFacts, LegFacts
@@ -24,7 +24,6 @@ from phasmid.formats.load import judge_servo
 from phasmid.formats.masses import Weighed, weighed
 from phasmid.formats.mounts import Mount, body_frame, mount_of
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.planar import FootOffPlane
 from phasmid.formats.rigid import RigidLink, inverse, moved
 from phasmid.formats.servos import missing, servo_of
 from phasmid.formats.standing import Stance, standing_feet
@@ -214,42 +213,11 @@ def _legs(
             errors[number] = error
     if not errors:
         return legs
-    if options.foot and _has_feet_in_plane(named):
-        in_plane = "leave out --foot: the file has feet"
-    else:
-        points = [
-            _in_plane(chain, foot, errors.get(number))
-            for number, (chain, foot) in enumerate(zip(ours, feet, strict=True), 1)
-        ]
-        in_plane = f"{feet_hint(points)}, the nearest points in the legs' planes"
     for number, refusal in errors.items():
-        if isinstance(refusal, FootOffPlane):
-            refusal.hint = in_plane
         subject = f"leg {number}"
         what = refusal.what.removeprefix(f"{subject}: ")
         findings.append(Finding(Severity.IMPOSSIBLE, subject, what, refusal.where, refusal.hint))
     raise next(iter(errors.values()))
-
-
-def _has_feet_in_plane(named: Sequence[tuple[str, Chain, LegExtension | None]]) -> bool:
-    """Return whether the feet that the file itself gives fit the planes of all legs."""
-    try:
-        for number, (name, chain, said) in enumerate(named, 1):
-            found_leg(number, name, chain, said, foot_of(chain, "", number), [])
-    except PhasmidError:
-        return False
-    return True
-
-
-def _in_plane(
-    chain: Chain, foot: Foot | PhasmidError, error: PhasmidError | None
-) -> Float[np.ndarray, "3"] | None:
-    """A leg's foot, moved into its plane where it is off it, in the tibia's frame [m]."""
-    if isinstance(foot, PhasmidError):
-        return None
-    if not isinstance(error, FootOffPlane):
-        return foot.point
-    return np.asarray(foot.point - chain.poses[2, :3, :3].T @ error.offset)
 
 
 def _unlimited(chain: Chain) -> list[Finding]:
@@ -306,12 +274,7 @@ def _feet(
     said = [leg.said.neutral_foot for leg in legs if leg.said is not None]
     if len(said) == len(legs):
         return np.array(said), "the file's phasmid extension"
-    feet = standing_feet(
-        [
-            Stance(leg.plan.lengths, leg.limits, mount.R_level_hip, float(mount.position[2]))
-            for leg, mount in zip(legs, mounts, strict=True)
-        ]
-    )
+    feet = standing_feet([_stance(leg, mount) for leg, mount in zip(legs, mounts, strict=True)])
     if feet is not None:
         level = mounts[0].R_level_hip @ feet[0]
         findings.append(
@@ -325,6 +288,11 @@ def _feet(
             )
         )
     return feet, "assumed in proportion to the legs"
+
+
+def _stance(leg: FoundLeg, mount: Mount) -> Stance:
+    plan, height = leg.plan, float(mount.position[2])
+    return Stance(plan.lengths, plan.lateral_offsets, leg.limits, mount.R_level_hip, height)
 
 
 def _leg_facts(
@@ -392,12 +360,11 @@ def _leg(
     leg: FoundLeg, mount: Mount, foot: Float[np.ndarray, "3"], pieces: Sequence[Weighed]
 ) -> Leg:
     links = {}
-    for piece in pieces:
+    for piece, left in zip(pieces, leg.plan.lateral_offsets, strict=True):
         inertial = _mass_of(piece)
+        measures = inertial.mass, inertial.com, inertial.inertia, float(left)
         with _speaking_of(piece):
-            links[piece.joint] = Link(
-                piece.joint, piece.length, inertial.mass, inertial.com, inertial.inertia
-            )
+            links[piece.joint] = Link(piece.joint, piece.length, *measures)
     yaw, pitch, roll = mount.angles
     _, e2, e3 = leg.plan.offsets
     said = leg.said

@@ -30,8 +30,8 @@ def tree_of(robot: Robot, extension: str = "") -> Tree:
         # From the coxa's frame to the femur's: a quarter turn about x.
         poses = (
             leg.X_body_hip,
-            _pose(leg.coxa.length, [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
-            _pose(leg.femur.length),
+            _end(leg.coxa, [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+            _end(leg.femur),
         )
         parent = BASE
         for joint, link, X, limits in zip(JOINTS, leg.links, poses, leg.joint_limits, strict=True):
@@ -57,7 +57,7 @@ def tree_of(robot: Robot, extension: str = "") -> Tree:
             parent = child
         foot = f"{leg.name}_foot"
         links[foot] = TreeLink(foot)
-        joints.append(TreeJoint(f"{foot}_joint", "fixed", parent, foot, _pose(leg.tibia.length)))
+        joints.append(TreeJoint(f"{foot}_joint", "fixed", parent, foot, _end(leg.tibia)))
     return Tree(robot.name, links, tuple(joints), extension=extension)
 
 
@@ -65,11 +65,12 @@ def _link(name: str, link: Link, parts: tuple[Part, ...]) -> TreeLink:
     return TreeLink(name, Inertial(link.mass, link.com, link.inertia), parts)
 
 
-def _pose(length: float, R: list[list[float]] | None = None) -> np.ndarray:
+def _end(link: Link, R: list[list[float]] | None = None) -> np.ndarray:
+    """Pose of the next link's frame, or of the foot, in a link's frame."""
     X = np.eye(4)
     if R is not None:
         X[:3, :3] = R
-    X[0, 3] = length
+    X[:3, 3] = link.end
     return X
 
 

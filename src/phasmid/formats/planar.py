@@ -26,21 +26,12 @@ PRINTED = 1e-9
 """Angles below this are round-off, of which nobody needs to know [rad]."""
 
 OFFSET = 0.02
-"""Feet may stand off the leg's plane by this part of the leg's length: at half its reach the foot
-then stands 2° off the direction that its coxa joint says, of the order of the servos' play."""
+"""Feet nearer to the leg's plane than this part of the leg's length are moved into it: at half its
+reach the foot then stands 2° off the direction that its coxa joint says, of the order of the
+servos' play. Others give the leg lateral offsets."""
 
-SHORTEST_COXA = 1e-4
-"""Where coxa and femur axis meet, the coxa is given this length [m]."""
-
-
-class FootOffPlane(InvalidRobot):
-    """A foot beside the plane of its leg.
-
-    Attributes:
-        offset: From the nearest point in the plane to the foot, in the trunk [m], shape (3,).
-    """
-
-    offset: Float[np.ndarray, "3"]
+SHORTEST = 1e-4
+"""Least length of femur and tibia; axes of coxa and femur that are nearer than this meet [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +42,7 @@ class Planar:
         X_trunk_hip: Pose of the hip frame in the trunk, shape (4, 4).
         X_trunk_links: Poses of the frames of Table 1 in the trunk, shape (3, 4, 4).
         lengths: Of coxa, femur and tibia [m], shape (3,).
+        lateral_offsets: Of coxa, femur and tibia, to the left [m], shape (3,).
         signs: 1 or -1 for each joint: whether the file's angle grows with ours, shape (3,).
         offsets: Our angle where the file's is 0 [rad], shape (3,).
         findings: What was rounded.
@@ -59,6 +51,7 @@ class Planar:
     X_trunk_hip: Float[np.ndarray, "4 4"]
     X_trunk_links: Float[np.ndarray, "3 4 4"]
     lengths: Float[np.ndarray, "3"]
+    lateral_offsets: Float[np.ndarray, "3"]
     signs: Float[np.ndarray, "3"]
     offsets: Float[np.ndarray, "3"]
     findings: tuple[Finding, ...]
@@ -82,7 +75,6 @@ def planar(
 
     Raises:
         InvalidRobot: Axes are not parallel or square.
-        FootOffPlane: The foot is off the leg's plane.
     """
     findings: list[Finding] = []
     subject = f"leg {number}"
@@ -101,18 +93,9 @@ def planar(
     height = (p2 - p1) @ z1
     p_hip = p1 + height * z1
     coxa = float((p2 - p_hip) @ out)
-    if abs(coxa) < SHORTEST_COXA:
-        # Then the foot says which way is out.
-        side = 1.0 if (p_trunk_foot - p_hip) @ out >= 0 else -1.0
-        out, coxa = side * out, SHORTEST_COXA
-        findings.append(
-            Finding(
-                Severity.NOTE,
-                subject,
-                f"coxa and femur axes meet; the coxa was made {1000 * SHORTEST_COXA:g} mm long.",
-                where=place,
-            )
-        )
+    if abs(coxa) < SHORTEST:
+        # The axes meet: the foot decides which way is out.
+        out, coxa = out if (p_trunk_foot - p_hip) @ out >= 0 else -out, 0.0
     elif coxa < 0:
         out, coxa = -out, -coxa
     # Right-handed with x out and z up; hinges of Table 1 turn about -y.
@@ -125,10 +108,10 @@ def planar(
     femur, tibia = float(np.hypot(*knee)), float(np.hypot(*(foot - knee)))
     lengths = np.array([coxa, femur, tibia])
     for length, ends in ((femur, "femur and tibia axes"), (tibia, "tibia axis and foot")):
-        if length < SHORTEST_COXA:
+        if length < SHORTEST:
             raise InvalidRobot(
                 f"{subject}: {ends} are {plain_number(1000 * length, 2)} mm apart; they must be "
-                f"{1000 * SHORTEST_COXA:g} mm or more.",
+                f"{1000 * SHORTEST:g} mm or more.",
                 where=chain.joints[2].where,
                 hint="--foot names the link at the foot" if "foot" in ends else "",
             )
@@ -142,8 +125,12 @@ def planar(
                 where=chain.joints[0].where,
                 hint="give all lengths in metres",
             )
-    lateral = float((p_trunk_foot - p_hip) @ y1)
-    _check_offset(findings, subject, lateral * y1, float(lengths.sum()), place)
+    left = float((p_trunk_foot - p_hip) @ y1)
+    if abs(left) <= OFFSET * lengths.sum():
+        _note_offset(findings, subject, abs(left), place)
+        left = 0.0
+    # Where along parallel axes frames lie in a file says nothing: the coxa has all of the offset.
+    lateral_offsets = np.array([left, 0.0, 0.0])
     _note_skew(findings, subject, chain, across, lengths)
 
     e2 = math.atan2(knee[1], knee[0])
@@ -159,11 +146,14 @@ def planar(
 
     hip = _pose(p_hip, x0, np.cross(z1, x0), z1)
     links = [_pose(p_hip, out, y1, z1)]
-    origins = (p_hip + coxa * out, p_hip + (coxa + knee[0]) * out + knee[1] * z1)
+    origins = (
+        p_hip + coxa * out + left * y1,
+        p_hip + (coxa + knee[0]) * out + knee[1] * z1 + left * y1,
+    )
     for angle, origin in zip((e2, e3), origins, strict=True):
         c, s = math.cos(angle), math.sin(angle)
         links.append(_pose(origin, c * out + s * z1, -s * out + c * z1, -y1))
-    return Planar(hip, np.array(links), lengths, signs, offsets, tuple(findings))
+    return Planar(hip, np.array(links), lengths, lateral_offsets, signs, offsets, tuple(findings))
 
 
 def _pose(origin: np.ndarray, *axes: np.ndarray) -> np.ndarray:
@@ -216,29 +206,14 @@ def _note_skew(
         )
 
 
-def _check_offset(
-    findings: list[Finding],
-    subject: str,
-    offset: Float[np.ndarray, "3"],
-    length: float,
-    where: str,
-) -> None:
-    lateral = float(np.linalg.norm(offset))
-    if lateral > OFFSET * length:
-        error = FootOffPlane(
-            f"{subject}: its foot stands {plain_number(1000 * lateral, 3)} mm off the plane of its "
-            "coxa axis, femur and tibia; this model's legs are planar, up to "
-            f"{plain_number(1000 * OFFSET * length, 2)} mm.",
-            where=where,
-        )
-        error.offset = offset
-        raise error
-    if lateral > PRINTED:
+def _note_offset(findings: list[Finding], subject: str, offset: float, where: str) -> None:
+    """Say that a foot was moved into its leg's plane."""
+    if offset > PRINTED:
         findings.append(
             Finding(
                 Severity.NOTE,
                 subject,
-                f"its foot stands {plain_number(1000 * lateral, 2)} mm off the leg's plane "
+                f"its foot stands {plain_number(1000 * offset, 2)} mm off the leg's plane "
                 f"and was moved into it.",
                 where=where,
             )

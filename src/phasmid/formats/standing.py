@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.leg import angles_of
+from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot.leg import NEAREST_FOOT
 
 OUT, DOWN = 0.6, 0.4
@@ -32,12 +32,14 @@ class Stance:
 
     Attributes:
         lengths: Of coxa, femur and tibia [m], shape (3,).
+        lateral_offsets: Of the same [m], shape (3,).
         limits: Lowest and highest joint angles [rad], shape (3, 2).
         R_level_hip: The hip's tilt, shape (3, 3).
         height: Of the hip in the body frame [m].
     """
 
     lengths: Float[np.ndarray, "3"]
+    lateral_offsets: Float[np.ndarray, "3"]
     limits: Float[np.ndarray, "3 2"]
     R_level_hip: Float[np.ndarray, "3 3"]
     height: float
@@ -88,14 +90,14 @@ def _round_step(length: float) -> float:
 def _in_hip(leg: Stance, r: np.ndarray | float, h: np.ndarray | float) -> np.ndarray:
     """A place at a distance from the hip and a depth below the body's origin, in the hip frame."""
     r, z = np.broadcast_arrays(np.asarray(r), -np.asarray(h) - leg.height)
-    return np.stack([r, np.zeros(r.shape), z], axis=-1) @ leg.R_level_hip
+    left = np.array([0.0, leg.lateral_offsets.sum(), 0.0])
+    return np.stack([r, np.zeros(r.shape), z], axis=-1) @ leg.R_level_hip + left
 
 
 def _within(leg: Stance, p_hip_foot: np.ndarray, spare: float) -> np.ndarray:
-    q, margin = angles_of(leg.lengths, p_hip_foot.T)
+    angles, margin = angles_and_margin(leg, p_hip_foot)
     low, high = leg.limits.T
     # Of a narrow range a spare angle may leave nothing.
     room = np.minimum(spare, (high - low) / 4)
-    angles = np.stack(np.broadcast_arrays(*q), axis=-1)
     inside = ((angles >= low + room) & (angles <= high - room)).all(axis=-1)
     return inside & (margin >= 0) & (p_hip_foot[:, 0] >= NEAREST_FOOT)

@@ -21,6 +21,10 @@ class HasLengths(Protocol):
     def lengths(self) -> Float[np.ndarray, "*legs 3"]:
         """Lengths of coxa, femur and tibia [m]."""
 
+    @property
+    def lateral_offsets(self) -> Float[np.ndarray, "*legs 3"]:
+        """Lateral offsets of coxa, femur and tibia [m]."""
+
 
 def check_leg(leg: object, *types: type) -> None:
     """Refuse what is no leg.
@@ -35,6 +39,11 @@ def check_leg(leg: object, *types: type) -> None:
     must, hint = "a Leg or the arrays of a robot's legs", "robot.arrays, or robot.legs[0]"
     # The protocol is asked last, since it takes longest.
     check_type("leg", leg, types or (Leg, LegArrays, HasLengths), must, hint)
+
+
+def geometry(leg: HasLengths) -> tuple[np.ndarray, np.ndarray]:
+    """Return a leg's lengths, shape (..., 3), and its foot's offset from its plane, shape (...)."""
+    return leg.lengths, np.asarray(leg.lateral_offsets.sum(axis=-1))
 
 
 def as_printed(form: str) -> bool:
@@ -135,7 +144,7 @@ def leading_axes(
 
 
 def threes(leg: HasLengths, **arrays: object) -> list[np.ndarray]:
-    """Arrays with three numbers for each joint or axis, these in front; they fit the leg.
+    """Arrays of floats with three numbers for each joint or axis, shape (..., 3), that fit a leg.
 
     Args:
         leg: The leg, or the arrays of several, checked already.
@@ -147,8 +156,7 @@ def threes(leg: HasLengths, **arrays: object) -> list[np.ndarray]:
     """
     given = numbers(**arrays)
     leading_axes(given, (3,), leg.lengths.shape[:-1])
-    # As np.moveaxis(array, -1, 0), in a tenth of its time.
-    return [a.transpose(a.ndim - 1, *range(a.ndim - 1)) for a in given.values()]
+    return list(given.values())
 
 
 def alike(**arrays: object) -> list[np.ndarray]:

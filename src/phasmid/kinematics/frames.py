@@ -85,13 +85,16 @@ def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, 
     Source: Table 1, Eq. 2 with its row 3 corrected.
     """
     check_type("leg", leg, (Leg,), "a Leg", "robot.legs[0]")
-    ((q1, q2, q3),) = threes(leg, q=q)
+    (q,) = threes(leg, q=q)
+    q1, q2, q3 = np.moveaxis(q, -1, 0)
     zero, right = np.float64(0.0), np.float64(np.pi / 2)
     coxa, femur, tibia = leg.lengths
+    # Offsets count along the joints' axes, which are to the leg's right.
+    to_femur, to_tibia, to_foot = -leg.lateral_offsets
     X_hip_coxa = dh_matrix(zero, zero, zero, q1)
-    X_coxa_femur = dh_matrix(right, coxa, zero, q2)
-    X_femur_tibia = dh_matrix(zero, femur, zero, q3)
-    X_tibia_foot = dh_matrix(zero, tibia, zero, zero)
+    X_coxa_femur = dh_matrix(right, coxa, to_femur, q2)
+    X_femur_tibia = dh_matrix(zero, femur, to_tibia, q3)
+    X_tibia_foot = dh_matrix(zero, tibia, to_foot, zero)
     X_hip_femur = X_hip_coxa @ X_coxa_femur
     X_hip_tibia = X_hip_femur @ X_femur_tibia
     return np.stack([X_hip_coxa, X_hip_femur, X_hip_tibia, X_hip_tibia @ X_tibia_foot], axis=-3)
@@ -253,8 +256,9 @@ def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFram
         axes.append([[c1 * c, -c1 * s, s1], [s1 * c, -s1 * s, -c1], [s, c, zero]])
     rotation = np.moveaxis(np.array(axes), (0, 1, 2), (-3, -2, -1))
     out = coxa + femur * np.cos(q2)
-    starts = [[zero, zero, zero], [coxa * c1, coxa * s1, zero]]
-    starts.append([out * c1, out * s1, femur * np.sin(q2)])
+    left, beyond, _ = np.cumsum(arrays.lateral_offsets, axis=-1).T
+    starts = [[zero, zero, zero], [coxa * c1 - left * s1, coxa * s1 + left * c1, zero]]
+    starts.append([out * c1 - beyond * s1, out * s1 + beyond * c1, femur * np.sin(q2)])
     position = np.moveaxis(np.array(starts), (0, 1), (-2, -1))
     R = arrays.R_body_hip[:, None]
     p = (R @ position[..., None])[..., 0] + arrays.p_body_hip[:, None]

@@ -1,4 +1,7 @@
-"""Closed-form kinematics of one leg: where the foot is, and which angles put it there."""
+"""Closed-form kinematics of one leg, for one sample or millions.
+
+The equations are in `leg_kernels`, which is imported when first needed: numba takes 0.6 s.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import Unreachable
-from phasmid.kinematics.arguments import HasLengths, as_printed, check_leg, threes
-from phasmid.kinematics.matrices import Samples, matrix
+from phasmid.kinematics.arguments import HasLengths, as_printed, check_leg, geometry, threes
 from phasmid.kinematics.printed import printed_joint_angles
 
 STRETCH_TOLERANCE = 1e-12
@@ -34,18 +36,11 @@ def foot_position(
 
     Source: Table 1 and Eqs. 1-2, corrected (docs/errata.md).
     """
+    from phasmid.kinematics.leg_kernels import each_foot
+
     check_leg(leg)
-    (angles,) = threes(leg, q=q)
-    return np.stack(foot_of(np.moveaxis(leg.lengths, -1, 0), angles), axis=-1)
-
-
-def foot_of(lengths: np.ndarray, q: np.ndarray) -> tuple[Samples, Samples, Samples]:
-    """The foot's x, y and z; lengths and angles have their three components in front."""
-    coxa, femur, tibia = lengths
-    q1, q2, q3 = q
-    r = coxa + femur * np.cos(q2) + tibia * np.cos(q2 + q3)
-    z = femur * np.sin(q2) + tibia * np.sin(q2 + q3)
-    return r * np.cos(q1), r * np.sin(q1), z
+    (q,) = threes(leg, q=q)
+    return np.asarray(each_foot(*geometry(leg), q))
 
 
 def joint_angles(
@@ -73,37 +68,29 @@ def joint_angles(
         return printed_joint_angles(leg, p_hip_foot)
     check_leg(leg)
     (p,) = threes(leg, p_hip_foot=p_hip_foot)
-    q, margin = angles_of(np.moveaxis(leg.lengths, -1, 0), p)
+    q, margin = angles_and_margin(leg, p)
     # Written so that NaN counts as unreachable.
-    reachable = margin >= 0
+    reachable = margin >= -STRETCH_TOLERANCE * (leg.lengths[..., 1] + leg.lengths[..., 2]) ** 2
     if not np.all(reachable):
-        index = tuple(map(int, np.argwhere(~np.asarray(reachable))[0]))
-        raise unreachable(leg, np.moveaxis(p, 0, -1), index)
-    return np.stack(np.broadcast_arrays(*q), axis=-1)
+        raise unreachable(leg, p, tuple(map(int, np.argwhere(~reachable)[0])))
+    return q
 
 
-def angles_of(
-    lengths: np.ndarray, p: np.ndarray
-) -> tuple[tuple[Samples, Samples, Samples], Samples]:
-    """Joint angles, and a margin [m²] that is negative, or NaN, where the leg cannot reach.
+def angles_and_margin(
+    leg: HasLengths, p_hip_foot: Float[np.ndarray, "*batch 3"]
+) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch"]]:
+    """Joint angles [rad] as `joint_angles`, and a margin [m²].
 
-    Lengths and points have their three components in front.
+    The margin is negative, or NaN, where the leg cannot reach.
+
+    Args:
+        leg: The leg, or a robot's ``arrays``.
+        p_hip_foot: Foot in the hip frame [m], shape (..., 3).
     """
-    coxa, femur, tibia = lengths
-    x, y, z = p
-    out = np.sqrt(x**2 + y**2) - coxa
-    square = out**2 + z**2
-    longest, shortest = (femur + tibia) ** 2, (femur - tibia) ** 2
-    slack = STRETCH_TOLERANCE * longest
-    margin = np.minimum(longest + slack - square, square - (shortest - slack))
-    # Half the knee's bend is the angle of (t2, t1), with t1² + t2² = 4 femur tibia. The femur
-    # stands above the line to the foot by the angle of (square + femur² - tibia², t1 t2); the line
-    # turned by it needs one arc tangent.
-    t1 = np.sqrt(np.maximum(longest - square, 0.0))
-    t2 = np.sqrt(np.maximum(square - shortest, 0.0))
-    along, across = square + (femur + tibia) * (femur - tibia), t1 * t2
-    q2 = np.arctan2(z * along + out * across, out * along - z * across)
-    return (np.arctan2(y, x), q2, -2 * np.arctan2(t1, t2)), margin
+    from phasmid.kinematics.leg_kernels import each_inverse
+
+    q, margin = each_inverse(*geometry(leg), p_hip_foot)
+    return q, np.asarray(margin)
 
 
 def unreachable(
@@ -136,24 +123,11 @@ def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndar
 
     Source: the derivative of Table 1; J of Eq. 11.
     """
+    from phasmid.kinematics.leg_kernels import each_jacobian
+
     check_leg(leg)
-    (angles,) = threes(leg, q=q)
-    return matrix(*jacobian_of(np.moveaxis(leg.lengths, -1, 0), angles))
-
-
-def jacobian_of(lengths: np.ndarray, q: np.ndarray) -> list[list[Samples]]:
-    """The Jacobian's rows; lengths and angles have their three components in front."""
-    coxa, femur, tibia = lengths
-    q1, q2, q3 = q
-    c1, s1 = np.cos(q1), np.sin(q1)
-    out3, up3 = tibia * np.cos(q2 + q3), tibia * np.sin(q2 + q3)
-    out, up = femur * np.cos(q2) + out3, femur * np.sin(q2) + up3
-    r = coxa + out
-    return [
-        [-r * s1, -up * c1, -up3 * c1],
-        [r * c1, -up * s1, -up3 * s1],
-        [np.zeros_like(r), out, out3],
-    ]
+    (q,) = threes(leg, q=q)
+    return np.asarray(each_jacobian(*geometry(leg), q))
 
 
 def joint_motion(
@@ -178,26 +152,9 @@ def joint_motion(
 
     Source: Table 1, differentiated twice in cylindrical coordinates about the coxa axis.
     """
-    check_leg(leg)
-    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
-    (q1, q2, q3), (vx, vy, vz), (ax, ay, az) = threes(
-        leg, q=q, v_hip_foot=v_hip_foot, a_hip_foot=a_hip_foot
-    )
-    c1, s1 = np.cos(q1), np.sin(q1)
-    c2, s2, c23, s23 = np.cos(q2), np.sin(q2), np.cos(q2 + q3), np.sin(q2 + q3)
-    r = coxa + femur * c2 + tibia * c23
-    v_out, v_side = c1 * vx + s1 * vy, c1 * vy - s1 * vx
-    a_out, a_side = c1 * ax + s1 * ay, c1 * ay - s1 * ax
+    from phasmid.kinematics.leg_kernels import each_joint_motion
 
-    # With the elevations e2 = q2 and e3 = q2 + q3 the plane's equations are diagonal:
-    # projecting on the tibia leaves e2 alone, projecting on the femur leaves e3 alone.
-    spread = np.sin(q3)
-    w1 = v_side / r
-    w2 = (v_out * c23 + vz * s23) / (femur * spread)
-    w3 = -(v_out * c2 + vz * s2) / (tibia * spread)
-    b_out = a_out + r * w1**2 + femur * c2 * w2**2 + tibia * c23 * w3**2
-    b_up = az + femur * s2 * w2**2 + tibia * s23 * w3**2
-    d1 = (a_side - 2 * v_out * w1) / r
-    d2 = (b_out * c23 + b_up * s23) / (femur * spread)
-    d3 = -(b_out * c2 + b_up * s2) / (tibia * spread)
-    return np.stack([w1, w2, w3 - w2], axis=-1), np.stack([d1, d2, d3 - d2], axis=-1)
+    check_leg(leg)
+    arrays = threes(leg, q=q, v_hip_foot=v_hip_foot, a_hip_foot=a_hip_foot)
+    qd, qdd = each_joint_motion(*geometry(leg), *arrays)
+    return qd, qdd

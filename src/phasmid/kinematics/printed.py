@@ -100,7 +100,7 @@ def printed_joint_angles(
     left = chosen(KinematicMisprint, misprints)
     check_leg(leg)
     (p,) = threes(leg, p_hip_foot=p_hip_foot)
-    x4, y4, z4 = MM.per_si * p
+    x4, y4, z4 = MM.per_si * np.moveaxis(p, -1, 0)
     Lc, LF, LT = MM.per_si * np.moveaxis(leg.lengths, -1, 0)
 
     def arctan(y: Samples, x: Samples, misprint: KinematicMisprint) -> Samples:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from phasmid.arguments import check_type
 from phasmid.kinematics.arguments import number, per_leg
 from phasmid.kinematics.frames import hip_from_body, neutral_feet
-from phasmid.kinematics.leg import joint_angles
+from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import Leg, Robot
 
 LIMIT_TOLERANCE = 1e-9
@@ -34,12 +34,13 @@ def reach(leg: Leg, height: float) -> tuple[float, float]:
     check_type("leg", leg, (Leg,), "a Leg", "robot.legs[0]")
     height = number("height", height)
     coxa, femur, tibia = map(float, leg.lengths)
+    left = float(leg.lateral_offsets.sum())
     if abs(height) > femur + tibia:
         return math.nan, math.nan
     far = math.sqrt((femur + tibia) ** 2 - height**2)
     hole = (femur - tibia) ** 2 - height**2
     near = coxa + math.sqrt(hole) if hole > 0 else max(coxa - far, 0.0)
-    return near, coxa + far
+    return math.hypot(near, left), math.hypot(coxa + far, left)
 
 
 def within_reach(
@@ -59,16 +60,10 @@ def within_reach(
     """
     (p,) = per_leg(robot, p_hip_feet=p_hip_feet)
     arrays = robot.arrays
-    femur, tibia = arrays.lengths[:, 1], arrays.lengths[:, 2]
-    distance = np.hypot(np.hypot(p[..., 0], p[..., 1]) - arrays.lengths[:, 0], p[..., 2])
-    inside = (distance < femur + tibia) & (distance > np.abs(femur - tibia))
-    # Targets out of reach are replaced by a foot that any leg reaches, so that the angles exist.
-    easy = np.zeros_like(arrays.lengths)
-    easy[:, 0] = arrays.lengths[:, 0] + np.hypot(femur, tibia)
-    q = joint_angles(arrays, np.where(inside[..., None], p, easy))
+    q, margin = angles_and_margin(arrays, p)
     lower, upper = arrays.joint_limits[..., 0], arrays.joint_limits[..., 1]
     allowed = (q >= lower - LIMIT_TOLERANCE) & (q <= upper + LIMIT_TOLERANCE)
-    return (inside & allowed.all(axis=-1)).astype(float)
+    return ((margin > 0) & allowed.all(axis=-1)).astype(float)
 
 
 def longest_stride(robot: Robot, direction: float = 0.0) -> float:

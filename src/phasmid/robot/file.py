@@ -193,12 +193,13 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
         link, length = getattr(table.links, joint), getattr(table, joint)
         with located(at(joint)):
             # Before the link, which would not name its leg.
-            check_length(length, f"leg {name}: {joint}", joint)
+            check_length(length, f"leg {name}: {joint}", joint, may_be_zero=joint == "coxa")
         with located(at("links", joint)):
             com = [length / 2, 0.0, 0.0] if link.com is None else link.com
             box = solid_box((length, link.width, link.width), link.mass)
             inertia = box if link.inertia is None else np.array(link.inertia)
-            links[joint] = Link(joint, length, link.mass, np.array(com), inertia)
+            offset = link.lateral_offset
+            links[joint] = Link(joint, length, link.mass, np.array(com), inertia, offset)
     limits = np.array([getattr(table.joint_limits, joint) for joint in JOINTS])
     foot = table.neutral_foot
     if (foot is None) == (table.home is None):
@@ -231,7 +232,9 @@ def _foot_at_home(name: str, table: LegTable, limits: np.ndarray) -> list[float]
     q1, q2, q3 = home
     r = table.coxa + table.femur * math.cos(q2) + table.tibia * math.cos(q2 + q3)
     z = table.femur * math.sin(q2) + table.tibia * math.sin(q2 + q3)
-    return [r * math.cos(q1), r * math.sin(q1), z]
+    left = sum(getattr(table.links, joint).lateral_offset for joint in JOINTS)
+    c, s = math.cos(q1), math.sin(q1)
+    return [c * r - s * left, s * r + c * left, z]
 
 
 def _body(table: RobotTable, leg_mass: float) -> Body:
@@ -292,6 +295,8 @@ def robot_to_toml(robot: Robot) -> str:
                 f"links.{link.name}.com = {_row(link.com)}",
                 f"links.{link.name}.inertia = [{', '.join(map(_row, link.inertia))}]",
             ]
+            if link.lateral_offset:
+                lines.append(f"links.{link.name}.lateral_offset = {float(link.lateral_offset)!r}")
     return "\n".join(lines) + "\n"
 
 

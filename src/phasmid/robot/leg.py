@@ -29,6 +29,8 @@ WIDEST_LIMIT = 4 * math.pi
 class Leg:
     """A leg of three links: a coxa, and a femur and a tibia that move in the coxa's plane.
 
+    With lateral offsets of its links, femur, tibia or foot are beside that plane.
+
     The hip frame (the paper's frame 0) has its origin on the coxa axis, z along that axis and x
     along the leg's neutral direction. It is turned in the body by Rz(yaw) Ry(pitch) Rx(roll): first
     the yaw about the body's z; a pitch above 0 then lowers x, so that the coxa axis leans outwards
@@ -127,6 +129,12 @@ class Leg:
     def lengths(self) -> Float[np.ndarray, "3"]:
         """Lengths of coxa, femur and tibia [m], shape (3,)."""
         return frozen_array([link.length for link in self.links], (3,), f"leg {self.name}")
+
+    @cached_property
+    def lateral_offsets(self) -> Float[np.ndarray, "3"]:
+        """Lateral offsets of coxa, femur and tibia [m], shape (3,)."""
+        offsets = [link.lateral_offset for link in self.links]
+        return frozen_array(offsets, (3,), f"leg {self.name}")
 
     @property
     def is_tilted(self) -> bool:

@@ -39,15 +39,14 @@ def _list(array: np.ndarray) -> str:
     return ", ".join(f"{v:.4g}" for v in array.ravel())
 
 
-def check_length(value: float, what: str, key: str) -> None:
+def check_length(value: float, what: str, key: str, *, may_be_zero: bool = False) -> None:
     """Refuse a length that is not finite, not positive or not a walking robot's."""
     check_number(what, value, error=InvalidRobot)
     if not math.isfinite(value):
         raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
-    if value <= 0:
-        raise InvalidRobot(
-            f"{what} is {units.text(value, 'mm')}; it must be finite and greater than 0."
-        )
+    if value < 0 or (value == 0 and not may_be_zero):
+        least = "0 or more" if may_be_zero else "greater than 0"
+        raise InvalidRobot(f"{what} is {units.text(value, 'mm')}; it must be finite and {least}.")
     if value > LONGEST_LENGTH:
         raise InvalidRobot(
             f"{what} is {value:.4g} m; lengths above {LONGEST_LENGTH:g} m are refused.",
@@ -131,11 +130,14 @@ class Link:
 
     Attributes:
         name: ``coxa``, ``femur`` or ``tibia``.
-        length: From its own joint axis to the next one, or to the foot [m].
+        length: From its own joint axis to the next one, or to the foot [m]; 0 for a coxa whose
+            axis meets the femur's.
         mass: Mass [kg].
         com: Centre of mass in the link's frame [m], shape (3,).
         inertia: About the centre of mass, in the axes of the link's frame [kg·m²], shape (3, 3).
             Off-diagonal entries are those of the tensor.
+        lateral_offset: From the link's plane to the origin of the next link's frame, or to the
+            foot, along the femur's axis and positive to the leg's left [m].
 
     Raises:
         InvalidRobot: No body can have these numbers.
@@ -148,16 +150,24 @@ class Link:
     mass: float
     com: Float[np.ndarray, "3"]
     inertia: Float[np.ndarray, "3 3"]
+    lateral_offset: float = 0.0
 
     def __post_init__(self) -> None:
         check_type("name of a link", self.name, (str,), "text", error=InvalidRobot)
         what = f"link {self.name}"
-        check_length(self.length, f"{what}: length", "length")
+        check_length(self.length, f"{what}: length", "length", may_be_zero=self.name == "coxa")
+        check_number(f"{what}: lateral offset", self.lateral_offset, error=InvalidRobot)
+        if not abs(self.lateral_offset) <= LONGEST_LENGTH:
+            raise InvalidRobot(
+                f"{what}: lateral offset is {self.lateral_offset:.4g} m; it must be within "
+                f"{LONGEST_LENGTH:g} m.",
+                hint=f"lateral_offset_mm = {self.lateral_offset:.4g}",
+            )
         check_mass(self.mass, f"{what}: mass")
         object.__setattr__(self, "com", frozen_array(self.com, (3,), f"{what}: com"))
         object.__setattr__(self, "inertia", frozen_array(self.inertia, (3, 3), f"{what}: inertia"))
         # Servos sit beside a short link, so the bound has a floor of their own size.
-        size = max(self.length, 0.04)
+        size = max(math.hypot(self.length, self.lateral_offset), 0.04)
         # Unlike a norm of NumPy, these never overflow.
         offset = math.dist(self.com, (self.length / 2, 0.0, 0.0))
         if offset > 1.5 * size:
@@ -169,3 +179,11 @@ class Link:
         check_inertia(
             self.inertia, self.mass, size, what, f"{plain_number(1000 * self.length, 3)} mm link"
         )
+
+    @property
+    def end(self) -> Float[np.ndarray, "3"]:
+        """Origin of the next link's frame, or the foot, in the link's own frame [m], shape (3,)."""
+        left = self.lateral_offset
+        # The axes of femur and tibia are to the leg's right.
+        beside = (left, 0.0) if self.name == "coxa" else (0.0, -left)
+        return np.array([self.length, *beside])

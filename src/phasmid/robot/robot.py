@@ -74,6 +74,7 @@ class LegArrays:
 
     Attributes:
         lengths: Link lengths [m], shape (L, 3).
+        lateral_offsets: Lateral offsets of the links [m], shape (L, 3).
         mass: Link masses [kg], shape (L, 3).
         com: Centres of mass in the links' frames [m], shape (L, 3, 3).
         inertia: About the centres of mass [kg·m²], shape (L, 3, 3, 3).
@@ -84,6 +85,7 @@ class LegArrays:
     """
 
     lengths: Float[np.ndarray, "legs 3"]
+    lateral_offsets: Float[np.ndarray, "legs 3"]
     mass: Float[np.ndarray, "legs 3"]
     com: Float[np.ndarray, "legs 3 3"]
     inertia: Float[np.ndarray, "legs 3 3 3"]
@@ -179,6 +181,7 @@ class Robot:
 
         return LegArrays(
             lengths=stack([leg.lengths for leg in legs]),
+            lateral_offsets=stack([leg.lateral_offsets for leg in legs]),
             mass=stack([[link.mass for link in leg.links] for leg in legs]),
             com=stack([[link.com for link in leg.links] for leg in legs]),
             inertia=stack([[link.inertia for link in leg.links] for leg in legs]),

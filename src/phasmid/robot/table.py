@@ -103,12 +103,14 @@ class LinkTable(RobotPart):
         com: Centre of mass [m]; without it the middle of the link.
         inertia: About the centre of mass [kg·m²]; without it a solid box along the link.
         width: Width and height of that box [m]; an AX-12's breadth without it.
+        lateral_offset: Of the next link's frame, or the foot, to the leg's left [m].
     """
 
     mass: Mass
     com: Vector | None = None
     inertia: Tensor | None = None
     width: Annotated[Length, Gt(0)] = 0.038
+    lateral_offset: Length = 0.0
 
 
 class LimitsTable(RobotPart):

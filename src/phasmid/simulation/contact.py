@@ -46,7 +46,7 @@ def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
     Returns:
         In tibia axes [m], shape (4, 3).
     """
-    tip = np.array([leg.tibia.length, 0.0, 0.0])
+    tip = leg.tibia.end
     X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
     forward, left, up = leg.R_level_hip @ X_hip_tibia[:3, :3]
     return np.stack(

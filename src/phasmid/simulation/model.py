@@ -184,8 +184,8 @@ def _add_leg(
     parent, mount = trunk, np.array([leg.mount_roll, leg.mount_pitch, leg.mount_yaw])
     poses = (
         (leg.mount_position, rpy_quaternion(*mount[:, None])[0]),
-        ((leg.coxa.length, 0.0, 0.0), X_AXIS_UP),
-        ((leg.femur.length, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+        (leg.coxa.end, X_AXIS_UP),
+        (leg.femur.end, (1.0, 0.0, 0.0, 0.0)),
     )
     servo, drive = robot.servo, scenario.simulation.planned_drive
     is_motor = drive in {"ideal-servo", "torque"}
@@ -215,7 +215,7 @@ def _add_leg(
         elif drive == "prescribed":
             _prescribe(spec, name, scenario.simulation.dt)
         parent = body
-    parent.add_site(name=f"{leg.name}.foot", pos=[leg.tibia.length, 0.0, 0.0])
+    parent.add_site(name=f"{leg.name}.foot", pos=leg.tibia.end)
     add_points(parent, leg.name, foot_points(leg, scenario.contact.tip_width), friction)
 
 

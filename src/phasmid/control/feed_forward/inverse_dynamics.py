@@ -55,7 +55,7 @@ def solve_inverse_dynamics(robot: Parameters, motion: Motion, result: InverseDyn
     turn, hip = np.empty((3, 2)), np.empty((3, 3))
     for leg in range(robot.leg_count):
         B, p = robot.R_body_hip[leg], robot.p_body_hip[leg]
-        coxa, femur, tibia = robot.lengths[leg]
+        coxa, femur, tibia, left = robot.lengths[leg]
         # The hip's acceleration, then all in the hip's axes.
         along = w0 * p[0] + w1 * p[1] + w2 * p[2]
         square = w0 * w0 + w1 * w1 + w2 * w2
@@ -134,7 +134,7 @@ def solve_inverse_dynamics(robot: Parameters, motion: Motion, result: InverseDyn
         c3, s3 = c2 * turn[2, 0] - s2 * turn[2, 1], s2 * turn[2, 0] + c2 * turn[2, 1]
         out, up = femur * c2 + tibia * c3, femur * s2 + tibia * s3
         reach = coxa + out
-        hip[0, 0], hip[1, 0], hip[2, 0] = -reach * s1, reach * c1, 0.0
+        hip[0, 0], hip[1, 0], hip[2, 0] = -reach * s1 - left * c1, reach * c1 - left * s1, 0.0
         hip[0, 1], hip[1, 1], hip[2, 1] = -up * c1, -up * s1, out
         hip[0, 2], hip[1, 2], hip[2, 2] = -tibia * s3 * c1, -tibia * s3 * s1, tibia * c3
         for i in range(3):
@@ -143,6 +143,7 @@ def solve_inverse_dynamics(robot: Parameters, motion: Motion, result: InverseDyn
             u2 = R[i, 0] * B[0, 2] + R[i, 1] * B[1, 2] + R[i, 2] * B[2, 2]
             at = R[i, 0] * p[0] + R[i, 1] * p[1] + R[i, 2] * p[2]
             result.foot[leg, i] = at + u0 * reach * c1 + u1 * reach * s1 + u2 * up
+            result.foot[leg, i] += left * (u1 * c1 - u0 * s1)
             for k in range(3):
                 result.jacobian[leg, i, k] = u0 * hip[0, k] + u1 * hip[1, k] + u2 * hip[2, k]
     for i in range(3):

@@ -13,6 +13,8 @@ from jaxtyping import Float
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.records import record_of
 from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.dynamics.matrices import link_moments
+from phasmid.kinematics.arguments import geometry
 from phasmid.robot import Robot
 
 
@@ -21,7 +23,8 @@ class Parameters:
     """Masses of a robot with L legs, limits of its servos, and how feet share the load.
 
     Attributes:
-        lengths: Link lengths [m], shape (L, 3).
+        lengths: Link lengths, and the foot's offset to the left of the leg's plane [m],
+            shape (L, 4).
         link_mass: Masses of the links [kg], shape (L, 3).
         link_moment: First moments of mass about the links' origins [kg·m], shape (L, 3, 3).
         link_inertia: Inertias about these origins [kg·m²], shape (L, 3, 3, 3).
@@ -42,7 +45,7 @@ class Parameters:
         leg_count: Number of legs.
     """
 
-    lengths: Float[np.ndarray, "legs 3"]
+    lengths: Float[np.ndarray, "legs 4"]
     link_mass: Float[np.ndarray, "legs 3"]
     link_moment: Float[np.ndarray, "legs 3 3"]
     link_inertia: Float[np.ndarray, "legs 3 3 3"]
@@ -171,9 +174,8 @@ def parameters_of(
     stall_torque = settings.torque_used * servo.stall_torque
     cost, cost_option = settings.cost()
     return Parameters(
-        arrays.lengths,
-        arrays.mass,
-        *moments_about_origin(arrays.mass, arrays.com, arrays.inertia),
+        np.column_stack(geometry(arrays)),
+        *link_moments(arrays)[1:],
         arrays.R_body_hip,
         arrays.p_body_hip,
         body.mass,

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.kinematics import centre_of_mass, hip_from_body, link_frames, quaternion_rotation
-from phasmid.kinematics.leg import angles_of
+from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import Robot
 
 TOUCH = 0.004
@@ -99,8 +99,8 @@ def knees_and_feet(
 ) -> tuple[Float[np.ndarray, "*batch legs 3"], Float[np.ndarray, "*batch legs 3"]]:
     """Return knees and feet in the body frame [m], each of shape (..., L, 3)."""
     frames = link_frames(robot, q)
-    knees = frames.position[..., 2, :]
-    return knees, knees + robot.arrays.lengths[:, 2, None] * frames.rotation[..., 2, :, 0]
+    knees, ends = frames.position[..., 2, :], np.array([leg.tibia.end for leg in robot.legs])
+    return knees, knees + (frames.rotation[..., 2, :, :] @ ends[..., None])[..., 0]
 
 
 def solve_feet(
@@ -111,9 +111,7 @@ def solve_feet(
     Legs keep a margin [rad] to their joint limits.
     """
     arrays = robot.arrays
-    p = np.moveaxis(hip_from_body(robot, p_body_feet), -1, 0)
-    angles, slack = angles_of(np.moveaxis(arrays.lengths, -1, 0), p)
-    q = np.stack(np.broadcast_arrays(*angles), axis=-1)
+    q, slack = angles_and_margin(arrays, hip_from_body(robot, p_body_feet))
     low, high = arrays.joint_limits[..., 0] + margin, arrays.joint_limits[..., 1] - margin
     # Comparisons with NaN are false: such a foot is out of reach.
     within = slack >= STRETCH_MARGIN * (arrays.lengths[:, 1] + arrays.lengths[:, 2]) ** 2

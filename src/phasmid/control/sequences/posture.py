@@ -296,7 +296,8 @@ def leg_gaps(
     Only femur and tibia count.
     """
     frames = link_frames(robot, q)
-    ends = frames.position + robot.arrays.lengths[..., None] * frames.rotation[..., 0]
+    tips = np.array([[link.end for link in leg.links] for leg in robot.legs])
+    ends = frames.position + (frames.rotation @ tips[..., None])[..., 0]
     hips = robot.arrays.p_body_hip
     order = np.argsort(np.arctan2(hips[:, 1], hips[:, 0]))
     a, b = frames.position[..., order, 1:, :], ends[..., order, 1:, :]

@@ -82,7 +82,9 @@ def leg_rows(
     part[..., :TURNING] = _cubics(position.reshape(flat), velocity.reshape(flat), dt)
     part[..., TURNING : TURNING + 3] = turning[:-1]
     part[..., TURNING + 3 : TIP] = turning[1:]
-    part[..., TIP:AXIS] = (origin + R[..., 0] * robot.arrays.lengths[:, 2, None])[:-1]
+    part[..., TIP:AXIS] = (
+        origin + np.einsum("tlij,lj->tli", R, [leg.tibia.end for leg in robot.legs])
+    )[:-1]
     part[..., AXIS:COXA_AXIS] = R[:-1, ..., 2]
     part[..., COXA_AXIS:] = frames.rotation[:-1, :, 0, :, 2]
     return rows

@@ -1,0 +1,176 @@
+"""Compiled dynamics of one leg on a fixed trunk, and the same over arrays of samples.
+
+`dynamics.leg` validates and calls the functions over arrays. ``lengths``, ``mass``, ``first`` and
+``second`` are the links' lengths [m], masses [kg], first moments [kg·m] and inertias [kg·m²] about
+the origins of their frames, these moved along the femur's axis into the leg's plane; ``left`` is
+the foot's offset from that plane, positive to the left [m]; ``gravity`` is the acceleration that
+holds a body at rest, in hip axes [m/s²].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from phasmid.compiled import broadcasting, compiled, inlined
+from phasmid.kinematics.leg_kernels import sincos
+
+
+class Elevated(NamedTuple):
+    """The leg's dynamics in coxa angle and absolute elevations (q1, q2, q2 + q3).
+
+    In these coordinates the kinetic energy is half the form h over their speeds, h11 depends on
+    both elevations, h12 on the femur's, h13 on the tibia's and h23 on their difference alone.
+    """
+
+    h11: float
+    h12: float
+    h13: float
+    h22: float
+    h23: float
+    h33: float
+    h11_by_2: float
+    h11_by_3: float
+    h12_by_2: float
+    h13_by_3: float
+    h23_by_3: float
+    g1: float
+    g2: float
+    g3: float
+
+
+@inlined
+def vertical_inertia(xx: float, yy: float, xy: float, c: float, s: float) -> tuple[float, float]:
+    """Return a link's inertia about the coxa's direction, and its slope over the elevation.
+
+    That direction is (sin e, cos e, 0) in the axes of a link of elevation e.
+    """
+    value = xx * s * s + yy * c * c + 2 * xy * s * c
+    return value, 2 * ((xx - yy) * s * c + xy * (c * c - s * s))
+
+
+@inlined
+def elevated(
+    lengths: np.ndarray,
+    mass: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    gravity: np.ndarray,
+    q: np.ndarray,
+) -> Elevated:
+    """Return the leg's dynamics in elevations.
+
+    Source: Lagrange's equations for links with any centre of mass and any inertia.
+    """
+    (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
+    cos_bend, sin_bend = c3 * c2 + s3 * s2, s3 * c2 - c3 * s2
+    coxa, femur = lengths[0], lengths[1]
+    x3, y3, z3 = first[2, 0], first[2, 1], first[2, 2]
+
+    # As seen by the femur's axis the tibia's mass is at the knee, with its own offset in z.
+    x2, y2 = first[1, 0] + mass[2] * femur, first[1, 1]
+    yy2, zz2 = second[1, 1, 1] + mass[2] * femur**2, second[1, 2, 2] + mass[2] * femur**2
+    xz2 = second[1, 0, 2] - femur * z3
+
+    out2, up2 = x2 * c2 - y2 * s2, x2 * s2 + y2 * c2
+    out3, up3 = x3 * c3 - y3 * s3, x3 * s3 + y3 * c3
+    knee = coxa + femur * c2
+    spin2, spin2_by_2 = vertical_inertia(second[1, 0, 0], yy2, second[1, 0, 1], c2, s2)
+    spin3, spin3_by_3 = vertical_inertia(second[2, 0, 0], second[2, 1, 1], second[2, 0, 1], c3, s3)
+    outer = mass[1] + mass[2]
+
+    out = first[0, 0] + outer * coxa + out2 + out3
+    # The coxa's y is the other two links' -z.
+    left = first[0, 1] - first[1, 2] - z3
+    along, across = gravity[0] * c1 + gravity[1] * s1, gravity[1] * c1 - gravity[0] * s1
+    return Elevated(
+        second[0, 2, 2] + outer * coxa**2 + 2 * (coxa * out2 + knee * out3) + spin2 + spin3,
+        xz2 * s2 + second[1, 1, 2] * c2,
+        second[2, 0, 2] * s3 + second[2, 1, 2] * c3,
+        zz2,
+        femur * (x3 * cos_bend - y3 * sin_bend),
+        second[2, 2, 2],
+        spin2_by_2 - 2 * (coxa * up2 + femur * s2 * out3),
+        spin3_by_3 - 2 * knee * up3,
+        xz2 * c2 - second[1, 1, 2] * s2,
+        second[2, 0, 2] * c3 - second[2, 1, 2] * s3,
+        -femur * (x3 * sin_bend + y3 * cos_bend),
+        across * out - along * left,
+        gravity[2] * out2 - along * up2,
+        gravity[2] * out3 - along * up3,
+    )
+
+
+@compiled
+def leg_torque(
+    lengths: np.ndarray,
+    left: float,
+    mass: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    gravity: np.ndarray,
+    q: np.ndarray,
+    qd: np.ndarray,
+    qdd: np.ndarray,
+    foot_force: np.ndarray,
+    torque: np.ndarray,
+) -> None:
+    """Write the joint torques [N·m] for a motion and a force of the ground on the foot.
+
+    Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
+    """
+    e = elevated(lengths, mass, first, second, gravity, q)
+    w1, w2, w3 = qd[0], qd[1], qd[1] + qd[2]
+    a1, a2, a3 = qdd[0], qdd[1], qdd[1] + qdd[2]
+    along_1 = (e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3)) + (
+        e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2 + e.g1
+    )
+    along_2 = (e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2) + (
+        e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
+    )
+    along_3 = (e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3) - (
+        e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
+    )
+    # The columns of the foot's Jacobian, in the axes of the coxa.
+    (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
+    out3, up3 = lengths[2] * c3, lengths[2] * s3
+    out, up = lengths[1] * c2 + out3, lengths[1] * s2 + up3
+    fx, fy, fz = foot_force[0], foot_force[1], foot_force[2]
+    ahead, aside = c1 * fx + s1 * fy, c1 * fy - s1 * fx
+    torque[0] = along_1 - ((lengths[0] + out) * aside - left * ahead)
+    torque[1] = along_2 + along_3 - (out * fz - up * ahead)
+    torque[2] = along_3 - (out3 * fz - up3 * ahead)
+
+
+@broadcasting("(n),(n),(n,n),(n,n,n),(n),(n)->(n,n),(n,n),(n,n),(n)")
+def each_leg_matrices(
+    lengths: np.ndarray,
+    mass: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    gravity: np.ndarray,
+    q: np.ndarray,
+    M: np.ndarray,
+    B: np.ndarray,
+    C: np.ndarray,
+    G: np.ndarray,
+) -> None:
+    """Write the matrices of Eq. 10, corrected, from `elevated`, for each sample."""
+    e = elevated(lengths, mass, first, second, gravity, q)
+    m12, m23, m33 = e.h12 + e.h13, e.h23 + e.h33, e.h33
+    rise = e.h11_by_2 + e.h11_by_3
+    M[0, 0], M[0, 1], M[0, 2] = e.h11, m12, e.h13
+    M[1, 0], M[1, 1], M[1, 2] = m12, e.h22 + e.h23 + m23, m23
+    M[2, 0], M[2, 1], M[2, 2] = e.h13, m23, m33
+    B[:], C[:] = 0.0, 0.0
+    B[0, 0], B[0, 1], B[0, 2] = rise, e.h11_by_3, 2 * e.h13_by_3
+    B[1, 2] = 2 * e.h23_by_3
+    C[0, 1], C[0, 2] = e.h12_by_2 + e.h13_by_3, e.h13_by_3
+    C[1, 0], C[1, 2] = -rise / 2, e.h23_by_3
+    C[2, 0], C[2, 1] = -e.h11_by_3 / 2, -e.h23_by_3
+    G[0], G[1], G[2] = e.g1, e.g2 + e.g3, e.g3
+
+
+each_leg_torque = broadcasting("(n),(),(n),(n,n),(n,n,n),(n),(n),(n),(n),(n)->(n)")(leg_torque)
+"""Apply `leg_torque` to each sample."""

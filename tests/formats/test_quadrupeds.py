@@ -1,0 +1,160 @@
+"""Quadrupeds of hip, thigh and calf, whose feet are beside the planes of their legs.
+
+The numbers are round ones of the size of those on sale; the files of these are read where they are
+at hand.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phasmid import dynamics, kinematics
+from phasmid.formats import Imported, import_robot
+from phasmid.motion import plan
+from phasmid.reporting import summarise
+from phasmid.scenario import load_scenario
+from phasmid.simulation import simulate
+
+DATA = Path(__file__).parents[3] / "shared" / "data" / "quadrupeds"
+CORNERS = {"FR": (1, -1), "FL": (1, 1), "RR": (-1, -1), "RL": (-1, 1)}
+
+# Hip's distance ahead and aside of the trunk's middle, offset of the thigh, thigh, calf [m], mass
+# of the trunk [kg].
+SIZES = {
+    "small": (0.18, 0.047, 0.08, 0.2, 0.2, 5.0),
+    "medium": (0.19, 0.047, 0.095, 0.213, 0.213, 7.0),
+    "short-offset": (0.22, 0.087, 0.037, 0.25, 0.25, 12.0),
+    "unequal": (0.25, 0.05, 0.083, 0.25, 0.22, 9.0),
+}
+
+
+def link(name: str, mass: float, com: tuple[float, ...], box: tuple[float, ...]) -> str:
+    x, y, z = (side * side * mass / 12 for side in box)
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{com[0]} {com[1]} {com[2]}"/>'
+        f'<mass value="{mass}"/><inertia ixx="{y + z}" iyy="{x + z}" izz="{x + y}" '
+        f'ixy="{0.02 * x}" ixz="0" iyz="{-0.02 * z}"/></inertial></link>'
+    )
+
+
+def joint(name: str, parent: str, child: str, at: tuple[float, ...], axis: str, limit: str) -> str:
+    return (
+        f'<joint name="{name}" type="{"revolute" if limit else "fixed"}"><parent link="{parent}"/>'
+        f'<child link="{child}"/><origin xyz="{at[0]} {at[1]} {at[2]}"/>'
+        + (f'<axis xyz="{axis}"/><limit {limit} effort="40" velocity="20"/>' if limit else "")
+        + "</joint>"
+    )
+
+
+def urdf(size: str) -> str:
+    """A quadruped whose thighs turn beside the hips' axes, as a URDF file."""
+    ahead, aside, offset, thigh, calf, mass = SIZES[size]
+    parts = [link("trunk", mass, (0.01, 0.0, 0.0), (2 * ahead, 2 * aside, 0.11))]
+    for name, (front, left) in CORNERS.items():
+        hip, upper, lower = f"{name}_hip", f"{name}_thigh", f"{name}_calf"
+        out = left * offset
+        parts += [
+            link(hip, 0.6, (-0.01 * front, 0.1 * out, 0.0), (0.08, 0.08, 0.08)),
+            link(upper, 1.0, (0.0, -0.2 * out, -0.1 * thigh), (0.05, 0.05, thigh)),
+            link(lower, 0.2, (0.005, 0.0, -0.5 * calf), (0.02, 0.02, calf)),
+            f'<link name="{name}_foot"/>',
+            joint(f"{hip}_joint", "trunk", hip, (front * ahead, left * aside, 0.0), "1 0 0",
+                  'lower="-0.8" upper="0.8"'),
+            joint(f"{upper}_joint", hip, upper, (0.0, out, 0.0), "0 1 0",
+                  'lower="-1.0" upper="3.5"'),
+            joint(f"{lower}_joint", upper, lower, (0.0, 0.0, -thigh), "0 1 0",
+                  'lower="-2.7" upper="-0.9"'),
+            joint(f"{name}_foot_joint", lower, f"{name}_foot", (0.0, 0.0, -calf), "", ""),
+        ]  # fmt: skip
+    return f'<robot name="{size}">{"".join(parts)}</robot>'
+
+
+@pytest.fixture(params=[*SIZES, *(path.stem for path in sorted(DATA.glob("*.urdf")))])
+def file(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    if request.param not in SIZES:
+        return DATA / f"{request.param}.urdf"
+    path = tmp_path / f"{request.param}.urdf"
+    path.write_text(urdf(request.param), encoding="utf-8")
+    return path
+
+
+def imported(file: Path) -> Imported:
+    found = import_robot(file)
+    assert found.robot is not None, found.error
+    return found
+
+
+def test_the_thighs_offset_is_that_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "small.urdf"
+    path.write_text(urdf("small"), encoding="utf-8")
+    robot = imported(path).robot
+    assert robot is not None
+    for leg in robot.legs:
+        # The hip's axis meets the thigh's, and the leg's x is down: its left is the robot's.
+        np.testing.assert_allclose(leg.lengths, [0.0, 0.2, 0.2], atol=1e-15)
+        assert abs(leg.coxa.lateral_offset) == pytest.approx(0.08, abs=1e-15)
+        neutral = leg.X_body_hip[:3, :3] @ leg.neutral_foot
+        assert neutral[1] == pytest.approx(math.copysign(0.08, leg.mount_position[1]), abs=1e-12)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Pinocchio has no wheels for Windows")
+def test_inverse_dynamics_is_that_of_pinocchio_from_the_same_file(file: Path) -> None:
+    """Torques of 40 N·m and less in sums of a hundred terms: 1e-12."""
+    import pinocchio as pin
+
+    found = imported(file)
+    robot, facts = found.robot, found.facts
+    assert robot is not None
+    assert facts is not None
+    model = pin.buildModelFromUrdf(str(file), pin.JointModelFreeFlyer())
+    data = model.createData()
+    model.gravity.linear = np.array([0.0, 0.0, -9.81])
+    ids = [[model.getJointId(name) for name in leg.joints] for leg in facts.legs]
+    pin.forwardKinematics(model, data, pin.neutral(model))
+    # The body's origin is amid the hips.
+    middle = np.mean([data.oMi[leg[0]].translation for leg in ids], axis=0)
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        q, qd, qdd = rng.normal(size=(3, 4, 3))
+        force = 30 * rng.normal(size=(4, 3))
+        R = kinematics.rotation_rpy(*rng.uniform(-1, 1, (3, 1)))[0]
+        w, dw, v, a = rng.normal(size=(4, 3))
+        body = dynamics.BodyMotion(np.zeros(3), R, v, w, a, dw)
+        ours = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force).joint_torque
+        root = -R @ middle
+        state, speed, acceleration = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
+        state[:3], state[3:7] = root, pin.Quaternion(R).coeffs()
+        velocity = v + np.cross(w, root)
+        speed[:3], speed[3:6] = R.T @ velocity, R.T @ w
+        pull = a + np.cross(dw, root) + np.cross(w, np.cross(w, root)) - np.cross(w, velocity)
+        acceleration[:3], acceleration[3:6] = R.T @ pull, R.T @ dw
+        for i, leg in enumerate(facts.legs):
+            for k, j in enumerate(ids[i]):
+                sign, at = leg.signs[k], model.joints[j].idx_v
+                state[model.joints[j].idx_q] = sign * (q[i, k] - leg.offsets[k])
+                speed[at], acceleration[at] = sign * qd[i, k], sign * qdd[i, k]
+        pin.forwardKinematics(model, data, state)
+        feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T
+        loads = [pin.Force.Zero() for _ in range(model.njoints)]
+        for i, leg in enumerate(ids):
+            X = data.oMi[leg[2]]
+            turned, arm = X.rotation.T @ force[i], X.rotation.T @ (feet[i] - X.translation)
+            loads[leg[2]] = pin.Force(turned, np.cross(arm, turned))
+        torque = pin.rnea(model, data, state, speed, acceleration, loads)
+        theirs = [
+            [leg.signs[k] * torque[model.joints[j].idx_v] for k, j in enumerate(ids[i])]
+            for i, leg in enumerate(facts.legs)
+        ]
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_it_walks_the_crawl(file: Path) -> None:
+    scenario = load_scenario("paper").replace(robot=str(file), gait="crawl", duration=6.0)
+    travel = summarise(simulate(scenario, plan(scenario)))["travel"]
+    assert travel["distance"] == pytest.approx(travel["commanded_distance"], rel=0.05)

@@ -1,0 +1,83 @@
+"""Compiled kernels of the leg's kinematics over arrays."""
+
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+
+from phasmid.errors import Unreachable
+from phasmid.kinematics import foot_position, jacobian, joint_angles, joint_motion
+from phasmid.kinematics.leg_kernels import sincos
+from phasmid.robot import load_robot
+
+
+@numba.njit
+def sines(angles):
+    """Sine and cosine of each angle."""
+    found = np.empty((len(angles), 2))
+    for i in range(len(angles)):
+        found[i, 0], found[i, 1] = sincos(angles[i])
+    return found
+
+
+def test_sine_and_cosine_are_within_three_units_in_the_last_place():
+    # NumPy's own are within 0.6 of a unit; angles near multiples of a quarter turn included.
+    rng = np.random.default_rng(4)
+    angles = np.concatenate([rng.uniform(-10, 10, 20_000), rng.uniform(-1e5, 1e5, 20_000)])
+    quarters = np.arange(-1000, 1001) * (np.pi / 2)
+    angles = np.concatenate([angles, quarters, quarters + 1e-9, [0.0, -0.0, 1e-300]])
+    exact = np.stack([np.sin(angles), np.cos(angles)], axis=-1)
+    assert np.all(np.abs(sines(angles) - exact) <= 3 * np.spacing(np.abs(exact)))
+    assert not np.isfinite(sines(np.array([np.nan, np.inf]))).any()
+
+
+def test_any_number_and_layout_of_samples_will_do():
+    robot = load_robot("phantomx-paper")
+    leg = robot.legs[0]
+    q = np.random.default_rng(5).uniform(-1, 1, (7, 40, 6, 3))
+    whole = foot_position(robot.arrays, q)
+    for part in (np.asfortranarray(q)[::2, ::-1], q[:0], q[2, 3]):
+        np.testing.assert_array_equal(
+            foot_position(robot.arrays, part)[..., 1, :],
+            foot_position(robot.legs[1], part[..., 1, :]),
+        )
+    np.testing.assert_array_equal(foot_position(robot.arrays, np.asfortranarray(q)), whole)
+    assert jacobian(leg, q[0, 0, 0]).shape == (3, 3)
+    assert joint_motion(leg, q[0], q[1], q[2])[1].shape == (40, 6, 3)
+
+
+def test_a_number_that_is_none_makes_no_other_one_wrong():
+    leg = load_robot("phantomx-paper").legs[0]
+    q = np.random.default_rng(6).uniform(-1, 1, (300, 3))
+    good = foot_position(leg, q)
+    q[::7, 1] = np.nan
+    found = foot_position(leg, q)
+    assert np.isnan(found[::7]).all()
+    kept = np.arange(300) % 7 != 0
+    np.testing.assert_array_equal(found[kept], good[kept])
+
+
+@pytest.mark.parametrize("wrong", [[0.5, 0.0, 0.0], [np.nan, 0.0, 0.0], [0.06, 0.0, 0.0]])
+def test_the_first_unreachable_point_of_many_is_named(wrong):
+    robot = load_robot("phantomx-paper")
+    p = np.tile(robot.arrays.neutral_foot, (2, 500, 1, 1))
+    for place in ((1, 200, 4), (1, 200, 5), (1, 300, 0)):
+        p[place] = wrong
+    with pytest.raises(Unreachable) as error:
+        joint_angles(robot.arrays, p)
+    assert error.value.index == (1, 200, 4)
+
+
+def test_numba_is_imported_when_a_kernel_is_first_called():
+    # It takes 0.6 s, which commands without kernels do not wait for.
+    code = (
+        "import sys, phasmid\n"
+        "from phasmid import dynamics, kinematics\n"
+        "robot = phasmid.load_robot('phantomx-paper')\n"
+        "assert 'numba' not in sys.modules\n"
+        "kinematics.foot_position(robot.legs[0], [0.0, 0.0, 0.0])\n"
+        "assert 'numba' in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
