@@ -82,9 +82,8 @@ def leg_rows(
     part[..., :TURNING] = _cubics(position.reshape(flat), velocity.reshape(flat), dt)
     part[..., TURNING : TURNING + 3] = turning[:-1]
     part[..., TURNING + 3 : TIP] = turning[1:]
-    part[..., TIP:AXIS] = (
-        origin + np.einsum("tlij,lj->tli", R, [leg.tibia.end for leg in robot.legs])
-    )[:-1]
+    ends = np.array([leg.tibia.end for leg in robot.legs])
+    part[..., TIP:AXIS] = (origin + (R @ ends[..., None])[..., 0])[:-1]
     part[..., AXIS:COXA_AXIS] = R[:-1, ..., 2]
     part[..., COXA_AXIS:] = frames.rotation[:-1, :, 0, :, 2]
     return rows
