@@ -113,10 +113,16 @@ def broadcasting(layout: str) -> Callable[[Callable[..., Any]], Callable[..., An
             kinds = tuple(float64[(slice(None),) * n] if n else float64 for n in dimensions)
             plain = unwrap(function)
             try:
-                return guvectorize([kinds], layout, nopython=True, cache=True)(plain)
+                ufunc = guvectorize(layout, nopython=True, cache=True)(plain)
             except RuntimeError:
                 # There is no writable cache folder.
-                return guvectorize([kinds], layout, nopython=True)(plain)
+                ufunc = guvectorize(layout, nopython=True)(plain)
+            # numba caches the loop apart from the function: of two processes that compile at once
+            # it may load the loop of one and the function of the other, and crash.
+            ufunc.gufunc_builder.cache = False
+            ufunc.add(kinds)
+            ufunc.disable_compile()
+            return ufunc.build_ufunc()
 
         def front(*arrays: np.ndarray, **options: Any) -> Any:
             # NaN and infinity pass through.
