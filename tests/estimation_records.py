@@ -29,8 +29,9 @@ def new_measurements():
 
 def new_parameters(settings=None, dt=0.005, **changed):
     """Parameters of a `phantomx-mk4`, some of which are changed."""
-    parameters = np.zeros(1, ESTIMATOR_PARAMETERS).view(np.recarray)[0]
-    view = view_of(parameters, EstimatorParameters, len(ROBOT.legs))
+    records = np.zeros(1, ESTIMATOR_PARAMETERS)
+    parameters = records.view(np.recarray)[0]
+    view = view_of(records, EstimatorParameters, len(ROBOT.legs))
     fill(view, parameters_of(ROBOT, settings or EstimatorSettings(), dt))
     for name, value in changed.items():
         setattr(parameters, name, value)

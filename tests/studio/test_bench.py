@@ -111,7 +111,6 @@ def test_what_is_shown_instead_is_the_nearest_that_the_leg_reaches(robot):
         reachable = foot_position(leg, angles)
         for foot in rng.uniform(-1.3 * size, 1.3 * size, (50, 3)):
             shown = nearest_reachable(leg, foot)
-            away = np.linalg.norm(foot - shown)
             joint_angles(leg, shown)
             try:
                 joint_angles(leg, foot)
@@ -120,6 +119,9 @@ def test_what_is_shown_instead_is_the_nearest_that_the_leg_reaches(robot):
             else:
                 np.testing.assert_allclose(shown, foot, atol=ROUND_OFF)
                 continue
+            if leg.lateral_offsets.any():
+                continue
+            away = np.linalg.norm(foot - shown)
             # Feet that the inverse finds are outwards of the coxa axis; others come as near.
             q = angles[:, 1:]
             r = leg.lengths[0] + leg.lengths[1] * np.cos(q[:, 0])
@@ -164,10 +166,11 @@ def test_forces_on_the_half_axes_take_torques_of_unit_norm(robot):
 
 
 def test_manipulability_is_the_product_of_the_lengths_and_the_sine_of_the_knee(robot):
-    # det J = r Lf Lt sin(q3), r the distance of the foot from the coxa axis.
+    # det J = r Lf Lt sin(q3), r the distance of the foot from the coxa axis in the leg's plane.
     for (leg, q, _), told in answers(robot):
         _, femur, tibia = robot.legs[leg - 1].lengths
-        r = math.hypot(*told["foot"][:2])
+        beside = robot.legs[leg - 1].lateral_offsets.sum()
+        r = math.sqrt(told["foot"][0] ** 2 + told["foot"][1] ** 2 - beside**2)
         closed = r * femur * tibia * abs(math.sin(q[2]))
         assert told["manipulability"] == pytest.approx(closed, abs=ROUND_OFF)
         assert told["manipulability"] == pytest.approx(
@@ -290,7 +293,7 @@ def test_the_outline_holds_what_the_joint_limits_allow_and_nothing_else(robot):
 def allowed(leg, r, z):
     """Whether a knee bent to either side puts the foot there within femur's and tibia's limits."""
     try:
-        _, q2, q3 = joint_angles(leg, np.array([r, 0.0, z]))
+        _, q2, q3 = joint_angles(leg, np.array([r, leg.lateral_offsets.sum(), z]))
     except Unreachable:
         return False
     # The knee to the other side mirrors femur and tibia at the line from femur axis to foot.

@@ -1,5 +1,6 @@
 """What to do next, in closed loop: observations and commands in, joint targets out."""
 
+from phasmid.control.batch import EngineBatch
 from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.control.controller import Controller
 from phasmid.control.engine import LocomotionEngine
@@ -14,6 +15,7 @@ from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
 __all__ = [
+    "EngineBatch",
     "Command",
     "CommandScript",
     "Controller",

@@ -16,7 +16,7 @@ from phasmid.control.command import Command
 from phasmid.control.event_log import EventLog
 from phasmid.control.landing import land_swing_legs
 from phasmid.control.limiting_constraint import VelocityLimit, limiting_constraint
-from phasmid.control.memory import Memory, clear, new_reference
+from phasmid.control.memory import Memory, Records, clear, new_reference
 from phasmid.control.observation import Observation
 from phasmid.control.pattern import Pattern
 from phasmid.control.records import MAX_LEGS, record_behind
@@ -58,7 +58,12 @@ class LocomotionEngine:
     """
 
     def __init__(
-        self, robot: Robot, settings: EngineSettings | None = None, **keywords: Any
+        self,
+        robot: Robot,
+        settings: EngineSettings | None = None,
+        *,
+        records: Records | None = None,
+        **keywords: Any,
     ) -> None:
         check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-ax")')
         if settings is not None:
@@ -91,6 +96,7 @@ class LocomotionEngine:
         memory = self.memory = Memory(
             model_of(robot, settings.joint_speed_share, settings.stretch, settings.joint_margin),
             parameters_of(settings, SWAY_BANDWIDTH),
+            records,
         )
         self._model = memory.model
         # What compiled functions take.
@@ -109,12 +115,17 @@ class LocomotionEngine:
         self._regions = FootholdRegions(memory.models[0])
         self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
-            self.feed_forward = FeedForward(robot, settings.feed_forward, settings.update_period)
+            self.feed_forward = FeedForward(
+                robot, settings.feed_forward, settings.update_period, records=memory.records
+            )
+            memory.records.stages[1] = 1
         self.estimator: GroundEstimator | None = None
         if settings.ground_sensing:
             from phasmid.control.estimation.estimator import GroundEstimator
 
-            self.estimator = GroundEstimator(robot, settings.estimator, settings.update_period)
+            self.estimator = GroundEstimator(
+                robot, settings.estimator, settings.update_period, memory.records
+            )
         self.feasible_velocity, self.applied_scale = np.zeros(3), math.nan
         self._start()
 
@@ -134,7 +145,7 @@ class LocomotionEngine:
         self.stand(feet, time=observation.time)
         if self.estimator is not None:
             self.estimator.reset(observation)
-            self._estimating = True
+            self.memory.records.stages[0] = 1
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
         """What the joints shall do until the next update.
@@ -143,38 +154,54 @@ class LocomotionEngine:
             observation: What the robot's sensors tell.
             command: Where to go, and how.
         """
-        time = float(observation.time)
-        if math.isfinite(time) and time > self.state.clock.time:
-            self.state.clock.time = time
+        self.prepare(observation, command)
+        dt = self.settings.update_period
+        result, events = self._update.update(*self.memory.records, dt)
+        return self.finish(command, result, events)
+
+    def prepare(self, observation: Observation, command: Command) -> None:
+        """Write observation and command into the records, before `phasmid.control.update.update`.
+
+        Args:
+            observation: Sensor readings.
+            command: Where to go, and how.
+        """
+        clock, time = self.state.clock, float(observation.time)
+        if math.isfinite(time) and time > clock.time:
+            clock.time = time
+        self._observed = clock.time
         if command is not self._command:
             self._take(command)
-        if self.estimator is not None and self._estimating:
-            for sentence in self.estimator.update(observation, self.memory):
-                self._log.events.append((float(self.state.clock.time), sentence))
+        if self.estimator is not None and self.memory.records.stages[0]:
+            self.estimator.measure(observation)
         if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
             self.applied_scale = self.feed_forward.velocity_scale
-            self.reference.velocity[:] = self._next_reference.velocity[:] = (
-                self.applied_scale * self.feasible_velocity
-            )
-        memory = self.memory
-        code = self._update.advance_engine(
-            memory.states,
-            memory.references,
-            memory.models,
-            memory.parameter_records,
-            self.settings.update_period,
-        )
+            velocity = self.applied_scale * self.feasible_velocity
+            self.reference.velocity[:] = self._next_reference.velocity[:] = velocity
+
+    def finish(self, command: Command, result: int, events: int) -> JointTargets:
+        """Return the joint targets after an update, and handle its events.
+
+        Args:
+            command: Where to go, and how.
+            result: Result of the update.
+            events: Its `EstimatorEvent` bits.
+        """
+        state, clock = self.state, self.state.clock
+        if events and self.estimator is not None:
+            for sentence in self.estimator.describe(events):
+                self._log.events.append((self._observed, sentence))
         changed = self._changing and not self.reference.gait_pending
-        rests = bool(self.state.clock.gait_running == 0)
-        if changed or self._resting != rests or self._blocked.update():
-            # What was admitted regarded the old gait too, or a way that is closed now.
+        resting = not clock.gait_running
+        if changed or self._resting != resting or self._blocked.update():
+            # The feasible velocity was that of the old gait, or its direction is blocked now.
             self._take(command)
-        state, torque, remark = self.state, None, ""
+        torque, reason = None, ""
         if self.feed_forward is not None:
-            torque = self.feed_forward.update(memory)
-            remark = self.feed_forward.limit_reason
-        self._log.add_update(code, remark)
-        return JointTargets(state.q.copy(), state.clock.time_scale * state.qd, torque)
+            torque = self.feed_forward.apply_limits()
+            reason = self.feed_forward.limit_reason
+        self._log.add_update(result, reason)
+        return JointTargets(state.q.copy(), clock.time_scale * state.qd, torque)
 
     @property
     def events(self) -> list[tuple[float, str]]:
@@ -321,14 +348,14 @@ class LocomotionEngine:
 
     def _start(self) -> None:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        self._command = None
+        self._command, self._observed = None, 0.0
         self._resting, self._changing = True, False
         if self.feed_forward is not None:
             self.feed_forward.reset()
         self._log.clear()
         self._blocked.clear()
         # The first observation has the sensors of the robot.
-        self._estimating = False
+        self.memory.records.stages[0] = 0
         for reference in (self.reference, self._next_reference):
             clear(reference)
             self._pattern.write(reference, None, None, frozenset())

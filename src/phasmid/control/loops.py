@@ -1,16 +1,13 @@
-"""The loops of the controller that take long to compile, and whether they are ready."""
+"""Compiled functions of the controller, and whether they are ready."""
 
 from __future__ import annotations
 
 from phasmid.compiled import is_compiled
-from phasmid.control.estimation.estimator import estimate_ground
-from phasmid.control.feed_forward.feed_forward import compute_feed_forward
-from phasmid.control.update import advance_engine
+from phasmid.control.update import advance_engine, update
 
-LOOPS = advance_engine, estimate_ground, compute_feed_forward
-"""Update of the engine, ground estimator, and feed-forward."""
+LOOPS = advance_engine, update
 
 
 def are_compiled() -> bool:
-    """Whether the controller can be asked without waiting for the compiler."""
+    """Return whether an update of the controller does not wait for the compiler."""
     return all(is_compiled(loop) for loop in LOOPS)

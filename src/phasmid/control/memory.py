@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from phasmid.control.estimation.state import ESTIMATOR_PARAMETERS, ESTIMATOR_STATE, MEASUREMENTS
+from phasmid.control.feed_forward import state as feed_forward
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import (
     MODEL,
@@ -17,16 +21,66 @@ from phasmid.control.types import (
 )
 
 
+class Records(NamedTuple):
+    """Records of N engines, on which compiled functions work.
+
+    Attributes:
+        states: State, and one for trials, shape (N, 2).
+        references: Reference, and the same with the pending gait, shape (N, 2).
+        models: Robot, shape (N, 1).
+        parameters: Settings, shape (N, 1).
+        estimators: State of the ground estimator, shape (N, 1).
+        estimator_parameters: Its settings, shape (N, 1).
+        measurements: Its sensor readings, shape (N, 1).
+        feed_forwards: State of the feed-forward, shape (N, 1).
+        feed_forward_parameters: Its settings, shape (N, 1).
+        stages: 1 where ground is estimated, and where feed-forward is computed, shape (N, 2).
+    """
+
+    states: np.ndarray
+    references: np.ndarray
+    models: np.ndarray
+    parameters: np.ndarray
+    estimators: np.ndarray
+    estimator_parameters: np.ndarray
+    measurements: np.ndarray
+    feed_forwards: np.ndarray
+    feed_forward_parameters: np.ndarray
+    stages: np.ndarray
+
+    @classmethod
+    def zeros(cls, count: int) -> Records:
+        """Return records of zeros for a number of engines."""
+        return cls(
+            np.zeros((count, 2), STATE),
+            np.zeros((count, 2), REFERENCE),
+            np.zeros((count, 1), MODEL),
+            np.zeros((count, 1), PARAMETERS),
+            np.zeros((count, 1), ESTIMATOR_STATE),
+            np.zeros((count, 1), ESTIMATOR_PARAMETERS),
+            np.zeros((count, 1), MEASUREMENTS),
+            np.zeros((count, 1), feed_forward.STATE),
+            np.zeros((count, 1), feed_forward.PARAMETERS),
+            np.zeros((count, 2), np.int64),
+        )
+
+    def of(self, index: int) -> Records:
+        """Return the records of one engine, which share memory with these."""
+        return Records(*(array[index] for array in self))
+
+
 class Memory:
-    """All that the engine's compiled functions work on.
+    """Records of one engine, and views of them for Python.
 
     Args:
         model: The robot.
         parameters: The settings.
+        records: Records of one engine, as `Records.of` returns; None for new ones.
 
     Attributes:
-        states: The state, and one to try in, shape (2,).
-        references: The reference, and the same with the pending gait, shape (2,).
+        records: The records.
+        states: State, and one for trials, shape (2,).
+        references: Reference, and the same with the pending gait, shape (2,).
         models: The robot, shape (1,).
         parameter_records: The settings, shape (1,).
         state: View of the first of `states`.
@@ -36,11 +90,13 @@ class Memory:
         parameters: The settings.
     """
 
-    def __init__(self, model: Model, parameters: Parameters) -> None:
+    def __init__(
+        self, model: Model, parameters: Parameters, records: Records | None = None
+    ) -> None:
         legs = self._legs = model.leg_count
         self.parameters = parameters
-        self.states, self.references = np.zeros(2, STATE), np.zeros(2, REFERENCE)
-        self.models, self.parameter_records = np.zeros(1, MODEL), np.zeros(1, PARAMETERS)
+        self.records = Records.zeros(1).of(0) if records is None else records
+        self.states, self.references, self.models, self.parameter_records = self.records[:4]
         self.clear_state()
         self.state: State = view_of(self.states, State, legs)
         self.reference, self.next_reference = (
@@ -53,22 +109,18 @@ class Memory:
             clear(reference)
 
     def clear_state(self) -> None:
-        """Set all numbers of the state to zero, but the number of legs."""
+        """Set all numbers of the state to zero except the number of legs."""
         self.states[:] = np.zeros((), STATE)
         self.states["leg_count"] = self._legs
 
 
 def clear(reference: Reference) -> None:
-    """Make an reference one to stand, on level ground of which nothing is felt."""
-    reference.velocity[:] = reference.pose[:] = reference.pose_correction[:] = reference.lift_phase[
-        :
-    ] = 0.0
-    reference.duty_factor, reference.period, reference.sway, reference.gait_pending = (
-        1.0,
-        1.0,
-        0.0,
-        0,
-    )
+    """Set a reference to standing on level ground without contact sensing."""
+    for array in (reference.velocity, reference.pose, reference.pose_correction):
+        array[:] = 0.0
+    reference.lift_phase[:] = reference.sway = 0.0
+    reference.duty_factor = reference.period = 1.0
+    reference.gait_pending = 0
     reference.step_height = 0.0
     reference.used[:] = 1
     reference.contact[:] = -1
@@ -80,7 +132,7 @@ def clear(reference: Reference) -> None:
 
 
 def new_reference(legs: int) -> Reference:
-    """An order to stand."""
+    """Return a reference that stands."""
     reference = view_of(np.zeros(1, REFERENCE), Reference, legs)
     clear(reference)
     return reference

@@ -13,7 +13,6 @@ from enum import IntEnum
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.control.reach_bounds import reach_bounds
 from phasmid.control.records import record_of
 from phasmid.control.settings import EngineSettings
 from phasmid.dynamics.matrices import in_plane
@@ -336,6 +335,9 @@ def model_of(robot: Robot, joint_speed_share: float, stretch: float, joint_margi
         stretch: Share of its full length to which a leg may be stretched.
         joint_margin: Distance from the joints' limits that targets keep [rad].
     """
+    # Lazy import: numba takes 0.6 s.
+    from phasmid.control.reach_bounds import reach_bounds
+
     arrays = robot.arrays
     lengths, neutral = np.column_stack(geometry(arrays)), neutral_feet(robot)
     limits = np.array(arrays.joint_limits)

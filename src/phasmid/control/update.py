@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import Executor
 
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
+from phasmid.control.estimation.estimator import estimate_ground
+from phasmid.control.feed_forward.feed_forward import compute_feed_forward
 from phasmid.control.feet import end_of_swing, land_here, move_feet
 from phasmid.control.foothold_region import (
     bound_region,
@@ -18,6 +21,7 @@ from phasmid.control.foothold_region import (
 from phasmid.control.foothold_search import end_search, is_returning, is_searching
 from phasmid.control.gait_scheduler import advance_phase, best_phase
 from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
+from phasmid.control.memory import Records
 from phasmid.control.reach_bounds import HARD
 from phasmid.control.reference_governor import is_recoverable, is_settled
 from phasmid.control.swing import (
@@ -328,7 +332,7 @@ def stop_manoeuvre(state: State, leg: int) -> None:
 
 
 @inlined
-def update(
+def advance_within_limits(
     states: np.ndarray,
     model: Model,
     reference: Reference,
@@ -449,4 +453,95 @@ def advance_engine(
             return 1
         state.clock.support_margin = measure_support(state)
         return 0
-    return update(states, model, references[0], references[1], parameters, dt)
+    return advance_within_limits(states, model, references[0], references[1], parameters, dt)
+
+
+@compiled
+def update(
+    states: np.ndarray,
+    references: np.ndarray,
+    models: np.ndarray,
+    parameters: np.ndarray,
+    estimators: np.ndarray,
+    estimator_parameters: np.ndarray,
+    measurements: np.ndarray,
+    feed_forwards: np.ndarray,
+    feed_forward_parameters: np.ndarray,
+    stages: np.ndarray,
+    dt: float,
+) -> tuple[int, int]:
+    """Advance one engine by an update period: estimate the ground, walk, compute feed-forward.
+
+    Args:
+        states: As the following, `Records.of` one engine.
+        references: See there.
+        models: See there.
+        parameters: See there.
+        estimators: See there.
+        estimator_parameters: See there.
+        measurements: See there.
+        feed_forwards: See there.
+        feed_forward_parameters: See there.
+        stages: See there.
+        dt: Update period [s].
+
+    Returns:
+        Result of `advance_engine`, and `EstimatorEvent` bits.
+    """
+    events = 0
+    if stages[0] != 0:
+        events = estimate_ground(states, references, estimators, estimator_parameters, measurements)
+    result = advance_engine(states, references, models, parameters, dt)
+    if stages[1] != 0:
+        compute_feed_forward(states, references, feed_forwards, feed_forward_parameters)
+    return result, events
+
+
+@compiled
+def update_range(
+    states: np.ndarray,
+    references: np.ndarray,
+    models: np.ndarray,
+    parameters: np.ndarray,
+    estimators: np.ndarray,
+    estimator_parameters: np.ndarray,
+    measurements: np.ndarray,
+    feed_forwards: np.ndarray,
+    feed_forward_parameters: np.ndarray,
+    stages: np.ndarray,
+    dt: float,
+    results: np.ndarray,
+) -> None:
+    """Apply `update` to N engines, and write what it returns for each, shape (N, 2)."""
+    for i in range(len(states)):
+        results[i, 0], results[i, 1] = update(
+            states[i],
+            references[i],
+            models[i],
+            parameters[i],
+            estimators[i],
+            estimator_parameters[i],
+            measurements[i],
+            feed_forwards[i],
+            feed_forward_parameters[i],
+            stages[i],
+            dt,
+        )
+
+
+def update_many(records: Records, dt: float, threads: Executor, count: int) -> np.ndarray:
+    """Advance N engines by an update period on several threads.
+
+    Args:
+        records: Records of the engines.
+        dt: Update period [s].
+        threads: Executor of the threads.
+        count: Number of parts into which the engines are divided.
+
+    Returns:
+        What `update` returns for each engine, shape (N, 2).
+    """
+    results = np.zeros((len(records.states), 2), np.int64)
+    parts = [np.array_split(array, count) for array in (*records, results)]
+    list(threads.map(lambda *part: update_range(*part[:-1], dt, part[-1]), *parts))
+    return results

@@ -273,7 +273,8 @@ class ServoDrive:
         self.state = self._rows.ravel()
         self._torque = self._row("torque")
         self._step = compiled(servo_step)
-        joints = data.qpos[7:], data.qvel[6:], np.ascontiguousarray(limits)
+        self._limits = np.ascontiguousarray(limits)
+        joints = data.qpos[7:], data.qvel[6:], self._limits
         self._arguments = (*joints, numbers, self._rows, data.qfrc_applied[6:])
         # Compiles here and not during the run.
         self.command(start)

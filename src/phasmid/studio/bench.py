@@ -86,7 +86,9 @@ def _pose(leg: Leg, request: Bench) -> tuple[np.ndarray, list[str]]:
 
 
 def nearest_reachable(leg: Leg, foot: np.ndarray) -> np.ndarray:
-    """The point nearest to a foot that the leg reaches outwards, joint limits aside.
+    """Return the point nearest to a foot that the leg reaches outwards, joint limits aside.
+
+    For a leg with lateral offsets it is the nearest in the leg's plane.
 
     Args:
         leg: The leg.
@@ -98,7 +100,8 @@ def nearest_reachable(leg: Leg, foot: np.ndarray) -> np.ndarray:
     coxa, femur, tibia = leg.lengths.tolist()
     nearest, farthest = abs(femur - tibia), femur + tibia
     away, z = math.hypot(foot[0], foot[1]), float(foot[2])
-    out = away - coxa
+    beside = float(leg.lateral_offsets.sum())
+    out = _in_plane(leg, foot) - coxa
     distance = math.hypot(out, z)
     wanted = min(max(distance, nearest), farthest)
     # The femur axis itself is as near to all that can be reached; so is the coxa axis around it.
@@ -107,7 +110,14 @@ def nearest_reachable(leg: Leg, foot: np.ndarray) -> np.ndarray:
     if r < 0:
         r, height = 0.0, math.copysign(math.sqrt(nearest**2 - coxa**2), z)
     ahead, left = (foot[0] / away, foot[1] / away) if away > 0 else (1.0, 0.0)
+    r = math.hypot(r, beside)
     return np.array([r * ahead, r * left, height])
+
+
+def _in_plane(leg: Leg, foot: np.ndarray) -> float:
+    """Return the distance of a foot from the coxa axis along the leg's plane [m]."""
+    beside = leg.lateral_offsets.sum()
+    return math.sqrt(max(float(foot[0] ** 2 + foot[1] ** 2 - beside**2), 0.0))
 
 
 def _room(leg: Leg, q: np.ndarray) -> np.ndarray:
@@ -128,7 +138,7 @@ def _beyond_limits(leg: Leg, q: np.ndarray) -> list[str]:
 def _reach(leg: Leg, foot: np.ndarray) -> dict[str, float]:
     """Distance of the foot from the femur axis, and between which it can be [m]."""
     coxa, femur, tibia = leg.lengths.tolist()
-    distance = math.hypot(math.hypot(foot[0], foot[1]) - coxa, foot[2])
+    distance = math.hypot(_in_plane(leg, foot) - coxa, foot[2])
     return {"distance": distance, "nearest": abs(femur - tibia), "farthest": femur + tibia}
 
 
@@ -149,11 +159,13 @@ def _dh(leg: Leg, q: np.ndarray) -> list[tuple[float, float, float, float]]:
     """Rows of Table 1: alpha [rad] and a [m] of the link before, d [m] and theta [rad]."""
     coxa, femur, tibia = leg.lengths.tolist()
     q1, q2, q3 = q.tolist()
+    # The femur's axis points to the leg's right.
+    right = (-leg.lateral_offsets).tolist()
     return [
         (0.0, 0.0, 0.0, q1),
-        (math.pi / 2, coxa, 0.0, q2),
-        (0.0, femur, 0.0, q3),
-        (0.0, tibia, 0.0, 0.0),
+        (math.pi / 2, coxa, right[0], q2),
+        (0.0, femur, right[1], q3),
+        (0.0, tibia, right[2], 0.0),
     ]
 
 

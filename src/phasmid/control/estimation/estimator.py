@@ -20,9 +20,6 @@ from phasmid.control.estimation.joint_compliance import estimate_compliance
 from phasmid.control.estimation.odometry_alignment import align_odometry
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.estimation.state import (
-    ESTIMATOR_PARAMETERS,
-    ESTIMATOR_STATE,
-    MEASUREMENTS,
     AttitudeSource,
     EstimatorEvent,
     EstimatorParameters,
@@ -33,7 +30,7 @@ from phasmid.control.estimation.state import (
     clear,
     parameters_of,
 )
-from phasmid.control.memory import Memory
+from phasmid.control.memory import Records
 from phasmid.control.observation import Observation
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import Contact, LegPhase, Reference, State
@@ -74,6 +71,7 @@ class GroundEstimator:
         robot: The robot.
         settings: Thresholds, time constants and limits.
         dt: Update period [s].
+        records: Records of one engine; None for new ones.
 
     Attributes:
         states: Record of the `EstimatorState`, shape (1,).
@@ -85,12 +83,18 @@ class GroundEstimator:
         InvalidInput: A delay is too long for the update period.
     """
 
-    def __init__(self, robot: Robot, settings: EstimatorSettings, dt: float) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        settings: EstimatorSettings,
+        dt: float,
+        records: Records | None = None,
+    ) -> None:
         self._leg_names = robot.leg_names
         legs = len(robot.legs)
-        self.states = np.zeros(1, ESTIMATOR_STATE)
-        self.parameters = np.zeros(1, ESTIMATOR_PARAMETERS)
-        self.measurements = np.zeros(1, MEASUREMENTS)
+        records = Records.zeros(1).of(0) if records is None else records
+        self.states, self.parameters = records.estimators, records.estimator_parameters
+        self.measurements = records.measurements
         parameters = view_of(self.parameters, EstimatorParameters, legs)
         fill(parameters, parameters_of(robot, settings, dt))
         self.state = view_of(self.states, EstimatorState, legs)
@@ -113,22 +117,6 @@ class GroundEstimator:
             (SensorKind.ANGLE, not loads),
         ):
             self.state.available[kind] = self.state.used[kind] = available
-
-    def update(self, observation: Observation, memory: Memory) -> list[str]:
-        """Estimate the ground, and write the reference.
-
-        Args:
-            observation: Sensor readings.
-            memory: Of the engine; its reference is written.
-
-        Returns:
-            A sentence for each sensor that has failed or recovered.
-        """
-        self.measure(observation)
-        events = estimate_ground(
-            memory.states, memory.references, self.states, self.parameters, self.measurements
-        )
-        return self.describe(events) if events else []
 
     def measure(self, observation: Observation) -> None:
         """Write an observation into the record of the measurements."""

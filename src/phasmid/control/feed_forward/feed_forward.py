@@ -18,14 +18,12 @@ from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
 from phasmid.control.feed_forward.load_sharing import NEGLIGIBLE, load_joints, share_load
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.feed_forward.state import (
-    PARAMETERS,
-    STATE,
     Motion,
     Parameters,
     State,
     parameters_of,
 )
-from phasmid.control.memory import Memory
+from phasmid.control.memory import Records
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import LegPhase
 from phasmid.robot import JOINTS, Robot
@@ -169,6 +167,7 @@ class FeedForward:
         update_period: Time from one update to the next [s].
         gravity: Acceleration of free fall [m/s²].
         armature: Inertia of each joint's rotor, seen at the joint [kg·m²]; None for the servo's.
+        records: Records of one engine; None for new ones.
 
     Attributes:
         state: Motion, loads and result of the last update.
@@ -185,9 +184,11 @@ class FeedForward:
         *,
         gravity: float = STANDARD_GRAVITY,
         armature: float | None = None,
+        records: Records | None = None,
     ) -> None:
         legs = len(robot.legs)
-        self._states, self._robots = np.zeros(1, STATE), np.zeros(1, PARAMETERS)
+        records = Records.zeros(1).of(0) if records is None else records
+        self._states, self._robots = records.feed_forwards, records.feed_forward_parameters
         self.state: State = view_of(self._states, State, legs)
         self.parameters: Parameters = view_of(self._robots, Parameters, legs)
         settings = settings or FeedForwardSettings()
@@ -202,13 +203,11 @@ class FeedForward:
         self.state.time_since_touchdown[:] = self.parameters.load_transfer
         self.velocity_scale, self.limit_reason = 1.0, ""
 
-    def update(self, memory: Memory) -> Float[np.ndarray, "legs 3"]:
-        """Return the joint torques of the engine's present motion [N·m], shape (L, 3).
+    def apply_limits(self) -> Float[np.ndarray, "legs 3"]:
+        """Return the joint torques [N·m] within the limits; adapt the velocity scale to them.
 
-        Args:
-            memory: Records of the engine.
+        Call it after `compute_feed_forward`.
         """
-        compute_feed_forward(memory.states, memory.references, self._states, self._robots)
         self._apply_limits()
         dt = self.parameters.update_period
         if self.state.motion_scale < 1.0:
