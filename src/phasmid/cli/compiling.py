@@ -13,7 +13,7 @@ from phasmid.cli.progress import progress_bar
 if TYPE_CHECKING:
     from phasmid.scenario import Scenario
 
-NOTICE = "compiling the controller, once for this machine: a minute or two"
+NOTICE = "compiling the controller, once for this machine: less than a minute"
 
 TRIAL = 0.05
 """Duration of the drive that compiles all that a drive needs [s]."""

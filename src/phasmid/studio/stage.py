@@ -47,7 +47,7 @@ same span, and a browser that loses some still shows 30."""
 LONGEST_TURN = 0.05
 """The clock is looked at, and requests are answered, after as long at the latest [s]."""
 
-COMPILES = "The controller is being compiled, once for this machine: a minute or two."
+COMPILES = "The controller is being compiled, once for this machine: less than a minute."
 """What is told until the robot first moves, where that is so."""
 
 LYING = 2.0
