@@ -208,6 +208,9 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
     for number, leg in enumerate(robot["legs"], 1):
         lengths = " / ".join(plain_number(length) for length in leg["lengths_mm"])
         hip = ", ".join(plain_number(round(x, 6) + 0.0) for x in leg["hip_mm"])
+        left = sum(leg.get("lateral_offsets_mm", ()))
+        side = "left" if left > 0 else "right"
+        beside = f", foot {plain_number(abs(left))} mm to its {side}" if left else ""
         turned = [
             f"{name} {plain_number(leg[f'{name}_deg'])}°" for name in ("yaw", "pitch", "roll")
         ]
@@ -216,7 +219,7 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
         at = f", neutral at {', '.join(f'{a:.1f}' for a in neutral)}°" if neutral else ""
         masses = " / ".join("no mass" if m is None else f"{m:.1f}" for m in leg["masses_g"])
         print(
-            f"  {number} {plain(leg['name']):<{width}} {lengths} mm, hip at ({hip}) mm, "
+            f"  {number} {plain(leg['name']):<{width}} {lengths} mm{beside}, hip at ({hip}) mm, "
             f"{', '.join(turned)}{at}, {masses} g"
         )
         if "file" in leg:

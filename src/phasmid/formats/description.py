@@ -135,6 +135,7 @@ def _leg(leg: Leg) -> dict[str, Any]:
     return {
         "name": leg.name,
         "lengths_mm": _mm(leg.lengths),
+        "lateral_offsets_mm": _mm(leg.lateral_offsets),
         "hip_mm": _mm(leg.mount_position),
         **_angles(leg.mount_yaw, leg.mount_pitch, leg.mount_roll),
         "neutral_foot_mm": _mm(leg.neutral_foot),
