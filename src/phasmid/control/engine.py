@@ -32,25 +32,29 @@ if TYPE_CHECKING:
     from phasmid.control.estimation.estimator import GroundEstimator
 
 SWAY_BANDWIDTH = 15.0
-"""Of the filter of the body's way aside [1/s]."""
+"""Bandwidth of the filter of the body's sway [1/s]."""
 
 
 class LocomotionEngine:
-    """A `Controller` that makes legs walk, omnidirectionally, in any gait of its robot.
+    """Controller that walks in any direction with any gait of its robot.
 
-    Its update takes the robot to be where it was last told to be: what the sensors say is used by
-    the stages that estimate the ground.
+    It assumes that the joints follow their last targets; sensors serve ground estimation.
 
     Args:
-        robot: The robot, four or more legs.
-        settings: How it walks; or its fields, as keywords.
+        robot: The robot, four to eight legs.
+        settings: Settings of the engine.
+        records: Records of one engine of a batch; None for new ones.
+        keywords: Fields of the settings, instead of `settings`.
 
     Attributes:
-        memory: Where it is, and all else that its loops work on.
-        estimator: Estimator of contact and ground; None: the plan is trusted.
-        dynamics: The stage that finds torques; None: it does not.
-        admitted: The velocity that the robot can keep to, shape (3,).
-        had: Part of it that is in the reference; NaN: it is to be written anew.
+        memory: Records of the engine, and views of them.
+        state: State of the engine.
+        reference: Feasible reference of the present command.
+        gait: Gait of the engine.
+        estimator: Ground estimator; None where contacts are assumed as planned.
+        feed_forward: Feed-forward torques; None where none are computed.
+        feasible_velocity: Feasible part of the commanded velocity, shape (3,).
+        applied_scale: Part of it that is in the reference; NaN where it must be written anew.
 
     Raises:
         InvalidInput: A setting is out of range.
@@ -132,10 +136,10 @@ class LocomotionEngine:
     # What a user calls
 
     def reset(self, observation: Observation) -> None:
-        """Forget all, and begin with the robot standing on the feet that it is seen to stand on.
+        """Begin with the robot at rest on its feet at the observed joint angles.
 
         Args:
-            observation: Its joint angles, and if it is told the body's orientation.
+            observation: Joint angles, and the sensors that the robot has.
         """
         q = np.asarray(observation.joint_position, dtype=float)
         if not np.isfinite(q).all():
@@ -148,11 +152,11 @@ class LocomotionEngine:
             self.memory.records.stages[0] = 1
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
-        """What the joints shall do until the next update.
+        """Return the joint targets until the next update.
 
         Args:
-            observation: What the robot's sensors tell.
-            command: Where to go, and how.
+            observation: Sensor readings.
+            command: Velocity, pose and gait.
         """
         self.prepare(observation, command)
         dt = self.settings.update_period
@@ -164,7 +168,7 @@ class LocomotionEngine:
 
         Args:
             observation: Sensor readings.
-            command: Where to go, and how.
+            command: Velocity, pose and gait.
         """
         clock, time = self.state.clock, float(observation.time)
         if math.isfinite(time) and time > clock.time:
@@ -183,7 +187,7 @@ class LocomotionEngine:
         """Return the joint targets after an update, and handle its events.
 
         Args:
-            command: Where to go, and how.
+            command: Velocity, pose and gait.
             result: Result of the update.
             events: Its `EstimatorEvent` bits.
         """
@@ -205,13 +209,13 @@ class LocomotionEngine:
 
     @property
     def events(self) -> list[tuple[float, str]]:
-        """What was said since it was asked last: times [s] and sentences."""
+        """Events since the last call of `take_events`: times [s] and sentences."""
         return self._log.events
 
     def take_events(self) -> list[tuple[float, str]]:
-        """What was said since it was asked last; it is forgotten, so that no memory grows."""
-        told, self._log.events = self._log.events, []
-        return told
+        """Return the events since the last call, and forget them."""
+        events, self._log.events = self._log.events, []
+        return events
 
     def largest_velocity(
         self,
@@ -223,21 +227,21 @@ class LocomotionEngine:
         pose: tuple[float, ...] = (0.0,) * 6,
         lost_legs: frozenset[int] = frozenset(),
     ) -> VelocityLimit:
-        """The largest velocity in a direction at which the robot walks steadily.
+        """Return the largest feasible velocity of a steady walk in a direction.
 
         Args:
-            direction: Ahead, left [m/s] and turn [rad/s]; their ratio counts.
-            gait: Its name, or the gait; None: as the engine is set.
-            period: Time of a cycle [s]; None: as the engine is set.
-            step_height: Height of a step [m]; None: as the engine is set.
-            pose: Of the body beside its path.
-            lost_legs: Numbers of legs that are not walked on.
+            direction: vx, vy [m/s] and wz [rad/s]; only their ratio counts.
+            gait: Name of a gait, or the gait; None for the engine's.
+            period: Time of a cycle [s]; None for the engine's.
+            step_height: Height of a step [m]; None for the engine's.
+            pose: Pose of the body relative to its path [m, rad].
+            lost_legs: Numbers of legs that are not used, from 1.
 
         Returns:
-            The velocity, and what keeps the robot from a larger one.
+            The velocity, and the constraint that limits it.
 
         Raises:
-            InvalidInput: The direction is no direction.
+            InvalidInput: The direction is zero or not finite.
         """
         velocity = np.array(Command(velocity=direction).velocity, dtype=float)
         size = math.hypot(velocity[0], velocity[1], self._model.radius * velocity[2])
@@ -257,7 +261,7 @@ class LocomotionEngine:
         return VelocityLimit((vx, vy, wz), *limiting_constraint(self._verdict, self.robot))
 
     def telemetry(self) -> dict[str, Any]:
-        """Numbers of the last update by channel name, to be recorded."""
+        """Return the recorded channels of the last update."""
         state = self.state
         clock = state.clock
         phase, slow, margin = clock.phase, clock.time_scale, clock.support_margin
@@ -270,14 +274,14 @@ class LocomotionEngine:
             "gait_phase": phase,
         }
 
-    # What other stages of the control call
+    # Methods for posture sequences
 
     def stand(self, feet: Float[np.ndarray, "legs 3"], *, time: float = 0.0) -> None:
-        """Take over a robot that stands with its feet at these places, at rest.
+        """Begin with the robot at rest on feet at these positions.
 
         Args:
-            feet: In the body frame [m], shape (L, 3); the body is taken to be level.
-            time: Of the engine's clock [s].
+            feet: Feet in the body frame [m], shape (L, 3); the body counts as level.
+            time: Time of the engine's clock [s].
         """
         state, feet = self.state, np.asarray(feet, dtype=float)
         self.memory.clear_state()
@@ -294,7 +298,7 @@ class LocomotionEngine:
             raise InvalidInput("a foot stands where its leg cannot walk from.")
 
     def fold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
-        """Tell how a leg is held in the air when it is lost.
+        """Set the joint angles at which a leg is held in the air when it is lost.
 
         Args:
             leg: Its index.
@@ -303,7 +307,7 @@ class LocomotionEngine:
         self._model.folded[leg] = q
 
     def hold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
-        """Take a leg as lost and held in the air already, at rest.
+        """Set a leg as lost and held in the air already, at rest.
 
         Args:
             leg: Its index.
@@ -320,25 +324,25 @@ class LocomotionEngine:
         self._place()
 
     def catch(self) -> None:
-        """Let all feet that swing come down from where they are, at once and without a jump."""
+        """Land all swing legs at once, without a jump of their motion."""
         land_swing_legs(self.state, self.reference, self.settings.landing_depth)
 
     @property
     def is_standing(self) -> bool:
-        """Whether all feet stand, near to their neutral places, and the body rests over them."""
+        """Whether all feet stand near their neutral positions, with the body at rest."""
         return bool(
             self.state.clock.gait_running == 0 and np.abs(self.state.velocity_filter).max() < 1e-4
         )
 
     @property
     def is_lame(self) -> bool:
-        """Whether the legs that are left cannot walk, so that it stands as it did."""
+        """Whether the remaining legs cannot walk, so that the robot stands still."""
         return self._log.is_active("lame")
 
-    # The rest
+    # Reference of a command
 
     def _place(self) -> int:
-        """Bend the legs to where the state says that body and feet are; 0: they reach it."""
+        """Solve body motion and joint angles for the feet of the state; 0 if they are reachable."""
         memory = self.memory
         return int(
             self._update.advance_engine(
@@ -364,7 +368,7 @@ class LocomotionEngine:
         self.stand(neutral)
 
     def _take(self, command: Command) -> None:
-        """Write the reference for a command, with a velocity that can be kept to."""
+        """Write the reference of a command, with its feasible velocity."""
         reference, next_reference = self.reference, self._next_reference
         self._command = command
         try:
@@ -374,7 +378,7 @@ class LocomotionEngine:
         except InvalidGait as error:
             if not command.lost_legs:
                 raise
-            # Robots that cannot walk any more stand as they did.
+            # A robot that cannot walk any more stands still.
             self._log.set("lame", True, f"stands: {error.what}")
             self._asked = command.velocity
             reference.velocity[:] = next_reference.velocity[:] = 0.0
@@ -411,7 +415,7 @@ class LocomotionEngine:
             if differs:
                 before = self._share(reference, asked, 1.0)
                 if before < share:
-                    # What is left of the gait, or of the step, that is being given up.
+                    # The present gait limits the velocity until the change.
                     share, reason = before, limiting_constraint(self._verdict, self.robot)[0]
             self._log.set(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
@@ -422,7 +426,7 @@ class LocomotionEngine:
         self.applied_scale = math.nan
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
-        """Write the pose, or as much of it as the robot can stand or step in."""
+        """Write the feasible part of a pose for standing or stepping."""
         next_reference = self._next_reference
         share, base = 1.0, np.zeros(6)
         base[:2] = shift

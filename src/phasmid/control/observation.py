@@ -1,4 +1,4 @@
-"""What a controller is told of the robot."""
+"""Observation of the robot by its sensors."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from jaxtyping import Bool, Float
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What the robot's sensors have told by now; a sensor that it lacks is None.
+    """Latest sensor readings of a robot with L legs; None where it lacks a sensor.
 
-    A value that is not finite is of a sensor that has failed; a controller must not follow it.
+    A value that is not finite comes from a failed sensor; a controller must not use it.
 
     Attributes:
-        time: Of this observation, on the controller's own clock [s].
+        time: Time on the controller's clock [s].
         joint_position: Joint angles [rad], shape (L, 3).
-        joint_velocity: Joint speeds [rad/s], shape (L, 3); most servos tell none.
-        joint_load: Output of each servo, a share of its largest, shape (L, 3).
-        servo_running: Which servos have not shut down and answer, shape (L, 3).
-        orientation: Of the body, by the inertial sensor, w x y z; its yaw may drift, shape (4,).
-        angular_velocity: By the gyro, body axes [rad/s], shape (3,).
-        acceleration: Specific force by the accelerometer, body axes [m/s²], shape (3,).
-        contact: Which feet feel the ground, shape (L,).
-        foot_normal_force: By the feet's sensors [N], shape (L,).
+        joint_velocity: Joint speeds [rad/s], shape (L, 3); most servos measure none.
+        joint_load: Output of each servo as a part of its largest, shape (L, 3).
+        servo_running: Servos that answer and have not shut down, shape (L, 3).
+        orientation: Orientation of the body, w x y z; its yaw may drift, shape (4,).
+        angular_velocity: Gyro reading, body axes [rad/s], shape (3,).
+        acceleration: Specific force of the accelerometer, body axes [m/s²], shape (3,).
+        contact: Contact of each foot, shape (L,).
+        foot_normal_force: Normal force of each foot [N], shape (L,).
     """
 
     time: float

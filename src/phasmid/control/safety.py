@@ -172,7 +172,7 @@ class SafetyMonitor:
             elif math.isfinite(dt):
                 what = f"sensors told nothing for {dt:.2g} s"
                 self._restrict("gap", Mode.SLOW, 0.0, time, what)
-        # Observations may repeat, or arrive out of reference.
+        # Observations may repeat, or arrive out of order.
         dt = max(time - self.time, 0.0) if math.isfinite(time - self.time) else 0.0
         self.time = time
         load, rate = observation.joint_load, observation.angular_velocity

@@ -1,4 +1,4 @@
-"""What a controller asks of the joints."""
+"""Joint targets of a controller."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from jaxtyping import Float
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointTargets:
-    """What the joints shall do until the next update.
+    """Joint targets until the next update.
 
     Attributes:
         position: Angles [rad], shape (L, 3).
         velocity: Speeds [rad/s], shape (L, 3).
-        torque: Feed-forward torque [N·m], shape (L, 3); None: none.
+        torque: Feed-forward torque [N·m], shape (L, 3); None for none.
     """
 
     position: Float[np.ndarray, "legs 3"]

@@ -226,7 +226,7 @@ def measure_support(state: State) -> float:
 def change_gait(
     state: State, model: Model, reference: Reference, next_reference: Reference
 ) -> None:
-    """Take the gait that is next_reference as soon as no foot would leave its region in it."""
+    """Change to the pending gait as soon as no foot would leave its region in it."""
     if not reference.gait_pending:
         return
     found = np.empty(2)
@@ -346,7 +346,7 @@ def advance_within_limits(
         states: Where it is, changed, and a state to try in, shape (2,).
         model: The robot.
         reference: What is to be done.
-        next_reference: The same with the gait that is next_reference, where that is to change.
+        next_reference: The same with the pending gait.
         parameters: The margins.
         dt: Time from the last update [s].
 

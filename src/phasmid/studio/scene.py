@@ -189,8 +189,9 @@ class Scene:
         leg, link = self._legs, np.minimum(self._frames, 2)
         at, turned = frames.position[leg, link], frames.rotation[leg, link]
         # A foot's frame is its tibia's, at its end.
-        out = np.where(self._frames == 3, self.source.robot.arrays.lengths[leg, 2], 0.0)
-        return at + out[:, None] * turned[..., 0], turned
+        ends = np.array([leg.tibia.end for leg in self.source.robot.legs])[leg]
+        ends[self._frames != 3] = 0.0
+        return at + (turned @ ends[..., None])[..., 0], turned
 
     def _held(
         self,
