@@ -1,9 +1,11 @@
 """A batch of engines moves each robot as an engine alone does."""
 
 import numpy as np
+import pytest
 
 from phasmid import load_robot
 from phasmid.control import Command, EngineBatch, LocomotionEngine, Observation
+from phasmid.errors import InvalidInput
 
 ROBOT = load_robot("phantomx-ax")
 DT = 0.005
@@ -39,3 +41,16 @@ def test_robots_of_a_batch_move_as_alone():
     assert [engine.events for engine in batch.engines] == [engine.events for engine in alone]
     # They have walked, each at its own velocity.
     assert len({engine.state.path[2] for engine in alone}) == 5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"count": 0}, "count is 0; it must be 1 or more."),
+        ({"count": 2, "threads": 0}, "threads is 0; it must be 1 or more."),
+    ],
+)
+def test_a_batch_of_nothing_is_refused_in_a_sentence(arguments, message):
+    with pytest.raises(InvalidInput) as error:
+        EngineBatch(ROBOT, **arguments)
+    assert error.value.what == message

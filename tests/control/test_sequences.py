@@ -187,7 +187,7 @@ def test_a_foot_by_hand_is_told_in_the_body_frame():
     ("legs", "sentence"),
     [
         ((1, 2), "leg right_front and right_rear cannot be moved by hand: the other legs would"),
-        ((9,), "leg (9,) cannot be moved by hand: there is no such leg."),
+        ((9,), "leg 9 cannot be moved by hand: there is no such leg."),
     ],
 )
 def test_legs_that_the_others_cannot_do_without_are_refused_in_a_sentence(legs, sentence):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+from phasmid.arguments import check_type
 from phasmid.control.command import Command
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.memory import Records
@@ -13,6 +14,7 @@ from phasmid.control.observation import Observation
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 from phasmid.cores import cores
+from phasmid.errors import InvalidInput
 from phasmid.robot import Robot
 
 
@@ -41,13 +43,22 @@ class EngineBatch:
             settings: Settings of all; None for the default.
             threads: Number of threads; None for one per core.
             keywords: Settings by name, as those of `LocomotionEngine`.
+
+        Raises:
+            InvalidInput: A number is less than 1, or a setting is out of range.
         """
+        for name, value in (("count", count), ("threads", threads)):
+            if value is None:
+                continue
+            check_type(name, value, (int,), "a whole number", "2")
+            if value < 1:
+                raise InvalidInput(f"{name} is {value}; it must be 1 or more.")
         self.records = Records.zeros(count)
         self.engines = [
             LocomotionEngine(robot, settings, records=self.records.of(i), **keywords)
             for i in range(count)
         ]
-        self._parts = min(threads or cores(), count)
+        self._parts = min(cores() if threads is None else threads, count)
         self._threads = ThreadPoolExecutor(self._parts)
 
     def reset(self, observations: Sequence[Observation]) -> None:
@@ -63,6 +74,9 @@ class EngineBatch:
         Args:
             observations: Observation of each robot.
             commands: Command of each robot.
+
+        Raises:
+            InvalidInput: A command is infeasible for its robot; no robot is updated.
         """
         from phasmid.control.update import update_many
 

@@ -10,7 +10,15 @@ from phasmid.compiled import internal
 from phasmid.control.foothold_region import is_reached, speed_share, sway_wave
 from phasmid.control.foothold_search import is_searching, set_search
 from phasmid.control.limbs import edges_of, margin_within
-from phasmid.control.types import LegPhase, Model, Parameters, Reference, SearchStage, State
+from phasmid.control.types import (
+    LegPhase,
+    Manoeuvre,
+    Model,
+    Parameters,
+    Reference,
+    SearchStage,
+    State,
+)
 
 DEEP = 0.01
 """A foot that is farther than this below the ground that is believed is in a hole [m]."""
@@ -194,9 +202,9 @@ def lift_off(
             for i in range(3):
                 state.last_foothold[leg, i] = state.foot[leg, i]
         if state.search_stage[leg] == SearchStage.RETURNED:
-            set_search(state, leg, 0.0)
+            set_search(state, leg, SearchStage.NONE)
     state.leg_phase[leg] = LegPhase.SWING
-    state.manoeuvre[leg] = 0.0
+    state.manoeuvre[leg] = Manoeuvre.NONE
     state.swing_elapsed[leg], state.swing_duration[leg], state.swing_height[leg] = (
         ago,
         time,

@@ -154,7 +154,7 @@ def is_recoverable(
     for look in range(LOOKS + 1):
         if look > 0:
             time += SPAN
-            # Braked half before and half after: to second reference what it does in between.
+            # Braked half before and half after: to second order what it does in between.
             approach(speed[0], rest, 0, model.radius, parameters.acceleration * SPAN / 2)
             for i in range(3):
                 mean[i] = speed[2, i] / 2

@@ -13,7 +13,7 @@ from phasmid.control.types import Model, Parameters, State
 
 @internal
 def follow(stages: np.ndarray, omega: float, h: float) -> None:
-    """Let a chain of equal first-reference lags follow its first stage, which stays.
+    """Let a chain of equal first-order lags follow its first stage, which stays.
 
     Each lag's step response rises without overshoot, so that the last stage is at every time a
     mean of what the first one has been: it never leaves what that has kept to, and of n lags the

@@ -171,7 +171,6 @@ class GaitClock:
         support_margin: Of the whole robot now [m].
         velocity_share: Part of the commanded velocity that feet and support allow.
         lean: Of the body ahead and left [m], shape (2,).
-        joint_speed_ratio: Fastest joint's speed divided by the largest that is allowed.
         gait_running: 1 while the gait advances, 0 at rest.
         region_leg: Leg whose region is bounded next.
         pose_hinders: 1 while a foot that is due would hardly rise before the pose is reached.
@@ -186,7 +185,6 @@ class GaitClock:
     support_margin: float
     velocity_share: float
     lean: Float[np.ndarray, "2"]
-    joint_speed_ratio: float
     gait_running: int
     region_leg: int
     pose_hinders: int

@@ -385,7 +385,6 @@ def advance_within_limits(
         if ratio <= 1.0:
             trial.clock.time = clock.time + dt
             trial.clock.time_scale = slow
-            trial.clock.joint_speed_ratio = ratio
             states[0] = states[1]
             return said
         slow *= 0.99 / ratio

@@ -1,4 +1,7 @@
-"""The paper's dynamics of a leg as printed, for study only; every misprint can be mended alone."""
+"""The paper's dynamics of a leg as printed, for study only; every misprint can be mended alone.
+
+The paper knows no lateral offsets: the prints ignore those of a leg.
+"""
 
 from __future__ import annotations
 

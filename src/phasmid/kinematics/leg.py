@@ -96,13 +96,15 @@ def angles_and_margin(
 def unreachable(
     leg: HasLengths, p: Float[np.ndarray, "*batch 3"], index: tuple[int, ...]
 ) -> Unreachable:
-    """The error that tells of one point out of many."""
+    """Return the error of one point out of many; its distance is along the leg's plane."""
     point, lengths = (v[index] for v in np.broadcast_arrays(p, leg.lengths))
+    offset = np.broadcast_to(leg.lateral_offsets, (*np.shape(p)[:-1], 3))[index].sum()
     (x, y, z), (coxa, femur, tibia) = map(float, point), map(float, lengths)
+    outward = math.sqrt(max(x * x + y * y - float(offset) ** 2, 0.0))
     return Unreachable(
         getattr(leg, "name", str(index[-1] + 1) if index else ""),
         (x, y, z),
-        distance=math.hypot(math.hypot(x, y) - coxa, z),
+        distance=math.hypot(outward - coxa, z),
         reach=(abs(femur - tibia), femur + tibia),
         index=index,
     )

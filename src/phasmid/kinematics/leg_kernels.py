@@ -1,6 +1,7 @@
 """Compiled kinematics of one leg at one instant, and the same over arrays of samples.
 
-`kinematics.leg` validates and calls the functions over arrays; the controller calls the others.
+`kinematics.leg` validates and calls the functions over arrays. `control/limbs.py` has the same
+equations for the controller's records.
 Lengths are those of coxa, femur and tibia [m]; ``left`` is the foot's offset from the leg's plane,
 positive to the left [m]; angles are in rad; points are in the hip frame [m].
 """

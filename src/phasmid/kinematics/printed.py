@@ -1,7 +1,8 @@
 """The paper's kinematics as printed, for study only; every misprint can be mended alone.
 
 The prints mix lengths with angles and with squares of lengths, so that their results depend on
-the unit; they are computed in the units of Table 1, millimetres and degrees.
+the unit; they are computed in the units of Table 1, millimetres and degrees. The paper knows no
+lateral offsets: the prints ignore those of a leg.
 """
 
 from __future__ import annotations

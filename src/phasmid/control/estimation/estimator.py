@@ -1,7 +1,8 @@
 """Ground estimator of the locomotion engine: contact, ground plane, attitude, corrections.
 
-The engine calls `GroundEstimator.update` before each of its own updates. Sensor readings and the
-engine's state go in; contact, ground plane, landing heights and corrections go into its reference.
+The engine writes each observation by `GroundEstimator.measure`; the compiled update begins with
+`estimate_ground`. Sensor readings and the engine's state go in; contact, ground plane, landing
+heights and corrections go into its reference.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ class FootEstimate:
     contradiction_time: float  # for which the sensors have contradicted `contact` [s]
     left_ground: int  # 1 in a swing once the foot has lost contact
     obstacle_hits: int  # obstacles met in this swing
-    reported_hits: int  # those of them that are in the engine's order
+    reported_hits: int  # those of them that are in the engine's reference
     bearing: int  # 1 where the foot stands and is not in the air
     foothold: Float[np.ndarray, "3"]  # last bearing position in odom [m]
     foothold_weight: float  # in the ground plane, 0 to 1
@@ -168,7 +168,7 @@ class EstimatorState:
     levelling: BodyLevelling
     body_sag: float  # height that the body lacks, low-pass filtered [m]
     commanded_step_height: float  # before it is raised for rough ground [m]
-    raised_step_height: float  # last one in the engine's order [m]
+    raised_step_height: float  # last one in the engine's reference [m]
     joint_targets: Float[np.ndarray, "128 legs 3"]  # delay line [rad]
     body_attitudes: Float[np.ndarray, "128 3 3"]  # delay line, commanded, in odom
     available: Int[np.ndarray, "4"]  # contact sensors of the robot, by SensorKind

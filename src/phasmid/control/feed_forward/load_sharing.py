@@ -35,7 +35,7 @@ def share_load(state: State, robot: Parameters) -> None:
         state.foot_force,
     )
     legs = state.leg_count
-    # Moments are divided by the robot's size, so that the six pivots are of the same reference.
+    # Moments are divided by the robot's size, so that the six pivots are of the same order.
     size = 0.0
     for leg in range(legs):
         for i in range(3):

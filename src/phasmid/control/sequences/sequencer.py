@@ -347,9 +347,14 @@ class Sequencer:
         if known == numbers and not {number - 1 for number in known} & set(self._lost):
             self._manual = lift_legs(self.robot, stance, numbers, self.settings, self._lost)
         if self._manual is None:
-            why = "the other legs would not hold the robot" if known else "there is no such leg"
-            name = " and ".join(names[number - 1] for number in known) or tuple(numbers)
-            self._refuse(f"leg {name} cannot be moved by hand: {why}.")
+            why, lost = "the other legs would not hold the robot", [i + 1 for i in self._lost]
+            named = known
+            if known != numbers:
+                why, named = "there is no such leg", [n for n in numbers if n not in known]
+            elif set(known) & set(lost):
+                why, named = "it is lost", [n for n in known if n in lost]
+            label = " and ".join(names[n - 1] if n in known else str(n) for n in named)
+            self._refuse(f"leg {label} cannot be moved by hand: {why}.")
         else:
             self._begin(self._manual.paths, Stage.LIFTING, Stage.MANUAL_LEG)
 
