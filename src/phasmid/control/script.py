@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Len
-from pydantic import FailFast
+from pydantic import BeforeValidator, FailFast
+from pydantic_core import PydanticKnownError
 
 from phasmid.arguments import check_type, path_of
 from phasmid.control.command import Command, LegCommand, Posture
@@ -168,6 +169,14 @@ class FollowTable(Table):
     aligned: Annotated[Angle, Gt(0), Le(math.pi)] = math.radians(5)
 
 
+def _check_length(entries: Any) -> Any:
+    """Refuse too many commands before each of them is validated."""
+    if isinstance(entries, list | tuple) and len(entries) > MOST_ENTRIES:
+        context = {"field_type": "Tuple", "max_length": MOST_ENTRIES, "actual_length": len(entries)}
+        raise PydanticKnownError("too_long", context)
+    return entries
+
+
 class CommandScript(Table):
     """Commands over time, or waypoints.
 
@@ -192,7 +201,9 @@ class CommandScript(Table):
     format: Annotated[Count, Ge(1), Le(1)] = 1
     between: Literal["steps", "linear"] = "steps"
     duration: Annotated[Time, Gt(0), Le(1e6)] | None = None
-    command: Annotated[tuple[CommandEntry, ...], Len(0, MOST_ENTRIES), FailFast()] = ()
+    command: Annotated[
+        tuple[CommandEntry, ...], Len(0, MOST_ENTRIES), FailFast(), BeforeValidator(_check_length)
+    ] = ()
     waypoint: Annotated[tuple[WaypointEntry, ...], Len(0, 10_000), FailFast()] = ()
     follow: FollowTable = FollowTable()
 
