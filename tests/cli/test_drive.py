@@ -149,7 +149,7 @@ def test_a_drive_shows_how_far_the_compiler_is(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(compiling, "progress_bar", bar)
     scenario = load_scenario("paper")
     compiling.compile_controller(scenario, rate=200, quiet=False)
-    assert set(seen) == {("compiling", 4, 4)}
+    assert set(seen) == {("compiling", 5, 5)}
     seen.clear()
     compiling.compile_controller(scenario, rate=200, quiet=True)
     assert seen == []

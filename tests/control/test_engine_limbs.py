@@ -1,4 +1,4 @@
-"""The engine's own loops of a leg's kinematics, against the package's arrays."""
+"""Centre of mass, rotations and support margin of the engine, against the package's arrays."""
 
 import numpy as np
 import pytest
@@ -8,14 +8,7 @@ from phasmid.control import limbs
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import MODEL, Model, model_of
 from phasmid.gait import support_margin
-from phasmid.kinematics import (
-    centre_of_mass,
-    foot_position,
-    joint_angles,
-    joint_motion,
-    rotation_rpy,
-)
-from phasmid.kinematics.arguments import geometry
+from phasmid.kinematics import centre_of_mass, rotation_rpy
 from phasmid.robot import load_robot, preset_names
 
 ROUND_OFF = 1e-12
@@ -33,34 +26,6 @@ def angles(robot, rng, count=50):
     q[..., 2] = rng.uniform(-1.6, -0.5, size=q.shape[:-1])
     q[..., 1] = rng.uniform(-0.5, 0.9, size=q.shape[:-1])
     return q
-
-
-def test_a_foot_and_its_angles_are_those_of_kinematics(robot):
-    rng = np.random.default_rng(1)
-    q = angles(robot, rng)
-    feet = foot_position(robot.arrays, q)
-    back = joint_angles(robot.arrays, feet)
-    for n in range(len(q)):
-        for leg, lengths in enumerate(np.column_stack(geometry(robot.arrays))):
-            found = limbs.foot_of(lengths, *q[n, leg])
-            np.testing.assert_allclose(found, feet[n, leg], atol=ROUND_OFF)
-            *found, margin = limbs.angles_of(lengths, *feet[n, leg], 1.0)
-            np.testing.assert_allclose(found, back[n, leg], atol=ROUND_OFF)
-            assert margin > 0
-
-
-def test_joint_speeds_are_those_of_kinematics(robot):
-    rng = np.random.default_rng(2)
-    q = angles(robot, rng)
-    v, a = rng.normal(size=(2, *q.shape))
-    want = joint_motion(robot.arrays, q, v, a)
-    qd, qdd = np.empty(3), np.empty(3)
-    for n in range(len(q)):
-        for leg, lengths in enumerate(np.column_stack(geometry(robot.arrays))):
-            limbs.speeds_of(lengths, q[n, leg], v[n, leg], a[n, leg], qd, qdd)
-            # Relative: speeds of 100 rad/s are found near the coxa axis.
-            np.testing.assert_allclose(qd, want[0][n, leg], rtol=ROUND_OFF, atol=ROUND_OFF)
-            np.testing.assert_allclose(qdd, want[1][n, leg], rtol=1e-10, atol=ROUND_OFF)
 
 
 def test_the_centre_of_mass_is_that_of_kinematics(robot):

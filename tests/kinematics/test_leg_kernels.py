@@ -3,34 +3,12 @@
 import subprocess
 import sys
 
-import numba
 import numpy as np
 import pytest
 
 from phasmid.errors import Unreachable
 from phasmid.kinematics import foot_position, jacobian, joint_angles, joint_motion
-from phasmid.kinematics.leg_kernels import sincos
 from phasmid.robot import load_robot
-
-
-@numba.njit
-def sines(angles):
-    """Sine and cosine of each angle."""
-    found = np.empty((len(angles), 2))
-    for i in range(len(angles)):
-        found[i, 0], found[i, 1] = sincos(angles[i])
-    return found
-
-
-def test_sine_and_cosine_are_within_three_units_in_the_last_place():
-    # NumPy's own are within 0.6 of a unit; angles near multiples of a quarter turn included.
-    rng = np.random.default_rng(4)
-    angles = np.concatenate([rng.uniform(-10, 10, 20_000), rng.uniform(-1e5, 1e5, 20_000)])
-    quarters = np.arange(-1000, 1001) * (np.pi / 2)
-    angles = np.concatenate([angles, quarters, quarters + 1e-9, [0.0, -0.0, 1e-300]])
-    exact = np.stack([np.sin(angles), np.cos(angles)], axis=-1)
-    assert np.all(np.abs(sines(angles) - exact) <= 3 * np.spacing(np.abs(exact)))
-    assert not np.isfinite(sines(np.array([np.nan, np.inf]))).any()
 
 
 def test_any_number_and_layout_of_samples_will_do():

@@ -50,7 +50,9 @@ def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
         progress_bar("compiling", len(LOOPS), quiet=quiet, notice=NOTICE) as progress,
         _polled(progress),
     ):
-        driving = DriveExperiment(trial, None, Command(), rate=rate, between=None)
+        driving = DriveExperiment(
+            trial, None, Command(velocity=(0.02, 0.0, 0.0)), rate=rate, between=None
+        )
         driving.begin_run().advance()
 
 

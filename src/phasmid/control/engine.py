@@ -160,7 +160,7 @@ class LocomotionEngine:
         """
         self.prepare(observation, command)
         dt = self.settings.update_period
-        result, events = self._update.update(*self.memory.records, dt)
+        result, events = self._update.update(self.memory.records, dt)
         return self.finish(command, result, events)
 
     def prepare(self, observation: Observation, command: Command) -> None:

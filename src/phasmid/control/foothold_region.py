@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
-from phasmid.control.limbs import Triple, angles_of, deepest_of, rotation, to_hip
+from phasmid.control.limbs import deepest_of, rotation, to_hip
 from phasmid.control.reach_bounds import AT_ENOUGH, AT_PLANNED, is_within
 from phasmid.control.trunk import integrate_twist
 from phasmid.control.types import DIRECTIONS, LegPhase, Model, Parameters, Reference, State
+from phasmid.kinematics.leg_kernels import Triple, inverse_kinematics
 
 SLACK = 0.001
 """Feet may come this much nearer to the region's edge than planned, which is round-off and the
@@ -49,7 +50,7 @@ def joint_limit_margin(
         are.
     """
     lengths = model.lengths[leg]
-    q[0], q[1], q[2], margin = angles_of(lengths, p[0], p[1], p[2], 1.0)
+    q[0], q[1], q[2], margin = inverse_kinematics(lengths, lengths[3], p[0], p[1], p[2], 1.0)
     # Written so that NaN counts as out of reach.
     if not margin > 0:
         return -math.inf

@@ -1,7 +1,4 @@
-"""Closed-form kinematics of single legs, as loops: what the engine computes at every update.
-
-The same equations as in `phasmid.kinematics`, for one leg and sample at a time.
-"""
+"""Centre of mass, rotations and support margin at one instant, for the engine's update."""
 
 from __future__ import annotations
 
@@ -11,87 +8,6 @@ import numpy as np
 
 from phasmid.compiled import compiled, internal
 from phasmid.control.types import Model
-
-Triple = tuple[float, float, float]
-
-
-@compiled
-def foot_of(lengths: np.ndarray, q1: float, q2: float, q3: float) -> Triple:
-    """The foot in the hip frame [m] for joint angles [rad]; lengths as in `Model`."""
-    r = lengths[0] + lengths[1] * math.cos(q2) + lengths[2] * math.cos(q2 + q3)
-    z = lengths[1] * math.sin(q2) + lengths[2] * math.sin(q2 + q3)
-    c, s = math.cos(q1), math.sin(q1)
-    return c * r - s * lengths[3], s * r + c * lengths[3], z
-
-
-@compiled
-def angles_of(
-    lengths: np.ndarray, x: float, y: float, z: float, stretch: float
-) -> tuple[float, float, float, float]:
-    """Joint angles that place the foot, and a margin [m²], negative where it is out of reach.
-
-    Args:
-        lengths: As in `Model`, shape (4,).
-        x: Foot in the hip frame [m].
-        y: The same.
-        z: The same.
-        stretch: Share of the leg's full length that it may use; the margin counts from there.
-    """
-    femur, tibia, left = lengths[1], lengths[2], lengths[3]
-    beside = x * x + y * y - left * left
-    r = math.sqrt(max(beside, 0.0))
-    out = r - lengths[0]
-    square = out * out + z * z
-    longest, shortest = (femur + tibia) ** 2, (femur - tibia) ** 2
-    margin = min(stretch * stretch * longest - square, square - shortest)
-    if beside < 0.0:
-        margin = min(margin, beside)
-    t1 = math.sqrt(max(longest - square, 0.0))
-    t2 = math.sqrt(max(square - shortest, 0.0))
-    along, across = square + (femur + tibia) * (femur - tibia), t1 * t2
-    q2 = math.atan2(z * along + out * across, out * along - z * across)
-    q1 = math.atan2(y * r - x * left, x * r + y * left) if left else math.atan2(y, x)
-    return q1, q2, -2 * math.atan2(t1, t2), margin
-
-
-@compiled
-def speeds_of(
-    lengths: np.ndarray,
-    q: np.ndarray,
-    v: np.ndarray,
-    a: np.ndarray,
-    qd: np.ndarray,
-    qdd: np.ndarray,
-) -> None:
-    """Write the joint speeds and accelerations that move the foot so in the hip frame.
-
-    Args:
-        lengths: As in `Model`, shape (4,).
-        q: Joint angles [rad], shape (3,).
-        v: Velocity of the foot [m/s], shape (3,).
-        a: Its acceleration [m/s²], shape (3,).
-        qd: Written: joint speeds [rad/s], shape (3,).
-        qdd: Written: joint accelerations [rad/s²], shape (3,).
-    """
-    femur, tibia = lengths[1], lengths[2]
-    c1, s1 = math.cos(q[0]), math.sin(q[0])
-    c2, s2 = math.cos(q[1]), math.sin(q[1])
-    c23, s23 = math.cos(q[1] + q[2]), math.sin(q[1] + q[2])
-    r = lengths[0] + femur * c2 + tibia * c23
-    v_out, v_side = c1 * v[0] + s1 * v[1], c1 * v[1] - s1 * v[0]
-    a_out, a_side = c1 * a[0] + s1 * a[1], c1 * a[1] - s1 * a[0]
-    spread = math.sin(q[2])
-    w1 = v_side / r
-    v_out += lengths[3] * w1
-    d1 = (a_side - 2 * v_out * w1 + lengths[3] * w1**2) / r
-    w2 = (v_out * c23 + v[2] * s23) / (femur * spread)
-    w3 = -(v_out * c2 + v[2] * s2) / (tibia * spread)
-    b_out = a_out + lengths[3] * d1 + r * w1**2 + femur * c2 * w2**2 + tibia * c23 * w3**2
-    b_up = a[2] + femur * s2 * w2**2 + tibia * s23 * w3**2
-    d2 = (b_out * c23 + b_up * s23) / (femur * spread)
-    d3 = -(b_out * c2 + b_up * s2) / (tibia * spread)
-    qd[0], qd[1], qd[2] = w1, w2, w3 - w2
-    qdd[0], qdd[1], qdd[2] = d1, d2, d3 - d2
 
 
 @compiled

@@ -6,11 +6,12 @@ from phasmid.compiled import is_compiled
 from phasmid.control.estimation.estimator import estimate_ground
 from phasmid.control.feed_forward.feed_forward import compute_feed_forward
 from phasmid.control.update import advance_engine, update
+from phasmid.control.velocity_limits import gait_is_feasible
 
-LOOPS = advance_engine, estimate_ground, compute_feed_forward, update
+LOOPS = advance_engine, gait_is_feasible, estimate_ground, compute_feed_forward, update
 """In the order in which they are compiled."""
 
 
 def are_compiled() -> bool:
-    """Return whether an update of the controller does not wait for the compiler."""
+    """Return whether commands and updates do not wait for the compiler, within all limits."""
     return all(is_compiled(loop) for loop in LOOPS)

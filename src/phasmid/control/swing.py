@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.limbs import foot_of
 from phasmid.control.types import Manoeuvre, Model, Parameters, State
+from phasmid.kinematics.leg_kernels import forward_kinematics
 
 FREE = 0.15
 """Part of a swing at each of its ends in which a foot comes to its curve wholly."""
@@ -156,7 +156,8 @@ def stop_foot(state: State, leg: int) -> None:
 def foot_at_joints(state: State, model: Model, leg: int, arm: np.ndarray) -> None:
     """Write where a foot is in odom by its joint angles, and its way from the body [m], (3,)."""
     q = state.q[leg]
-    x, y, z = foot_of(model.lengths[leg], q[0], q[1], q[2])
+    lengths = model.lengths[leg]
+    x, y, z = forward_kinematics(lengths, lengths[3], q[0], q[1], q[2])
     R, p = model.R_body_hip[leg], np.empty(3)
     for i in range(3):
         p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z

@@ -20,7 +20,7 @@ from phasmid.control.foothold_region import (
 )
 from phasmid.control.foothold_search import end_search, is_returning, is_searching
 from phasmid.control.gait_scheduler import advance_phase, best_phase
-from phasmid.control.limbs import margin_of, moment_of, speeds_of, to_hip
+from phasmid.control.limbs import margin_of, moment_of, to_hip
 from phasmid.control.memory import Records
 from phasmid.control.reach_bounds import HARD
 from phasmid.control.reference_governor import is_recoverable, is_settled
@@ -32,6 +32,7 @@ from phasmid.control.swing import (
 )
 from phasmid.control.trunk import approach, follow, integrate_twist, set_body_motion
 from phasmid.control.types import LegPhase, Manoeuvre, Model, Parameters, Reference, State
+from phasmid.kinematics.leg_kernels import joint_motion
 
 OFFSET_SPEED = 0.1
 """Largest speed at which offsets of feet are followed [m/s]."""
@@ -201,7 +202,8 @@ def solve_leg_ik(state: State, model: Model, parameters: Parameters, h: float) -
         to_hip(R_hip, rp, v)
         to_hip(R, ra, rp)
         to_hip(R_hip, rp, a)
-        speeds_of(model.lengths[leg], state.q[leg], v, a, state.qd[leg], state.qdd[leg])
+        lengths, qd, qdd = model.lengths[leg], state.qd[leg], state.qdd[leg]
+        joint_motion(lengths, lengths[3], state.q[leg], v, a, qd, qdd)
         if swings and not soften_joint_limits(state, model, parameters, leg):
             return False
         moment_of(model, leg, state.q[leg], state.com)
@@ -456,76 +458,50 @@ def advance_engine(
 
 
 @compiled
-def update(
-    states: np.ndarray,
-    references: np.ndarray,
-    models: np.ndarray,
-    parameters: np.ndarray,
-    estimators: np.ndarray,
-    estimator_parameters: np.ndarray,
-    measurements: np.ndarray,
-    feed_forwards: np.ndarray,
-    feed_forward_parameters: np.ndarray,
-    stages: np.ndarray,
-    dt: float,
-) -> tuple[int, int]:
+def update(records: Records, dt: float) -> tuple[int, int]:
     """Advance one engine by an update period: estimate the ground, walk, compute feed-forward.
 
     Args:
-        states: As the following, `Records.of` one engine.
-        references: See there.
-        models: See there.
-        parameters: See there.
-        estimators: See there.
-        estimator_parameters: See there.
-        measurements: See there.
-        feed_forwards: See there.
-        feed_forward_parameters: See there.
-        stages: See there.
+        records: Records of one engine, as `Records.of` returns.
         dt: Update period [s].
 
     Returns:
         Result of `advance_engine`, and `EstimatorEvent` bits.
     """
-    events = 0
-    if stages[0] != 0:
-        events = estimate_ground(states, references, estimators, estimator_parameters, measurements)
-    result = advance_engine(states, references, models, parameters, dt)
-    if stages[1] != 0:
-        compute_feed_forward(states, references, feed_forwards, feed_forward_parameters)
+    states, references, events = records.states, records.references, 0
+    if records.stages[0] != 0:
+        events = estimate_ground(
+            states,
+            references,
+            records.estimators,
+            records.estimator_parameters,
+            records.measurements,
+        )
+    result = advance_engine(states, references, records.models, records.parameters, dt)
+    if records.stages[1] != 0:
+        compute_feed_forward(
+            states, references, records.feed_forwards, records.feed_forward_parameters
+        )
     return result, events
 
 
 @compiled
-def update_range(
-    states: np.ndarray,
-    references: np.ndarray,
-    models: np.ndarray,
-    parameters: np.ndarray,
-    estimators: np.ndarray,
-    estimator_parameters: np.ndarray,
-    measurements: np.ndarray,
-    feed_forwards: np.ndarray,
-    feed_forward_parameters: np.ndarray,
-    stages: np.ndarray,
-    dt: float,
-    results: np.ndarray,
-) -> None:
+def update_range(records: Records, dt: float, results: np.ndarray) -> None:
     """Apply `update` to N engines, and write what it returns for each, shape (N, 2)."""
-    for i in range(len(states)):
-        results[i, 0], results[i, 1] = update(
-            states[i],
-            references[i],
-            models[i],
-            parameters[i],
-            estimators[i],
-            estimator_parameters[i],
-            measurements[i],
-            feed_forwards[i],
-            feed_forward_parameters[i],
-            stages[i],
-            dt,
+    for i in range(len(results)):
+        one = Records(
+            records.states[i],
+            records.references[i],
+            records.models[i],
+            records.parameters[i],
+            records.estimators[i],
+            records.estimator_parameters[i],
+            records.measurements[i],
+            records.feed_forwards[i],
+            records.feed_forward_parameters[i],
+            records.stages[i],
         )
+        results[i, 0], results[i, 1] = update(one, dt)
 
 
 def update_many(records: Records, dt: float, threads: Executor, count: int) -> np.ndarray:
@@ -542,5 +518,5 @@ def update_many(records: Records, dt: float, threads: Executor, count: int) -> n
     """
     results = np.zeros((len(records.states), 2), np.int64)
     parts = [np.array_split(array, count) for array in (*records, results)]
-    list(threads.map(lambda *part: update_range(*part[:-1], dt, part[-1]), *parts))
+    list(threads.map(lambda *part: update_range(Records(*part[:-1]), dt, part[-1]), *parts))
     return results

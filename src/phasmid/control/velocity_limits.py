@@ -8,11 +8,12 @@ import numpy as np
 
 from phasmid.compiled import compiled
 from phasmid.control.foothold_region import lift_lag, reaches, region_share, sway_wave
-from phasmid.control.limbs import margin_of, moment_of, rotation, speeds_of, to_hip
+from phasmid.control.limbs import margin_of, moment_of, rotation, to_hip
 from phasmid.control.reach_bounds import PLANNED
 from phasmid.control.swing import blend, lift
 from phasmid.control.trunk import integrate_twist
 from phasmid.control.types import REACH, SPEED, SUPPORT, Model, Parameters, Reference
+from phasmid.kinematics.leg_kernels import joint_motion
 
 SAMPLES = 32
 """Parts of a cycle at which a steady walk is looked at."""
@@ -127,7 +128,7 @@ def gait_is_feasible(
             if not reaches(model, parameters, leg, p, PLANNED, q):
                 verdict[0], verdict[1], verdict[2] = REACH, leg, -1
                 return False
-            speeds_of(model.lengths[leg], q, vh, a, qd, qdd)
+            joint_motion(model.lengths[leg], model.lengths[leg, 3], q, vh, a, qd, qdd)
             for k in range(3):
                 if abs(qd[k]) > quickest:
                     quickest = abs(qd[k])

@@ -1,7 +1,6 @@
 """Compiled kinematics of one leg at one instant, and the same over arrays of samples.
 
-`kinematics.leg` validates and calls the functions over arrays. `control/limbs.py` has the same
-equations for the controller's records.
+`kinematics.leg` validates and calls the functions over arrays; the controller calls the others.
 Lengths are those of coxa, femur and tibia [m]; ``left`` is the foot's offset from the leg's plane,
 positive to the left [m]; angles are in rad; points are in the hip frame [m].
 """
@@ -19,27 +18,8 @@ Triple = tuple[float, float, float]
 
 @inlined
 def sincos(angle: float) -> tuple[float, float]:
-    """Return sine and cosine within 2.5 units in the last place, up to 1e5 rad.
-
-    Beyond, the error grows to that of rounding the angle. Without calls into the C library the
-    torque of a leg takes 60 % of the time. The polynomials interpolate at Chebyshev's points
-    and were computed in 60 digits.
-    """
-    turns = math.floor(angle * 0.6366197723675814 + 0.5)
-    # A quarter turn in three parts, so that nothing is lost near a multiple.
-    r = angle - turns * 1.5707963267341256 - turns * 6.077100506303966e-11
-    r = r - turns * 2.0222662487959506e-21
-    z = r * r
-    s = -2.5051092507061385e-08 + z * 1.59153232122714e-10
-    s = 0.0083333333333307 + z * (-0.00019841269836387345 + z * (2.755731591191116e-06 + z * s))
-    s = r + r * z * (-0.16666666666666666 + z * s)
-    c = 2.087612165887116e-09 + z * -1.1380876948169717e-11
-    c = 2.4801587298533456e-05 + z * (-2.755731715246704e-07 + z * c)
-    c = 0.041666666666666664 + z * (-0.0013888888888887241 + z * c)
-    c = 1.0 - (0.5 * z - z * z * c)
-    quarter = int(turns) & 3
-    sine, cosine = (c, s) if quarter & 1 else (s, c)
-    return -sine if quarter & 2 else sine, -cosine if (quarter + 1) & 2 else cosine
+    """Return sine and cosine of an angle [rad]."""
+    return math.sin(angle), math.cos(angle)
 
 
 @compiled
@@ -62,7 +42,7 @@ def inverse_kinematics(
     The margin is negative, or NaN, where the leg cannot reach.
 
     Args:
-        lengths: Link lengths, shape (3,).
+        lengths: Link lengths, shape (3+,).
         left: Offset of the foot from the leg's plane.
         x: Foot.
         y: The same.

@@ -46,8 +46,8 @@ MOST_RAISES = 3
 SENSORS = {
     SensorKind.SWITCH: "contact switch",
     SensorKind.FORCE: "force sensor",
-    SensorKind.LOAD: "joint loads",
-    SensorKind.ANGLE: "joint angles",
+    SensorKind.LOAD: "load sensing",
+    SensorKind.ANGLE: "angle sensing",
 }
 
 SENSOR_EVENTS = {

@@ -208,7 +208,7 @@ class FeedForward:
 
         Call it after `compute_feed_forward`.
         """
-        self._apply_limits()
+        self._limit_motion()
         dt = self.parameters.update_period
         if self.state.motion_scale < 1.0:
             self.velocity_scale *= 1.0 - SLOWER * dt
@@ -232,10 +232,10 @@ class FeedForward:
         fill(self.state.motion, motion)
         self.state.load_share[:], self.state.normals[:] = load_share, normals
         solve_feed_forward(self._states, self._robots)
-        self._apply_limits()
+        self._limit_motion()
         return self.state
 
-    def _apply_limits(self) -> None:
+    def _limit_motion(self) -> None:
         """Reduce motion and forces to what friction and servos allow, and say why."""
         state, robot = self.state, self.parameters
         self.limit_reason = ""
