@@ -484,7 +484,7 @@ def options() -> Iterator[BadInput]:
         "drive --velocity inf,0,0",
         "drive --velocity 0,0",
         f"drive --velocity {DIGITS},0,0",
-        "drive --velocity 0.1,0,0 --keys",
+        "drive --velocity 0.1,0,0 --waypoints 1,0",
         "drive --velocity 0.1,0,0 --fault x",
         "drive --velocity 0.1,0,0 --fault",
         "drive --velocity 0.1,0,0 --rate 0",

@@ -1,14 +1,11 @@
 """``phasmid drive`` drives, records and refuses as ``phasmid walk`` does."""
 
 import json
-import sys
 from contextlib import contextmanager
 
-import numpy as np
 import pytest
 
 from phasmid.cli import compiling, main
-from phasmid.control import Command, Observation
 from phasmid.scenario import load_scenario
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")
@@ -61,12 +58,11 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
     [
         (
             [],
-            "nothing says where to go; it must be one of --velocity, --commands, --waypoints, "
-            "--keys.",
+            "nothing says where to go; it must be one of --velocity, --commands, --waypoints.",
         ),
         (
-            ["--velocity", "0,0,0", "--keys"],
-            "--velocity and --keys exclude each other; it must be one of",
+            ["--velocity", "0,0,0", "--waypoints", "1,0"],
+            "--velocity and --waypoints exclude each other; it must be one of",
         ),
         (
             ["--velocity", "0.1,0"],
@@ -94,34 +90,15 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
         (["--velocity", "0,0,0", "--rate", "300"], "rate is 300 updates a second"),
         (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must say what fails'),
         (["--commands", "absent.toml"], "absent.toml does not exist."),
-        (["--keys"], "--keys reads the keys of a terminal; standard input is none."),
     ],
 )
 def test_what_cannot_be_driven_is_refused_in_one_sentence(
     arguments, said, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys.stdin, "isatty", lambda: False, raising=False)
     assert main(["drive", *arguments]) == 2
     assert said in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_keys_change_the_command_and_end_the_drive(monkeypatch):
-    from phasmid.cli.keyboard import Keyboard
-
-    monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
-    keyboard, pressed = Keyboard(6), ["", "ww", "q2", "?", " ", "x"]
-    monkeypatch.setattr(keyboard, "_keys", lambda: pressed.pop(0))
-    monkeypatch.setattr("phasmid.cli.keyboard.time.sleep", lambda seconds: None)
-    seen = Observation(0.0, np.zeros((6, 3)))
-    told = [keyboard(0.005 * i, seen) for i in range(6)]
-    assert told[0] == Command()
-    assert told[1] == Command(velocity=(0.02, 0.0, 0.0))
-    assert told[2] == told[3] == Command(velocity=(0.02, 0.0, 0.1), gait=told[2].gait)
-    assert told[2].gait is not None
-    assert told[4] == Command(gait=told[2].gait)
-    assert told[5] is None
 
 
 @pytest.mark.parametrize("is_cold", [True, False])

@@ -1,11 +1,10 @@
-"""``phasmid drive``: walk by commands, keys or places to go to, in closed loop."""
+"""``phasmid drive``: walk by commands or waypoints, in closed loop."""
 
 from __future__ import annotations
 
 import argparse
 import math
 import sys
-from contextlib import nullcontext
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,29 +19,22 @@ if TYPE_CHECKING:
     from phasmid.control import CommandScript
     from phasmid.scenario import Scenario
 
-LONGEST_BY_KEYS = 600.0
-"""Time after which a drive by keys ends where no duration is given [s]."""
-
 RATE = 200.0
 """Updates a second where no rate is given."""
 
-WAYS = ("velocity", "commands", "waypoints", "keys")
+WAYS = ("velocity", "commands", "waypoints")
 """Options that say where to go, one of which is given."""
 
 
 def run(options: argparse.Namespace) -> int:
     """Drive as the options say; returns the exit status."""
-    given = [way for way in WAYS if getattr(options, way) not in (None, False)]
+    given = [way for way in WAYS if getattr(options, way) is not None]
     if len(given) != 1:
         flags = [f"--{way}" for way in given]
         what = f"{' and '.join(flags)} exclude each other" if given else "nothing says where to go"
         raise InvalidInput(
             f"{what}; it must be one of --{', --'.join(WAYS)}.", hint="--velocity 0.05,0,0"
         )
-    if options.keys:
-        from phasmid.cli.keyboard import check_terminal
-
-        check_terminal()
     script = _script(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
     from phasmid.recording import check_log, check_mcap, load_recording
@@ -61,23 +53,16 @@ def run(options: argparse.Namespace) -> int:
     faults = options.fault or []
     check_drive(scenario.driven(), rate=options.rate, between=options.between, faults=faults)
     compile_controller(scenario, rate=options.rate, quiet=options.quiet)
-    commands: Any = script
-    keyboard: Any = nullcontext()
-    if options.keys:
-        from phasmid.cli.keyboard import Keyboard
-
-        keyboard = commands = Keyboard(len(robot.legs))
     driving = DriveExperiment(
         scenario,
         None,
-        commands,
+        script,
         rate=options.rate,
         between=options.between,
         faults=faults,
     )
     try:
-        quiet = options.quiet or options.keys
-        with keyboard, progress_bar("walking", scenario.duration, quiet=quiet) as progress:
+        with progress_bar("walking", scenario.duration, quiet=options.quiet) as progress:
             trouble = driving.record(log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
             print(f"phasmid: {trouble.sentence}\n{walk.later(log)}", file=sys.stderr)
@@ -116,12 +101,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "robot's true place is used",
     )
     parser.add_argument(
-        "--keys",
-        action="store_true",
-        help="by keys, in real time: w s ahead and back, a d left and right, q e turn, space stop, "
-        "1 to 4 gaits, x end",
-    )
-    parser.add_argument(
         "--rate", type=_number, default=RATE, metavar="N", help="updates a second; default: 200"
     )
     parser.add_argument(
@@ -145,9 +124,7 @@ def _words(options: argparse.Namespace) -> list[str]:
     words = ["drive"]
     for name in WAYS:
         value = getattr(options, name)
-        if name == "keys" and value:
-            words.append("keys")
-        elif value:
+        if value:
             words.append(f"{name}-{Path(value).stem if name == 'commands' else value}")
     if options.rate != RATE:
         words.append(f"rate-{options.rate:g}")
@@ -163,8 +140,8 @@ def _number(text: str) -> float:
     return float(value)
 
 
-def _script(options: argparse.Namespace) -> CommandScript | None:
-    """Return the script of the options; None where keys give the commands."""
+def _script(options: argparse.Namespace) -> CommandScript:
+    """Return the script of the options."""
     from phasmid.control import load_script
 
     if options.commands is not None:
@@ -175,15 +152,13 @@ def _script(options: argparse.Namespace) -> CommandScript | None:
         return _validated(
             "--velocity", {"command": [entry]}, "--velocity 0.05,0,0 (in m/s and rad/s)"
         )
-    if options.waypoints is not None:
-        rows = [
-            _row("--waypoints", text, (2, 3), "1,0;1,1")
-            for text in options.waypoints.split(";")
-            if text.strip()
-        ]
-        places = [dict(zip(("x", "y", "heading"), row, strict=False)) for row in rows]
-        return _validated("--waypoints", {"waypoint": places}, '--waypoints "1,0;1,1" (in m)')
-    return None
+    rows = [
+        _row("--waypoints", text, (2, 3), "1,0;1,1")
+        for text in options.waypoints.split(";")
+        if text.strip()
+    ]
+    places = [dict(zip(("x", "y", "heading"), row, strict=False)) for row in rows]
+    return _validated("--waypoints", {"waypoint": places}, '--waypoints "1,0;1,1" (in m)')
 
 
 def _validated(flag: str, raw: dict[str, Any], hint: str) -> CommandScript:
@@ -215,21 +190,17 @@ def _row(flag: str, text: str, counts: tuple[int, ...], example: str) -> list[in
     return numbers
 
 
-def _lasting(
-    scenario: Scenario, options: argparse.Namespace, script: CommandScript | None
-) -> Scenario:
-    """The scenario for as long as is asked, or as the commands take."""
+def _lasting(scenario: Scenario, options: argparse.Namespace, script: CommandScript) -> Scenario:
+    """Return the scenario with the duration of the options, or of the script."""
     if vars(options)["field:duration"] is not None:
         return scenario
-    if script is None:
-        return scenario.replace(duration=LONGEST_BY_KEYS)
     if script.duration is not None:
         return scenario.replace(duration=script.duration)
     if script.waypoint:
         places = [(0.0, 0.0), *((place.x, place.y) for place in script.waypoint)]
         way = sum(math.dist(a, b) for a, b in pairwise(places))
         turns = math.pi * len(script.waypoint) / script.follow.turn_speed
-        # Three times what it takes at the speeds that are asked; it ends when it is there.
+        # Three times what the commanded speeds need; the run ends at the last waypoint.
         return scenario.replace(duration=10 + 3 * (way / script.follow.speed + 2 * turns))
     last = script.command[-1].time
     return scenario if last < scenario.duration else scenario.replace(duration=last + 2.0)

@@ -27,7 +27,7 @@ from phasmid.errors import InvalidInput
 
 COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
-    "drive": "walk by commands, keys or places to go to, in closed loop",
+    "drive": "walk by commands or to waypoints, in closed loop",
     "studio": "the live page: drive a robot in the browser and look into it",
     "report": "make the folder of a recording, or of the log of a run that was cut off",
     "plot": "draw figures of a run, or of several that are compared",
@@ -79,8 +79,8 @@ def build_parser(command: str | None) -> Parser:
         "drive",
         help=COMMANDS["drive"],
         description=f"{COMMANDS['drive']}.",
-        usage="phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... | "
-        "--keys [--FIELD VALUE ...]",
+        usage="phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... "
+        "[--FIELD VALUE ...]",
         allow_abbrev=False,
     )
     driving.set_defaults(run=drive.run)
