@@ -258,7 +258,7 @@ def scenarios() -> Iterator[BadInput]:
         "never three feet": "duty_factor = 0.1\noffsets = [0, 0.5, 0, 0.5, 0, 0.5]",
         "phases above 1": "duty_factor = 0.5\noffsets = [0, 1.5, 0, 0.5, 0, 0.5]",
         "legs of other names": "duty_factor = 0.5\noffsets = {a=0,b=0,c=0,d=0,e=0,f=0}",
-        "parts of nothing": "stance = 0\nswing = 1\noffset = 1\nmultipliers = [0,0,0,0,0,0]",
+        "offsets of another form": "stance = 1\nswing = 1\noffset = 1\nmultipliers = [0,0,0,0,0,0]",
         "digits": f"duty_factor = {DIGITS}",
         "dots": f"{DOTTED}a = 1",
     }.items():
@@ -519,9 +519,6 @@ def options() -> Iterator[BadInput]:
         "gaits --lost 9",
         "gaits --lost 1,2,3,4",
         f"gaits --lost {DIGITS}",
-        "gaits --search 99",
-        "gaits --search 2.5",
-        f"gaits --search {DIGITS}",
         "gaits --step-length-mm nan",
         f"gaits --step-length-mm {DIGITS}",
         "gaits tripode",

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from phasmid.cli import main
-from phasmid.gait import GAITS, gaits_of, least_margin, load_gait
+from phasmid.gait import gaits_of, least_margin, load_gait
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import load_robot
 
@@ -75,12 +75,6 @@ def test_programs_get_the_numbers_as_json(capsys):
     ]
 
 
-def test_the_best_order_is_added_to_the_others(capsys):
-    told = json.loads(answered(capsys, "--search", "2", "--json")[1])
-    assert [row["name"] for row in told] == [*GAITS[6], "searched-2"]
-    assert told[-1]["offsets"] == told[0]["offsets"]
-
-
 def test_lost_legs_are_walked_without(capsys):
     out = answered(capsys, "tripod", "--lost", "2")[1]
     assert "tripod without 2" in out
@@ -94,14 +88,6 @@ def test_lost_legs_are_walked_without(capsys):
         (
             ("--step-length-mm", "far"),
             'phasmid: --step-length-mm is "far"; it must be a number up to 10000.\n',
-        ),
-        (
-            ("--search", "2.5"),
-            'phasmid: --search is "2.5"; it must be a whole number.\n',
-        ),
-        (
-            ("--search", "9"),
-            "phasmid: slots is 9; it must be at least 2 and at most 6.\n",
         ),
         (
             ("--lost", "1,2", "wave"),

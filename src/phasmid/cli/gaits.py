@@ -52,11 +52,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--step-length-mm", metavar="MM", default="40", help="way of the body while a foot stands"
     )
-    parser.add_argument(
-        "--search",
-        metavar="N",
-        help="add the best order of all with legs lifting at N instants of a cycle",
-    )
     parser.add_argument("--lost", metavar="1,2,...", help="legs that are lost: how it walks on")
     parser.add_argument("--diagram", action="store_true", help="draw who stands, when")
     parser.add_argument("--json", action="store_true", help="print the same as JSON")
@@ -94,7 +89,7 @@ def _number(option: str, text: str) -> float:
 def _rows(
     options: argparse.Namespace, robot: Robot, step: float, lost: tuple[int, ...]
 ) -> list[Row]:
-    from phasmid.gait import best_order, gaits_of, least_margin, load_gait, without_legs
+    from phasmid.gait import gaits_of, least_margin, load_gait, without_legs
     from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 
     count, names = len(robot.legs), [leg.name for leg in robot.legs]
@@ -104,12 +99,6 @@ def _rows(
     chosen = [load_gait(name, count, names) for name in options.gaits]
     if not chosen:
         chosen = list(gaits_of(count).values())
-    if options.search:
-        slots = _number("--search", options.search)
-        if slots != int(slots):
-            raise InvalidInput(f'--search is "{options.search}"; it must be a whole number.')
-        found = best_order(feet, com, slots=int(slots), step=way, name=f"searched-{int(slots)}")
-        chosen.append(found.gait)
     if lost:
         limps = [without_legs(gait, lost, feet, com, step=way) for gait in chosen]
         return [Row(a.gait, a.legs, a.margin, a.shift, None, "") for a in limps]

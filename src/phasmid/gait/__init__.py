@@ -1,15 +1,22 @@
-"""Which legs stand, when: gaits, a library of them, and the support they give."""
+"""Gaits: schedules of stance and swing, a library of them, and their support margins."""
 
 from phasmid.gait.cycle import least_margin
 from phasmid.gait.diagram import gait_diagram
 from phasmid.gait.file import is_gait_file, offsets_in_order, read_gait
-from phasmid.gait.forms import alternating_gait, gait_of_phases, gait_of_steps, wave_gait
 from phasmid.gait.gait import Gait
-from phasmid.gait.library import GAITS, HEXAPOD_GAITS, check_gait_name, gaits_of, load_gait
+from phasmid.gait.library import (
+    GAITS,
+    HEXAPOD_GAITS,
+    alternating_gait,
+    check_gait_name,
+    gaits_of,
+    load_gait,
+    wave_gait,
+)
 from phasmid.gait.limp import Limp, without_legs
 from phasmid.gait.pace import Pace, choose_gait, choose_pace, choose_period
-from phasmid.gait.search import Ordered, best_order
-from phasmid.gait.support import margin_at, shortfall, support_margin
+from phasmid.gait.search import SearchedGait, best_order
+from phasmid.gait.support import shortfall, support_margin
 from phasmid.gait.sway import Sway, sway
 
 __all__ = [
@@ -17,7 +24,7 @@ __all__ = [
     "HEXAPOD_GAITS",
     "Gait",
     "Limp",
-    "Ordered",
+    "SearchedGait",
     "Pace",
     "Sway",
     "alternating_gait",
@@ -27,13 +34,10 @@ __all__ = [
     "choose_pace",
     "choose_period",
     "gait_diagram",
-    "gait_of_phases",
-    "gait_of_steps",
     "gaits_of",
     "is_gait_file",
     "least_margin",
     "load_gait",
-    "margin_at",
     "offsets_in_order",
     "read_gait",
     "shortfall",

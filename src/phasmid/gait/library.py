@@ -2,21 +2,86 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
 from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, nearest
 from phasmid.gait.file import gait_from_file, is_gait_file
-from phasmid.gait.forms import alternating_gait, gait_of_steps, wave_gait
 from phasmid.gait.gait import FEWEST_FEET, Gait
 from phasmid.robot.table import MOST_LEGS
+
+
+def wave_gait(leg_count: int, in_air: int = 1, name: str | None = None) -> Gait:
+    """Return a gait with a number of feet in the air at once, spread over the body.
+
+    An even number of legs stands in two rows. On each side the legs lift from rear to front, and
+    the sides are half a cycle apart. An odd number of legs stands around the body: the legs lift
+    one after the other, those in the air together as far apart as possible.
+
+    Args:
+        leg_count: Number of legs, in order around the body.
+        in_air: Number of feet in the air at any time.
+        name: Of the gait; by default ``wave`` with one foot in the air, else ``ripple``.
+
+    Raises:
+        InvalidGait: Fewer than three feet would stand.
+    """
+    name = name or ("wave" if in_air == 1 else "ripple")
+    if in_air < 1 or leg_count - in_air < FEWEST_FEET:
+        raise InvalidGait(
+            f'gait "{name}" with {in_air} of {leg_count} feet in the air leaves '
+            f"{max(0, leg_count - in_air)} on the ground; at least {FEWEST_FEET} are needed."
+        )
+    places = _two_rows(leg_count) if leg_count % 2 == 0 else _around(leg_count, in_air)
+    offsets = tuple(float(Fraction(place, leg_count)) for place in places)
+    return Gait(name, float(Fraction(leg_count - in_air, leg_count)), offsets)
+
+
+def _two_rows(count: int) -> list[int]:
+    """Return the step at which each leg lifts: rear to front, the sides half a cycle apart."""
+    side = count // 2
+    right = [2 * (side - 1 - leg) for leg in range(side)]
+    # An odd number of steps apart, so that no two legs lift at once.
+    left = [(2 * leg + side + 1 - side % 2) for leg in range(side)]
+    return [(place - right[0]) % count for place in right + left]
+
+
+def _around(count: int, in_air: int) -> list[int]:
+    """Return the step at which each leg lifts, feet in the air as far apart as possible."""
+
+    def separation(stride: int) -> int:
+        gaps = ((lag * stride) % count for lag in range(1, in_air))
+        return min((min(gap, count - gap) for gap in gaps), default=0)
+
+    # Legs are numbered clockwise from above: the other way around goes from rear to front.
+    strides = [k for k in range(count - 1, 0, -1) if math.gcd(k, count) == 1]
+    inverse = pow(max(strides, key=separation), -1, count)
+    return [leg * inverse % count for leg in range(count)]
+
+
+def alternating_gait(leg_count: int, name: str = "alternating") -> Gait:
+    """Return the gait with every other leg in the air: the tripod of six legs.
+
+    Args:
+        leg_count: Even number of legs, in order around the body.
+        name: Of the gait.
+
+    Raises:
+        InvalidGait: Fewer than three feet would stand, or the number is odd.
+    """
+    if leg_count % 2:
+        raise InvalidGait(f"leg_count is {leg_count}; every other leg is half of an even number.")
+    return Gait(name, 1 / 2, tuple(leg % 2 / 2 for leg in range(leg_count)))
+
 
 QUADRUPED_GAITS = {
     gait.name: gait
     for gait in (
-        # One foot after the other around the body, which goes around ahead of them.
+        # One foot after the other around the body, which sways ahead of them.
         Gait("crawl", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=0.08),
     )
 }
@@ -32,9 +97,10 @@ HEXAPOD_GAITS = {
         # Pairs from rear to front on each side, the left side a third of a cycle ahead.
         Gait("tetrapod", 2 / 3, (0, 2 / 3, 1 / 3, 2 / 3, 0, 1 / 3)),
         wave_gait(6, 2, "metachronal"),
-        gait_of_steps("firmware-ripple", 12, 3, 8, (3, 11, 7, 1, 5, 9)),
-        gait_of_steps("firmware-tripod", 8, 3, 4, (1, 5, 1, 5, 1, 5)),
-        gait_of_steps("firmware-wave", 24, 3, 20, (21, 17, 13, 1, 5, 9)),
+        # The gaits of the PhantomX's original firmware; docs/gaits.md has its tables.
+        Gait("firmware-ripple", 2 / 3, (0, 4 / 6, 2 / 6, 5 / 6, 1 / 6, 3 / 6)),
+        Gait("firmware-tripod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
+        Gait("firmware-wave", 5 / 6, (0, 5 / 6, 4 / 6, 1 / 6, 2 / 6, 3 / 6)),
     )
 }
 """The gaits of a hexapod, legs in the paper's order; phases at which each leg lifts."""
@@ -54,19 +120,15 @@ GAITS = {4: QUADRUPED_GAITS, 6: HEXAPOD_GAITS, 8: OCTOPOD_GAITS}
 """The library: gaits by number of legs and name; `gaits_of` makes them for other numbers."""
 
 KNOWN = (*GAITS.values(), {"alternating": alternating_gait(10)})
-"""Every name of a gait, of whatever number of legs."""
+"""Every gait by name, for any number of legs."""
 
 FEET_OF_FAST_GAITS = {"trot": 2, "pace": 2, "bound": 2, "gallop": 1, "hop": 0}
-"""Gaits that keep their balance by speed, and on how few feet."""
+"""Dynamically stable gaits, and their smallest number of standing feet."""
 
 
 @cache
 def gaits_of(leg_count: int) -> Mapping[str, Gait]:
-    """Gaits by name for a number of legs, the plainest first; none for fewer than four.
-
-    Args:
-        leg_count: Number of legs.
-    """
+    """Return the gaits for a number of legs by name, the simplest first; none below four legs."""
     if leg_count in GAITS or not FEWEST_FEET + 1 < leg_count <= MOST_LEGS:
         return GAITS.get(leg_count, {})
     made = [wave_gait(leg_count), wave_gait(leg_count, 2)]
@@ -76,32 +138,31 @@ def gaits_of(leg_count: int) -> Mapping[str, Gait]:
 
 
 def check_gait_name(name: str) -> None:
-    """Refuse a name that no gait has, whatever the number of legs.
+    """Refuse a name that no gait has for any number of legs.
 
     Raises:
-        InvalidGait: There is no such gait; with the nearest name.
+        InvalidGait: There is no such gait; the hint is the nearest name.
     """
     check_type("gait", name, (str,), "the name of a gait", error=InvalidGait)
     if name in FEET_OF_FAST_GAITS or any(name in known for known in KNOWN):
-        # Whether it has a meaning is told with the robot's number of legs.
+        # It is checked again with the robot's number of legs.
         return
     load_gait(name, next((count for count in (6, 4, 8) if nearest(name, GAITS[count])), 6))
 
 
 def load_gait(name: str | Path, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
-    """The gait of this name, or in this file.
+    """Return a gait of the library, or of a file.
 
     Args:
         name: Such as ``tripod``, or the path of a ``.toml`` file.
-        leg_count: Number of legs of the robot that shall walk.
-        leg_names: Names of its legs, in their order, for a file that goes by them.
+        leg_count: Number of the robot's legs.
+        leg_names: Names of the legs in order, for a file with offsets by name.
 
     Raises:
-        InvalidGait: There is no such gait for that number of legs, or it is no number.
+        InvalidGait: There is no such gait for that number of legs.
         InvalidInput: The file is absent or not well formed.
     """
     check_type("gait", name, (str, Path), "the name of a gait, or a .toml file", error=InvalidGait)
-    check_type("leg_count", leg_count, (int,), "a whole number", error=InvalidGait)
     if is_gait_file(name):
         return gait_from_file(Path(name), leg_count, leg_names)
     name = str(name)
