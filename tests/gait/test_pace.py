@@ -1,10 +1,10 @@
-"""Gait and cadence by speed."""
+"""Gait and cycle time by speed."""
 
 import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.gait import Pace, choose_gait, choose_pace, choose_period
+from phasmid.gait import choose_gait, choose_period
 
 LARGEST = {"tripod": 0.4, "ripple": 0.2, "wave": 0.1}
 
@@ -63,15 +63,6 @@ def test_a_step_has_the_comfortable_share_of_the_longest():
     # Slower than that it steps no slower than it may, faster no faster.
     assert choose_period(0.0, 2 / 3, 0.1, shortest=0.5, longest=4.0) == 4.0
     assert choose_period(1.0, 2 / 3, 0.1, shortest=0.5, longest=4.0) == 0.5
-
-
-def test_the_pace_is_gait_and_cadence_together():
-    factors = {"tripod": 1 / 2, "ripple": 2 / 3, "wave": 5 / 6}
-    pace = choose_pace(0.2, LARGEST, factors, 0.1, shortest=0.5, longest=4.0)
-    assert pace == Pace("tripod", pytest.approx(0.6, rel=1e-12))
-    # 0.15 m/s is above 0.64 of the ripple's 0.2: the tripod stays.
-    kept = choose_pace(0.15, LARGEST, factors, 0.1, pace, shortest=0.5, longest=4.0)
-    assert kept.gait == "tripod"
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from phasmid.gait.library import (
     wave_gait,
 )
 from phasmid.gait.limp import Limp, without_legs
-from phasmid.gait.pace import Pace, choose_gait, choose_pace, choose_period
+from phasmid.gait.pace import choose_gait, choose_period
 from phasmid.gait.search import SearchedGait, best_order
 from phasmid.gait.support import shortfall, support_margin
 from phasmid.gait.sway import Sway, sway
@@ -25,13 +25,11 @@ __all__ = [
     "Gait",
     "Limp",
     "SearchedGait",
-    "Pace",
     "Sway",
     "alternating_gait",
     "best_order",
     "check_gait_name",
     "choose_gait",
-    "choose_pace",
     "choose_period",
     "gait_diagram",
     "gaits_of",

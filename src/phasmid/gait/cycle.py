@@ -1,4 +1,4 @@
-"""One cycle of a gait seen from the body: who stands where, and what that holds."""
+"""One cycle of a gait in the body frame: stance, feet and the least support margin."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from phasmid.gait.support import support_margin
 from phasmid.gait.sway import sway
 
 COMFORTABLE_STEP = (0.04, 0.0, 0.0)
-"""A step straight ahead, as long as the paper's: ahead, to the left [m], turn [rad]."""
+"""Step of the paper's length: forward, left [m], yaw [rad]."""
 
 BENT_SAMPLES = 9
-"""Samples between two events where the centre of mass goes along a curve over the feet."""
+"""Samples between two events where the centre of mass moves along a curve over the feet."""
 
 
 class Timing(NamedTuple):
@@ -23,9 +23,8 @@ class Timing(NamedTuple):
 
     Attributes:
         phase: Phases of the cycle, shape (N,).
-        stance: Who stands, shape (N, L).
-        share: How far each foot's stance is over, from -1/2 to 1/2; of no use in the air,
-            shape (N, L).
+        stance: Feet that stand, shape (N, L).
+        share: Progress of each foot's stance, from -1/2 to 1/2; meaningless in the air, (N, L).
     """
 
     phase: Float[np.ndarray, " samples"]
@@ -34,7 +33,7 @@ class Timing(NamedTuple):
 
 
 def timing(lifts: Float[np.ndarray, " legs"], duty_factor: float, count: int) -> Timing:
-    """Who stands, and for how long already, over one cycle.
+    """Return stance and its progress over one cycle.
 
     Args:
         lifts: Phases at which legs lift, shape (L,).
@@ -60,16 +59,16 @@ def foot_way(
     step: Float[np.ndarray, "3"],
     share: Float[np.ndarray, "*batch legs"],
 ) -> Float[np.ndarray, "*batch legs 2"]:
-    """Where a foot that stands is, seen from a body that goes at a constant speed.
+    """Return standing feet in the frame of a body that moves at a constant velocity [m].
 
     Args:
-        neutral: Feet amid their stance, in the body frame [m], shape (L, 2).
-        step: The body's way in one stance: ahead, to the left [m], turn to the left [rad].
-        share: Share of the step that the body has gone since then, from -1/2 to 1/2.
+        neutral: Feet at mid-stance in the body frame [m], shape (L, 2).
+        step: Motion of the body in one stance: forward, left [m], yaw [rad].
+        share: Share of the step since mid-stance, from -1/2 to 1/2, shape (..., L).
     """
     turn = step[2] * share
     c, s = np.cos(turn), np.sin(turn)
-    # The body's way is the arc of a constant twist; sin(a)/a and (1 - cos(a))/a are of its chord.
+    # The path of a constant twist is an arc; its chord has the factors sin(a)/a and (1 - cos(a))/a.
     along = np.sinc(turn / np.pi) * share
     across = np.sin(turn / 2) * np.sinc(turn / (2 * np.pi)) * share
     x = neutral[:, 0] - (along * step[0] - across * step[1])
@@ -78,10 +77,10 @@ def foot_way(
 
 
 def sample_count(step: Float[np.ndarray, "3"], sway: float) -> int:
-    """Samples between two events that find the least margin.
+    """Return the number of samples between two events that contain the least margin.
 
-    Over the feet the centre of mass goes straight where the body neither turns nor sways, and the
-    margin is a concave function of its place, so that both ends are enough.
+    Where the body neither turns nor sways, the centre of mass moves straight over the feet. The
+    margin is a concave function of its position, so that both ends are enough.
     """
     return BENT_SAMPLES if sway or step[2] else 2
 
@@ -92,17 +91,17 @@ def least_margin(
     centre_of_mass: Float[np.ndarray, "2"] | tuple[float, float] = (0.0, 0.0),
     step: Float[np.ndarray, "3"] | tuple[float, float, float] = COMFORTABLE_STEP,
 ) -> float:
-    """The least support margin of a cycle while the body goes at a constant speed [m].
+    """Return the least support margin of a cycle at a constant velocity [m].
 
     Args:
-        gait: Which legs stand, when.
+        gait: The gait.
         neutral: Neutral feet in the body frame, x and y first [m], shape (L, 2) or (L, 3).
         centre_of_mass: In the body frame, x and y [m], shape (2,).
-        step: The body's way while a foot stands: ahead, to the left [m], turn to the left [rad].
+        step: Motion of the body while a foot stands: forward, left [m], yaw [rad].
     """
     way = np.asarray(step, dtype=float)
     feet = np.asarray(neutral, dtype=float)[:, :2]
     lifts = np.asarray(gait.offsets, dtype=float)
-    told = timing(lifts, gait.duty_factor, sample_count(way, gait.sway))
-    com = np.asarray(centre_of_mass, dtype=float)[:2] + sway(gait, feet, 1.0, told.phase).way
-    return float(support_margin(foot_way(feet, way, told.share), told.stance, com).min())
+    cycle = timing(lifts, gait.duty_factor, sample_count(way, gait.sway))
+    com = np.asarray(centre_of_mass, dtype=float)[:2] + sway(gait, feet, 1.0, cycle.phase).way
+    return float(support_margin(foot_way(feet, way, cycle.share), cycle.stance, com).min())

@@ -1,4 +1,4 @@
-"""Gaits drawn in text: who stands, when."""
+"""Gait diagrams in text."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ COLUMNS = 48
 
 
 def gait_diagram(gait: Gait, columns: int = COLUMNS) -> tuple[str, ...]:
-    """A gait as one line per leg, a cycle from left to right.
+    """Return one line per leg, a cycle from left to right.
 
     Args:
-        gait: Which legs stand, when.
+        gait: The gait.
         columns: Characters of a line.
     """
     stance = gait.stance((np.arange(columns) + 0.5) / columns)

@@ -1,4 +1,4 @@
-"""Which legs stand, when."""
+"""Periodic gaits."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ PHASE_TOLERANCE = 1e-9
 """Phases closer than this are one instant; it is round-off of a cycle's fractions."""
 
 LARGEST_SWAY = 0.5
-"""With more of it the body would go beyond the feet of any gait."""
+"""A larger sway moves the body beyond the feet of any gait."""
 
 FEWEST_FEET = 3
-"""Fewest feet that hold a robot up while it moves slowly."""
+"""Smallest number of standing feet that is statically stable."""
 
 
 @dataclass(frozen=True)
 class Gait:
-    """A periodic gait, by when each leg lifts and for how long it stands.
+    """Periodic gait: the phase at which each leg lifts, and the duty factor.
 
     Attributes:
         name: Such as ``tripod``.
         duty_factor: Fraction of the cycle for which each foot stands, in (0, 1).
         offsets: For each leg the fraction of the cycle at which it lifts, in [0, 1).
-        sway: How far a foot amid its swing drives the body away from itself, as a share of its
-            distance from the feet's middle, in [0, 0.5].
+        sway: Largest displacement of the body away from a swinging foot, as a share of the foot's
+            distance from the centroid of all feet, in [0, 0.5].
 
     Raises:
         InvalidGait: A number is out of range, or fewer than three feet stand at some phase.
@@ -42,7 +42,6 @@ class Gait:
     sway: float = 0.0
 
     def __post_init__(self) -> None:
-        check_type("gait.name", self.name, (str,), "text", error=InvalidGait)
         check_number("gait.duty_factor", self.duty_factor, error=InvalidGait)
         check_type(
             "gait.offsets", self.offsets, (tuple, list), "a tuple of phases", error=InvalidGait
@@ -101,7 +100,7 @@ class Gait:
         return events(np.asarray(self.offsets, dtype=float), self.swing_fraction)
 
     def leg_phase(self, phase: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch legs"]:
-        """Each leg's own phase: 0 where it lifts, 1 - duty factor where it lands.
+        """Return each leg's phase: 0 at lift-off, 1 - duty factor at touchdown.
 
         Args:
             phase: Phase of the cycle; whole numbers are full cycles.
@@ -112,14 +111,14 @@ class Gait:
         return leg_phase(np.asarray(phase, dtype=float), np.asarray(self.offsets))
 
     def stance(self, phase: Float[np.ndarray, "*batch"]) -> Bool[np.ndarray, "*batch legs"]:
-        """Which legs stand at a phase of the cycle, shape (..., L); at lift-off a leg swings."""
+        """Return the standing legs at a phase of the cycle, shape (..., L)."""
         return self.leg_phase(phase) >= self.swing_fraction - PHASE_TOLERANCE
 
 
 def events(
     lifts: Float[np.ndarray, " legs"], swing_fraction: float
 ) -> Float[np.ndarray, " events"]:
-    """Phases at which a foot lifts or lands, sorted, from 0, shape (E,).
+    """Return the phases of lift-off and touchdown, sorted, from 0, shape (E,).
 
     Args:
         lifts: Phases at which legs lift, shape (L,).
@@ -134,7 +133,7 @@ def events(
 def leg_phase(
     phase: Float[np.ndarray, "*batch"], lifts: Float[np.ndarray, " legs"]
 ) -> Float[np.ndarray, "*batch legs"]:
-    """Legs' own phases in [0, 1), 0 where a leg lifts, shape (..., L).
+    """Return each leg's phase in [0, 1), 0 at lift-off, shape (..., L).
 
     Args:
         phase: Phase of the cycle; whole numbers are full cycles.

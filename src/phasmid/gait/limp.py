@@ -1,4 +1,4 @@
-"""How a robot walks on with legs lost."""
+"""Gaits without lost legs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.arguments import check_type, numbers
+from phasmid.arguments import numbers
 from phasmid.errors import InvalidGait
 from phasmid.gait.cycle import COMFORTABLE_STEP, foot_way, least_margin, sample_count, timing
 from phasmid.gait.gait import FEWEST_FEET, Gait
@@ -19,32 +19,32 @@ from phasmid.gait.support import shortfall
 from phasmid.gait.sway import sway
 
 ENOUGH = 0.1
-"""Margin that is enough, as a share of the feet's mean distance from their middle."""
+"""Sufficient margin, as a share of the mean distance of the feet from their centroid."""
 
 FARTHEST = 0.16
-"""Farthest shift of the body, as a share of the same distance: the legs must still reach."""
+"""Largest shift of the body, as a share of the same distance: the legs must still reach."""
 
 SWAYS = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2)
-"""Sways that are tried, until the margin is enough."""
+"""Sways to try until the margin is sufficient."""
 
 CRAWL = 5 / 6
-"""Duty factor of four legs: with all of them down in between, the body has time to sway."""
+"""Duty factor of four legs: the body sways while all feet stand."""
 
 HALVINGS = 12
-"""How often the interval of the smallest shift is halved."""
+"""Bisections of the smallest shift."""
 
 TURNS = 4
-"""How often order and shift are fitted to each other; they hardly ever change after the second."""
+"""Iterations between order and shift; they rarely change after the second."""
 
 
 @dataclass(frozen=True)
 class Limp:
-    """A gait of the legs that remain, and how the body stands over them.
+    """Gait of the remaining legs, and the shift of the body over them.
 
     Attributes:
-        gait: Which of them stand, when; its offsets are theirs, in their order.
+        gait: Gait of the remaining legs, in their order.
         legs: Their numbers, from 1.
-        shift: How far the body stands aside from where it does on all legs: ahead, to the left [m].
+        shift: Displacement of the body from its place over all legs: forward, left [m].
         margin: Least support margin over a cycle [m].
     """
 
@@ -55,7 +55,7 @@ class Limp:
 
     @property
     def indices(self) -> Int[np.ndarray, " remaining"]:
-        """Where the legs stand in arrays of all legs, from 0, shape (R,)."""
+        """Indices of the legs in arrays of all legs, shape (R,)."""
         return np.array(self.legs) - 1
 
 
@@ -70,31 +70,30 @@ def without_legs(
     farthest: float | None = None,
     nearest: bool = False,
 ) -> Limp:
-    """The gait with which a robot walks on when legs are lost.
+    """Return a gait without lost legs.
 
-    The legs that remain keep their times where that holds the robot well enough with a shift of
-    the body. Otherwise they lift one by one, in the order that holds best, the body shifted
-    to where the margin is the largest; and it sways if that alone is not enough.
+    The remaining legs keep their offsets where a shift of the body gives a sufficient margin.
+    Otherwise they lift one by one, in the order and with the shift of the largest margin. The body
+    sways where that is not sufficient.
 
     Args:
-        gait: Of all legs.
+        gait: Gait of all legs.
         lost: Numbers of the lost legs, from 1.
         neutral: Neutral feet of all legs in the body frame, x and y first [m], shape (L, 2) or
             (L, 3).
-        centre_of_mass: In the body frame, with the lost legs as they are held, x and y [m].
-        step: The body's way while a foot stands: ahead, to the left [m], turn to the left [rad].
-        enough: Margin above which neither the times change nor the body sways [m]; absent: a tenth
-            of the feet's mean distance from their middle.
-        farthest: Farthest shift of the body in either axis [m]; absent: 0.16 of the same distance.
-        nearest: Whether the body is shifted no farther than is enough, so that legs reach farther;
-            if not it goes to where it is held best.
+        centre_of_mass: In the body frame, with the lost legs in their poses, x and y [m].
+        step: Motion of the body while a foot stands: forward, left [m], yaw [rad].
+        enough: Margin above which neither offsets nor sway change [m]; absent: a tenth of the mean
+            distance of the feet from their centroid.
+        farthest: Largest shift of the body in either axis [m]; absent: 0.16 of the same distance.
+        nearest: Use the smallest shift with a sufficient margin, so that legs reach farther;
+            otherwise the shift with the largest margin.
 
     Raises:
-        InvalidGait: Too few legs remain, or they do not hold the robot whatever it does.
+        InvalidGait: Too few legs remain, or no order, shift and sway has a positive margin.
     """
     feet = numbers(neutral, "neutral")[:, :2]
     count = len(feet)
-    check_type("gait", gait, (Gait,), "a Gait", error=InvalidGait)
     if len(gait.offsets) != count:
         raise InvalidGait(
             f"gait.offsets has {len(gait.offsets)} values; one per leg, {count} in all."
@@ -165,7 +164,7 @@ def _kept(
     farthest: float,
     name: str,
 ) -> Limp | None:
-    """The legs' own times, where three feet stand at all of them."""
+    """Return the gait with unchanged offsets; None where fewer than three feet stand."""
     offsets = tuple(gait.offsets[leg - 1] for leg in legs)
     try:
         rest = replace(gait, name=name, offsets=offsets)
@@ -183,7 +182,7 @@ def _searched(
     name: str,
     share: float,
 ) -> Limp:
-    """Legs that lift one by one, order and shift fitted to each other."""
+    """Return the best gait in which legs lift one by one, with its shift."""
     count = len(legs)
     duty = CRAWL if count == FEWEST_FEET + 1 else 1 - 1 / count
     around = np.arctan2(*(feet - feet.mean(axis=0)).T).argsort(kind="stable").argsort()
@@ -208,7 +207,7 @@ def _placed(
     step: tuple[float, float, float],
     farthest: float,
 ) -> tuple[tuple[float, float], float]:
-    """The best shift of the body, and the least margin with it."""
+    """Return the best shift of the body, and the least margin with it."""
     way = np.array(step)
     lifts = np.array(gait.offsets, dtype=float)
     told = timing(lifts, gait.duty_factor, sample_count(way, gait.sway))
@@ -226,13 +225,13 @@ def _nearer(
     step: tuple[float, float, float],
     enough: float,
 ) -> Limp:
-    """The same, shifted no farther than is enough."""
+    """Return the same gait with the smallest sufficient shift."""
     most, way = np.array(limp.shift), np.array(step)
 
     def margin(share: float) -> float:
         return least_margin(limp.gait, feet, np.array(com) + share * most, way)
 
-    # Polygons are convex: from where the margin is not enough to the best place it only grows.
+    # Polygons are convex: the margin grows monotonically towards the best place.
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         middle = (low + high) / 2

@@ -1,4 +1,4 @@
-"""Where a body stands best over its feet."""
+"""Shift of the body with the largest support margin."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from jaxtyping import Bool, Float
 from phasmid.gait.support import SAME_PLACE
 
 CLOSE = 1e-9
-"""A place is the best one where it is known that none holds better by more than this [m]."""
+"""Tolerance of the best margin [m]."""
 
 MOST_CUTS = 60
-"""A search that is not at its end by then is at the precision of its numbers."""
+"""Most iterations; later ones are at round-off."""
 
 
 def best_place(
@@ -22,22 +22,20 @@ def best_place(
     centre_of_mass: Float[np.ndarray, "samples 2"],
     farthest: float,
 ) -> Float[np.ndarray, "2"]:
-    """The shift of the centre of mass with which its least support margin is the largest.
+    """Return the shift of the centre of mass that maximises its least support margin.
 
-    Inside a polygon the margin is the least distance from the lines of its edges, so that the best
-    shift is the top of a roof of planes. Planes are gathered until no other lies below the top of
-    those that there are. Where no shift is inside all polygons, that from whose farthest line the
-    centre of mass is least far outside is the best.
+    Inside a polygon the margin is the least distance from the lines of its edges. The best shift is
+    the solution of a linear programme, to which violated edges are added one by one. Where no shift
+    is inside all polygons, it minimises the largest distance outside.
 
     Args:
         feet: Horizontal positions of the feet [m], shape (N, L, 2).
-        stance: Which feet stand, shape (N, L).
-        centre_of_mass: Its horizontal position, in the same axes [m], shape (N, 2).
-        farthest: Farthest that it may be shifted in either axis [m].
+        stance: Feet that stand, shape (N, L).
+        centre_of_mass: Horizontal position, in the same axes [m], shape (N, 2).
+        farthest: Largest shift in either axis [m].
 
     Returns:
-        The shift [m], of equally good ones the smallest, shape (2,); none where no sample has a
-        polygon.
+        The smallest of the best shifts [m], shape (2,); zero where no sample has a polygon.
     """
     normals, heights = _edges(feet, stance, centre_of_mass)
     chosen = np.empty(0, dtype=int)

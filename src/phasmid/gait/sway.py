@@ -1,4 +1,4 @@
-"""How the body sways away from lifted feet, so that those that stand hold it."""
+"""Sway of the body away from swinging feet."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_number, check_type, numbers
+from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.gait.gait import Gait
 
 
 class Sway(NamedTuple):
-    """The body's way aside from its path, ahead and to the left.
+    """Displacement of the body from its path, forward and left.
 
     Attributes:
-        way: Where it is [m], shape (N, 2).
+        way: Displacement [m], shape (N, 2).
         speed: Its first derivative by time [m/s], shape (N, 2).
         acceleration: Its second derivative by time [m/s²], shape (N, 2).
     """
@@ -32,24 +32,21 @@ def sway(
     period: float,
     time: Float[np.ndarray, " time"],
 ) -> Sway:
-    """The body's sway in a gait.
+    """Return the sway of the body in a gait.
 
-    Each foot drives the body away from itself by a share of its distance from the feet's middle,
-    most when its swing is half over and as much towards itself half a cycle later: one smooth wave
-    per cycle and leg.
+    Each foot adds a cosine of one cycle: away from the foot at mid-swing, by a share of its
+    distance from the centroid of all feet, and towards it half a cycle later.
 
     Args:
-        gait: Its sway is that share; it tells when feet swing.
+        gait: The gait; its sway is that share.
         neutral: Neutral feet in the body frame, x and y first [m], shape (L, 2) or (L, 3).
         period: Time of a cycle [s].
         time: Times [s], shape (N,).
 
     Raises:
-        InvalidInput: Something is of a wrong kind or shape.
+        InvalidInput: The shapes do not fit.
     """
-    check_type("gait", gait, (Gait,), "a Gait", 'phasmid.gait.load_gait("crawl", 4)')
     neutral, time = numbers(neutral, "neutral"), numbers(time, "time")
-    check_number("period", period)
     if neutral.ndim != 2 or neutral.shape[0] != len(gait.offsets) or neutral.shape[1] < 2:
         raise InvalidInput(
             f"neutral has the shape {neutral.shape}; it must be one place for each of "
