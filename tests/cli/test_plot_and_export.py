@@ -3,7 +3,6 @@
 import csv
 import os
 import shutil
-import sys
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -242,7 +241,7 @@ def test_export_to_mcap_names_the_legs(here, run):
         pytest.param(["b.nc", "--format", "cvs"], 'no format "cvs".\n  try  csv', id="format"),
         pytest.param(
             ["b.nc", "--out", "a.txt"],
-            '"a.txt" does not end in .csv, .parquet, .nc, .mcap; it must, or the format be given.',
+            '"a.txt" does not end in .csv, .nc, .mcap; it must, or the format be given.',
             id="ending",
         ),
         pytest.param(
@@ -293,16 +292,6 @@ def test_export_replaces_a_file_only_with_force(here, capsys):
     assert (here / "b.csv").read_text() == "mine"
     assert main(["export", "b.nc", "--force", "--channels", "stance", "--quiet"]) == 0
     assert (here / "b.csv").read_text().startswith('"time [s]","stance.right_front [1]"')
-
-
-def test_export_to_parquet_says_which_package_it_lacks(here, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    status, said = answered(capsys, "export", "b.nc", "--format", "parquet")
-    assert status == 2
-    assert said == (
-        "phasmid: a Parquet file needs the package pyarrow, which was not found.\n"
-        '  try  pip install "phasmid[parquet]", or --format csv\n'
-    )
 
 
 def test_an_exported_walk_is_a_trajectory(here):

@@ -232,14 +232,12 @@ def test_without_a_way_to_draw_the_probes_advice_is_passed_on(monkeypatch):
 ABSENT = {
     "cad": ("build123d", "solids and STEP files: build123d is not installed"),
     "derivation": ("sympy", "the equations in symbols: sympy is not installed"),
-    "parquet": ("pyarrow", "recordings as Parquet files: pyarrow is not installed"),
     "ros": ("mcap_ros2", "recordings as ROS 2 messages: mcap-ros2-support is not installed"),
     "video": ("av", "videos of walks: av is not installed"),
 }
 PRESENT = {
     "cad": "solids and STEP files: build123d 1.0",
     "derivation": "the equations in symbols: sympy 1.0",
-    "parquet": "recordings as Parquet files: pyarrow 1.0",
     "ros": "recordings as ROS 2 messages: mcap 1.0, mcap-ros2-support 1.0",
     "video": "videos of walks: pyopengl 1.0, av 1.0",
 }

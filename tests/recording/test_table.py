@@ -2,13 +2,12 @@
 
 import csv
 import re
-import sys
 
 import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput, OutputError
-from phasmid.recording import new_recording, save_csv, save_parquet
+from phasmid.recording import new_recording, save_csv
 from phasmid.recording.table import columns, text_cell
 
 RNG = np.random.default_rng(7)
@@ -119,25 +118,3 @@ def test_what_cannot_be_written_leaves_nothing(recording, tmp_path):
     with pytest.raises(OutputError, match=r"cannot write .*no such file"):
         save_csv(recording, tmp_path / "absent" / "a.csv")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_without_pyarrow_parquet_is_refused_in_one_sentence(recording, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    with pytest.raises(InvalidInput) as refused:
-        save_parquet(recording, tmp_path / "a.parquet")
-    assert str(refused.value) == (
-        "a Parquet file needs the package pyarrow, which was not found.\n"
-        '  try  pip install "phasmid[parquet]", or --format csv'
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_parquet_file_gives_every_bit_and_the_scenario_back(recording, tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra parquet is not installed")
-    save_parquet(recording, tmp_path / "a.parquet", leg_names=LEGS)
-    table = parquet.read_table(tmp_path / "a.parquet")
-    expected = columns(recording, LEGS)
-    assert table.column_names == list(expected)
-    for name, values in expected.items():
-        assert table[name].to_numpy().tobytes() == values.tobytes()
-    assert table.schema.metadata[b"scenario"] == b'name = "=1+1"'

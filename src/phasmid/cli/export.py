@@ -17,7 +17,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format",
         metavar="FORMAT",
-        help="csv, parquet (extra parquet), netcdf, or mcap for Foxglove and ROS 2 (extra ros); "
+        help="csv, netcdf, or mcap for Foxglove and ROS 2 (extra ros); "
         "default: as --out ends, or csv",
     )
     parser.add_argument(

@@ -31,7 +31,7 @@ COMMANDS = {
     "studio": "the live page: drive a robot in the browser and look into it",
     "report": "make the folder of a recording, or of the log of a run that was cut off",
     "plot": "draw figures of a run, or of several that are compared",
-    "export": "write a recording as CSV, Parquet, NetCDF or MCAP, for other programs",
+    "export": "write a recording as CSV, NetCDF or MCAP, for other programs",
     "replay": "run a recorded walk again and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "verify": "the physics against closed forms and conservation laws, on this machine",

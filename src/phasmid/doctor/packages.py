@@ -40,7 +40,6 @@ EXTRAS = {
     for one in (
         Extra("cad", "solids and STEP files", {"build123d": "build123d", "OCP": ""}),
         Extra("derivation", "the equations in symbols", {"sympy": "sympy"}),
-        Extra("parquet", "recordings as Parquet files", {"pyarrow": "pyarrow"}),
         Extra(
             "ros",
             "recordings as ROS 2 messages",

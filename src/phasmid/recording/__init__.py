@@ -6,7 +6,7 @@ from phasmid.recording.frames import DamagedRecording
 from phasmid.recording.log import RecordingLog, check_log
 from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
 from phasmid.recording.ros import check_mcap, save_mcap
-from phasmid.recording.table import check_parquet, save_csv, save_parquet
+from phasmid.recording.table import save_csv
 
 __all__ = [
     "AXES",
@@ -20,12 +20,10 @@ __all__ = [
     "RecordingLog",
     "check_log",
     "check_mcap",
-    "check_parquet",
     "check_recording",
     "load_recording",
     "new_recording",
     "save_csv",
     "save_mcap",
-    "save_parquet",
     "save_recording",
 ]

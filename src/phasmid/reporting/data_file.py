@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,18 +13,16 @@ from phasmid.recording import (
     CHANNELS,
     Recording,
     check_mcap,
-    check_parquet,
     check_recording,
     save_csv,
     save_mcap,
-    save_parquet,
     save_recording,
 )
 from phasmid.recording.file import cannot_write, new_file
 from phasmid.recording.ros import rows_at
 from phasmid.reporting.source import read_source
 
-ENDINGS = {"csv": ".csv", "parquet": ".parquet", "netcdf": ".nc", "mcap": ".mcap"}
+ENDINGS = {"csv": ".csv", "netcdf": ".nc", "mcap": ".mcap"}
 """Formats, and how their files' names end."""
 
 MCAP_RATE = 100.0
@@ -44,9 +42,9 @@ def export(
 
     Args:
         recording: What was seen.
-        path: The file; its ending tells the format unless that is given: ``.csv``, ``.parquet``
-            (extra ``parquet``), ``.nc`` or ``.mcap`` (extra ``ros``).
-        format: ``csv``, ``parquet``, ``netcdf`` or ``mcap``.
+        path: The file; its ending gives the format by default: ``.csv``, ``.nc``, or ``.mcap`` with
+            the extra ``ros``.
+        format: ``csv``, ``netcdf`` or ``mcap``.
         channels: Names of those that are written; by default all.
         rate: Most samples a second that are written [1/s]; by default all, of MCAP 100.
         force: Whether an older file of that name is replaced.
@@ -76,8 +74,7 @@ def export(
         elif kind == "netcdf":
             save_recording(chosen, place)
         else:
-            write: dict[str, Callable[..., None]] = {"csv": save_csv, "parquet": save_parquet}
-            write[kind](chosen, place, leg_names=names)
+            save_csv(chosen, place, leg_names=names)
     return path
 
 
@@ -126,8 +123,6 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
         raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
     if exists and not force:
         raise AlreadyExists(path, option="--out FILE")
-    if kind == "parquet":
-        check_parquet()
     if kind == "mcap":
         check_mcap()
     return kind

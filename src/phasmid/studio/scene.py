@@ -15,10 +15,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import kinematics
-from phasmid.compiled import compiled
 from phasmid.errors import PhasmidError
 from phasmid.forces import Held, holding_forces
-from phasmid.gait import margin_at
+from phasmid.gait import support_margin
 from phasmid.reporting.webpage.replay import (
     Place,
     looks,
@@ -100,7 +99,6 @@ class Scene:
             "gait": {"duty": gait.duty_factor, "offsets": [float(o) for o in gait.offsets]},
         }
         self._legs, self._frames = np.array(self._places, dtype=int).reshape(-1, 2).T
-        self._margin_at = compiled(margin_at)
         self._last: Held | None = None
         self._wait = 0
         self._middle = np.zeros(2)
@@ -145,7 +143,7 @@ class Scene:
         touching = contact[:, 0] > 0
         at, turned = self._links(q)
         centre = position + R @ kinematics.centre_of_mass(robot, q)
-        margin = float(self._margin_at(feet, touching, centre[0], centre[1]))
+        margin = float(support_margin(feet[:, :2], touching, centre[:2]))
         told, reading = live.telemetry, live.reading
         stance = np.asarray(told.get("stance", touching), dtype=bool)
         cycle = live.setting.scenario.stride.period
