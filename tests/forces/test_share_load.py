@@ -215,7 +215,7 @@ FEET = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [-0.2, 0.2, -0.1], [0.2,
         ),
         (
             lambda: share_load(Contacts(FEET, np.ones(4)), np.ones(6), "minimum-torque"),
-            "minimum-torque needs what the joints carry; nothing is given.",
+            "minimum-torque needs the load of the joints; none is given.",
         ),
         (
             lambda: share_load(

@@ -1,8 +1,9 @@
-"""How the ground shares the load, and what a walk needs."""
+"""Foot-force distribution, model torques of a walk, and the servo verdict."""
 
-from phasmid.forces.analysis import analyse, planned_torque
+from phasmid.forces.analysis import ModelLoad, analyse, holding_forces, planned_load
 from phasmid.forces.contacts import Contacts, JointLoad
-from phasmid.forces.family import (
+from phasmid.forces.friction import FrictionStatistics, friction_statistics
+from phasmid.forces.models import (
     FORCE_MODELS,
     ForceModel,
     FrictionCone,
@@ -12,16 +13,13 @@ from phasmid.forces.family import (
     WeightedMinimumNorm,
     force_model,
 )
-from phasmid.forces.friction import FrictionStatistics, friction_statistics
-from phasmid.forces.minimum_norm import minimum_norm
 from phasmid.forces.servo_verdict import (
     Holding,
     ServoVerdict,
     scenario_verdict,
     servo_verdict,
 )
-from phasmid.forces.sharing import share_load
-from phasmid.forces.standing import Held, holding_forces
+from phasmid.forces.sharing import minimum_norm, share_load
 from phasmid.forces.transfer import load_share
 
 __all__ = [
@@ -30,11 +28,11 @@ __all__ = [
     "ForceModel",
     "FrictionCone",
     "FrictionStatistics",
-    "Held",
     "Holding",
     "JointLoad",
     "MinimumNorm",
     "MinimumTorque",
+    "ModelLoad",
     "ServoVerdict",
     "SmallestLargestLoad",
     "WeightedMinimumNorm",
@@ -44,7 +42,7 @@ __all__ = [
     "holding_forces",
     "load_share",
     "minimum_norm",
-    "planned_torque",
+    "planned_load",
     "scenario_verdict",
     "servo_verdict",
     "share_load",

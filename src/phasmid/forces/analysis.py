@@ -1,50 +1,60 @@
-"""What a walk needs: model torques and foot forces over the whole trajectory."""
+"""Model torques and foot forces of a planned walk, and of a robot at rest."""
 
 from __future__ import annotations
 
 import json
 from importlib.metadata import version
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from phasmid.arguments import check_type
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
 from phasmid.forces.contacts import Contacts, JointLoad
-from phasmid.forces.family import (
-    ForceModel,
-    Limited,
-    WeightedMinimumNorm,
-    force_model,
-)
+from phasmid.forces.models import ForceModel, Limited, WeightedMinimumNorm, force_model
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
 from phasmid.kinematics import jacobian
 from phasmid.motion import Motion, Walk
 from phasmid.recording import Recording, new_recording
-from phasmid.robot import robot_to_toml
+from phasmid.robot import Robot, robot_to_toml
 from phasmid.scenario import Scenario, check_scenario, scenario_to_toml
+from phasmid.terrain import Ground
+
+
+class ModelLoad(NamedTuple):
+    """Model torques and foot forces, with any leading axes.
+
+    Attributes:
+        torque: Joint torques [N·m], shape (..., L, 3).
+        force: Ground reaction forces, world axes [N], shape (..., L, 3).
+        normal_force: Their components along the ground's normals [N], shape (..., L).
+    """
+
+    torque: Float[np.ndarray, "*batch legs 3"]
+    force: Float[np.ndarray, "*batch legs 3"]
+    normal_force: Float[np.ndarray, "*batch legs"]
 
 
 def analyse(scenario: Scenario, walk: Walk) -> Recording:
-    """Torques and foot forces that the model asks of a walk, without simulating it.
+    """Return the model torques and foot forces of a walk, without simulation.
 
-    Inverse dynamics of the whole robot with its moving trunk gives the force and moment that the
-    ground must exert; they are shared among the standing feet by the scenario's force model; the
-    joints then carry what is left.
+    Inverse dynamics of the whole robot gives the wrench of the ground. The scenario's force model
+    distributes it among the standing feet, and the joints carry the rest.
 
     Args:
-        scenario: Tells whether the motion counts or only gravity, and how the load is shared.
+        scenario: Its model options are used.
         walk: The plan.
 
     Raises:
-        InvalidInput: The walk was planned for another robot, gait or stride, or the load transfer
-            takes longer than the gait allows, or torque limits shall count for a force model that
-            knows none.
-        InfeasibleLoad: The standing feet cannot give what the motion needs within the limits of
-            the force model.
+        InvalidInput: The walk was planned for another robot, gait or stride, the load transfer
+            takes longer than the gait allows, or torque limits are counted by a force model
+            without limits.
+        InfeasibleLoad: The standing feet cannot give the wrench within the limits of the force
+            model.
 
     Returns:
         The planned motion with ``joint_torque_model``, ``foot_force_model`` and
@@ -62,15 +72,15 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
 
 
 def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
-    """The channels of a recording that follow from the plan alone, shapes as in a recording."""
-    torque, force, normal_force = _torque_and_force(scenario, walk)
+    """Return the channels of a recording that follow from the plan."""
+    load = planned_load(scenario, walk)
     return {
         "joint_position_target": walk.q,
         "joint_velocity_target": walk.qd,
         "joint_acceleration_target": walk.qdd,
-        "joint_torque_model": torque,
-        "foot_force_model": force,
-        "foot_normal_force_model": normal_force,
+        "joint_torque_model": load.torque,
+        "foot_force_model": load.force,
+        "foot_normal_force_model": load.normal_force,
         "foot_position": walk.foot_position,
         "stance": walk.stance,
         "body_position": walk.trunk.position,
@@ -79,22 +89,31 @@ def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
     }
 
 
-def planned_torque(scenario: Scenario, walk: Walk) -> Float[np.ndarray, "samples legs 3"]:
-    """Joint torques that the model asks of a walk [N·m], shape (N, L, 3); see `analyse`.
+def planned_load(scenario: Scenario, walk: Walk) -> ModelLoad:
+    """Return model torques and foot forces of a walk on the planned ground, N samples.
 
     Args:
-        scenario: Tells whether the motion counts or only gravity, and how the load is shared.
+        scenario: Its model options are used; see `analyse`.
         walk: The plan.
 
     Raises:
-        InvalidInput: Torque limits shall count for a force model that knows none.
-        InfeasibleLoad: The standing feet cannot give what the motion needs.
+        InvalidInput: Torque limits are counted by a force model without limits.
+        InfeasibleLoad: The standing feet cannot give the wrench.
     """
-    return _torque_and_force(scenario, walk)[0]
+    body, motion = planned_body(walk), (walk.q, walk.qd, walk.qdd)
+    if scenario.model.body_acceleration != "included":
+        still = np.zeros_like(walk.q)
+        body, motion = BodyMotion.at_rest(body.position, body.rotation), (walk.q, still, still)
+    window = scenario.model.load_transfer
+    share = load_share(walk.gait, walk.time, period=scenario.stride.period, window=window)
+    ground = scenario.planned_terrain()
+    return _load(
+        scenario, walk.robot, body, motion, walk.foot_position, share, ground, time=walk.time
+    )
 
 
 def planned_body(walk: Walk) -> BodyMotion:
-    """The trunk's planned pose and motion."""
+    """Return the planned motion of the trunk."""
     trunk = walk.trunk
     return BodyMotion(
         position=trunk.position,
@@ -106,47 +125,71 @@ def planned_body(walk: Walk) -> BodyMotion:
     )
 
 
-def _torque_and_force(scenario: Scenario, walk: Walk) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Joint torques [N·m], forces of the ground on the feet [N], and their normal parts [N].
+def holding_forces(
+    scenario: Scenario,
+    robot: Robot,
+    position: Float[np.ndarray, "3"],
+    rotation: Float[np.ndarray, "3 3"],
+    q: Float[np.ndarray, "legs 3"],
+    feet: Float[np.ndarray, "legs 3"],
+    stance: Bool[np.ndarray, " legs"],
+    ground: Ground,
+) -> ModelLoad:
+    """Return joint torques and foot forces of a robot at rest.
 
-    Torques and forces, in world axes, have the shape (N, L, 3). The ground is the planner's, which
-    may take it for level.
+    Args:
+        scenario: Its gravity, force model and the options of that are used.
+        robot: The robot, L legs.
+        position: Trunk in the world [m], shape (3,).
+        rotation: ``R_world_body``, shape (3, 3).
+        q: Joint angles [rad], shape (L, 3).
+        feet: Feet in the world [m], shape (L, 3).
+        stance: Feet that stand, shape (L,).
+        ground: The ground.
+
+    Raises:
+        InvalidInput: Torque limits are counted by a force model without limits.
+        InfeasibleLoad: The standing feet cannot hold the robot within the model's limits.
     """
-    model = scenario.model
-    moving = 1.0 if model.body_acceleration == "included" else 0.0
-    body = planned_body(walk)
-    if not moving:
-        body = BodyMotion.at_rest(body.position, body.rotation)
-    motion = (walk.q, moving * walk.qd, moving * walk.qdd)
-    g = model.gravity
-    free_torque, wrench = inverse_dynamics(walk.robot, body, *motion, gravity=g)
-    share = load_share(
-        walk.gait, walk.time, period=scenario.stride.period, window=model.load_transfer
-    )
-    R_world_hip = body.rotation[:, None] @ walk.robot.arrays.R_body_hip
-    counted = model.torque_limits == "counted"
+    body, still = BodyMotion.at_rest(position, rotation), np.zeros_like(q)
+    return _load(scenario, robot, body, (q, still, still), feet, stance, ground)
+
+
+def _load(
+    scenario: Scenario,
+    robot: Robot,
+    body: BodyMotion,
+    motion: tuple[np.ndarray, np.ndarray, np.ndarray],
+    feet: np.ndarray,
+    share: np.ndarray,
+    ground: Ground,
+    time: np.ndarray | None = None,
+) -> ModelLoad:
+    """Return the load of a body motion and joint motion (q, qd, qdd), with any leading axes."""
+    needed = inverse_dynamics(robot, body, *motion, gravity=scenario.model.gravity)
+    counted = scenario.model.torque_limits == "counted"
+    R_world_hip = body.rotation[..., None, :, :] @ robot.arrays.R_body_hip
     joints = JointLoad(
-        jacobian=R_world_hip @ jacobian(walk.robot.arrays, walk.q),
-        torque=free_torque,
-        limit=walk.robot.servo.stall_torque if counted else np.inf,
+        jacobian=R_world_hip @ jacobian(robot.arrays, motion[0]),
+        torque=needed.joint_torque,
+        limit=robot.servo.stall_torque if counted else np.inf,
     )
-    feet, ground = walk.foot_position, scenario.planned_terrain()
     contacts = Contacts(
-        feet=feet - body.position[:, None],
+        feet=feet - body.position[..., None, :],
         share=share,
         normals=ground.normal(feet[..., 0], feet[..., 1]),
         friction=ground.friction(feet[..., 0], feet[..., 1]),
-        leg_names=walk.robot.leg_names,
+        leg_names=robot.leg_names,
     )
-    force = share_load(contacts, wrench, chosen_model(scenario), joints=joints, time=walk.time)
-    return joints.with_ground(force), force, np.sum(force * contacts.normals, axis=-1)
+    force = share_load(contacts, needed.wrench, chosen_model(scenario), joints=joints, time=time)
+    return ModelLoad(joints.with_ground(force), force, np.sum(force * contacts.normals, axis=-1))
 
 
 def chosen_model(scenario: Scenario) -> ForceModel:
-    """The scenario's member of the family, with its options.
+    """Return the scenario's force model with its options.
 
     Raises:
-        InvalidInput: Torque limits shall count, and it knows none.
+        InvalidInput: Torque limits are counted, and the model has none.
     """
     model = scenario.model
     chosen = force_model(model.force_model)
@@ -163,9 +206,7 @@ def chosen_model(scenario: Scenario) -> ForceModel:
 
 
 def force_model_words(scenario: Scenario) -> str:
-    """The scenario's force model and those of its options that count, such as
-    ``friction-cone (friction 0.7)``.
-    """
+    """Return the force model and its effective options: ``friction-cone (friction 0.7)``."""
     model, options = scenario.model, []
     if model.force_model == WeightedMinimumNorm.name:
         options.append(f"tangential weight {model.tangential_weight:g}")
@@ -179,10 +220,10 @@ def force_model_words(scenario: Scenario) -> str:
 
 
 def recording_attributes(scenario: Scenario, walk: Motion) -> dict[str, str | int | float]:
-    """Attributes that tell what was walked, enough to do it again.
+    """Return the attributes with which a recording's motion can be repeated.
 
-    The robot stands there as its file gives it: the scenario's variants apply to it on reading. A
-    trajectory does not tell which feet stand, so that there is no verdict on its servos.
+    The robot is that of its file: the scenario's variants apply when it is read. Trajectories have
+    no servo verdict, since their stance is unknown.
     """
     return {
         **({"servo_verdict": verdict_text(scenario)} if isinstance(walk, Walk) else {}),

@@ -1,4 +1,4 @@
-"""What callers give: numbers within bounds, and arrays of numbers that fit."""
+"""Validation of numbers and arrays."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from phasmid.arguments import described, numbers
+from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 
 
 def finite(values: object, name: str) -> np.ndarray:
-    """A new array of finite floats.
+    """Return a new array of floats.
 
     Raises:
-        InvalidInput: The values are not finite real numbers, or ragged.
+        InvalidInput: A value is not a finite real number.
     """
     array = numbers(values, name)
     if not np.isfinite(array).all():
@@ -24,33 +24,16 @@ def finite(values: object, name: str) -> np.ndarray:
     return array
 
 
-def number(value: object, name: str) -> float:
-    """One number.
-
-    Raises:
-        InvalidInput: The value is none.
-    """
-    if not isinstance(value, int | float | np.integer | np.floating):
-        raise InvalidInput(f"{name} is {described(value)}; it must be a number.")
-    return float(value)
-
-
-def between(value: object, name: str, low: float, high: float, unit: str = "") -> float:
-    """A number within bounds.
-
-    Raises:
-        InvalidInput: The value is no number, or beyond them.
-    """
-    found = number(value, name)
-    if not low <= found <= high:
+def between(value: float, name: str, low: float, high: float, unit: str = "") -> None:
+    """Refuse a number outside bounds, or NaN."""
+    if not low <= value <= high:
         raise InvalidInput(
-            f"{name} is {found:g}{unit}; it must be between {low:g} and {high:g}{unit}."
+            f"{name} is {value:g}{unit}; it must be between {low:g} and {high:g}{unit}."
         )
-    return found
 
 
 def broadcast(values: np.ndarray, shape: Sequence[int], name: str) -> np.ndarray:
-    """A read-only number for each of a shape's entries.
+    """Return a read-only view of another shape.
 
     Raises:
         InvalidInput: The shapes do not fit.

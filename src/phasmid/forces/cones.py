@@ -1,4 +1,4 @@
-"""The cheapest point of an affine set within circular cones and linear limits."""
+"""Minimum of a cost over an affine set within circular cones and linear limits."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 FACES = 8
-"""Faces of the pyramid around each cone with which the search begins."""
+"""Faces of the initial pyramid around each cone."""
 
 ROUND = np.stack([f(2 * np.pi * np.arange(FACES) / FACES) for f in (np.cos, np.sin)], axis=-1)
 """Tangential directions of the faces, shape (FACES, 2)."""
 
 ASIDE = 0.05
-"""A face within this angle of the touching plane is left to it [rad]."""
+"""A face within this angle of the touching plane is dropped [rad]."""
 
 SWING = 0.015
-"""A direction that turns by more than this swings [rad]."""
+"""Rotation of a direction above which its last touching plane is kept [rad]."""
 
 TOLERANCE = 1e-11
-"""How exactly cones and optimality are met, in units of the sample's load."""
+"""Tolerance of cones and optimality, relative to the load."""
 
 MOST_PROGRAMMES = 200
-"""Quadratic programmes after which a sample is given up; 4 or 5 are usual, above 20 rare."""
+"""Most quadratic programmes of a sample; 4 or 5 are usual, above 20 rare."""
 
 PATIENCE = 6
-"""Programmes after which a foot at the tip of its cone keeps its last touching planes."""
+"""Programmes after which a foot at its cone's tip keeps its last touching planes."""
 
 KEPT = 4
-"""How many it keeps."""
+"""Number of touching planes that are kept."""
 
 TIP = 0.01
-"""Tangential forces below this part of the load are near the tip."""
+"""Tangential force near the tip, relative to the load."""
 
 PROXIMAL = 1e-3
-"""Curvature that a linear cost is lent about the last point; it goes as the points settle."""
+"""Proximal curvature of a linear cost about the last point."""
 
 
 class Rows(NamedTuple):
@@ -53,39 +53,39 @@ class Rows(NamedTuple):
     upper: Float[np.ndarray, "samples rows"]
 
     def of(self, some: np.ndarray | slice) -> Rows:
-        """The limits of some samples."""
+        """Return the limits of some samples."""
         return Rows(*(part[some] for part in self))
 
     @classmethod
     def join(cls, *sets: Rows) -> Rows:
-        """All limits of several sets."""
+        """Join several sets of limits."""
         return cls(*(np.concatenate(parts, axis=1) for parts in zip(*sets, strict=True)))
 
     @classmethod
     def below(cls, A: np.ndarray, upper: np.ndarray) -> Rows:
-        """Limits A x <= upper."""
+        """Return the limits A x <= upper."""
         return cls(A, np.full(upper.shape, -UNBOUNDED), upper)
 
 
 ROUND_OFF = 1e-15
-"""Of a force, in units of the sample's load."""
+"""Round-off of a force, relative to the load."""
 
 SETTLED = 0.1
-"""A linear cost has settled when it changes by less than this part of the tolerance."""
+"""Change of a linear cost at convergence, relative to the tolerance."""
 
 OPTIMAL = 1
-"""What the solver says of a programme that it has solved."""
+"""Status of a solved programme."""
 
 UNBOUNDED = 1e30
-"""What the solver takes for infinity."""
+"""Infinity of the solver."""
 
 
 class Solution(NamedTuple):
-    """Cheapest points.
+    """Points of least cost.
 
     Attributes:
         x: Shape (N, d); NaN where there is none.
-        found: Whether there is one, shape (N,).
+        found: True where there is one, shape (N,).
     """
 
     x: Float[np.ndarray, "samples free"]
@@ -100,23 +100,22 @@ def cheapest_points(
     slope: Float[np.ndarray, " free"] | None = None,
     tolerance: float = TOLERANCE,
 ) -> Solution:
-    """The x of least cost for which every foot's force f + U x lies in its friction cone.
+    """Return the x of least cost with every foot's force f + U x in its friction cone.
 
-    Without a slope the cost is ½ xᵀ x; with one it is slope · x.
+    The cost is ½ xᵀ x, or slope · x with a slope.
 
-    Each cone |tangential force| <= friction * normal force is first replaced by a pyramid around
-    it, and from then on also by the half space that touches it where the last force lies; the
-    cone's curvature there, times the multiplier of the limit, goes into the cost. That is
-    Newton's method on the conditions of optimality, so the true cone is met to round-off after
-    few programmes, and what is found is the optimum for the cone, not for the pyramid.
+    Each cone |tangential force| <= friction * normal force starts as a pyramid around it. Each
+    iteration adds the half space that touches the cone at the last force, and the cone's curvature
+    there, times the multiplier of the limit, to the cost. This is Newton's method on the
+    optimality conditions: it meets the circular cone to round-off after a few programmes.
 
     Args:
         force: Forces for x = 0 in contact axes (normal first), in units of the load: (N, k, 3).
         U: Change of the forces with x, shape (N, k, 3, d).
         friction: Coefficients of friction, shape (N, k).
-        limits: What else must hold.
+        limits: Further limits.
         slope: Of a linear cost, shape (d,).
-        tolerance: How exactly cones and optimality are met, in units of the load.
+        tolerance: Of cones and optimality, relative to the load.
 
     Source: Nocedal and Wright, Numerical Optimization, chapter 18 (sequential quadratic
     programming); each programme is solved by daqp (Arnström, Bemporad, Axehill 2022).
@@ -125,7 +124,7 @@ def cheapest_points(
     limits = Rows.join(limits, _pyramid(force, U, friction))
     x = np.zeros((samples, free))
     now = force.copy()
-    # A foot without force keeps its last direction: round-off would choose another each time.
+    # A foot without force keeps its last direction, which is otherwise round-off.
     direction = np.broadcast_to(np.array([1.0, 0.0]), (samples, feet, 2)).copy()
     pressure = np.zeros((samples, feet))
     kept = np.repeat(direction[:, :, None], KEPT, axis=2)
@@ -155,12 +154,12 @@ def cheapest_points(
             H += PROXIMAL * np.eye(free)
             g += slope - PROXIMAL * x[todo]
         rows = limits.of(todo)
-        # A face beside the touching plane says nearly the same, and the solver would cycle.
+        # A face beside the touching plane is nearly redundant and makes the solver cycle.
         beside = loaded[..., None] & ~_apart(d[..., None, :], ROUND, ASIDE)
         rows.upper[:, fixed:][beside.reshape(len(todo), -1)] = UNBOUNDED
         rows = Rows.join(rows, _touching(d, f, V, mu))
         if round_ >= PATIENCE:
-            # About the tip of a cone the direction may swing; the planes it leaves then stay.
+            # At the tip of a cone the direction may oscillate: keep the last planes.
             for i in range(KEPT):
                 past = _touching(kept[todo, :, i], f, V, mu)
                 counts = (along < TIP) & _apart(d, kept[todo, :, i], SWING)
@@ -199,7 +198,7 @@ def cheapest_points(
 
 
 def _pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray) -> Rows:
-    """Half spaces about each cone: its tangent planes at equal angles."""
+    """Return the half spaces of the pyramids around the cones."""
     face = np.empty((*friction.shape, FACES, 3))
     face[..., 0], face[..., 1:] = -friction[..., None], ROUND
     samples, free = len(U), U.shape[-1]
@@ -210,20 +209,20 @@ def _pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray) -> Rows:
 
 
 def _touching(d: np.ndarray, f: np.ndarray, V: np.ndarray, friction: np.ndarray) -> Rows:
-    """Half spaces that touch each cone along a tangential direction, one per foot."""
+    """Return the half spaces that touch the cones along tangential directions, one per foot."""
     plane = np.concatenate([-friction[..., None], d], axis=-1)
     return Rows.below((plane[..., None, :] @ V)[..., 0, :], -np.sum(plane * f, axis=-1))
 
 
 def _apart(a: np.ndarray, b: np.ndarray, angle: float) -> np.ndarray:
-    """Whether two directions differ by more than an angle."""
+    """Return where two directions differ by more than an angle."""
     return np.asarray(np.sum(a * b, axis=-1) < np.cos(angle))
 
 
 def _programmes(
     H: np.ndarray, g: np.ndarray, limits: Rows
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Solutions of ½ xᵀ H x + gᵀ x within limits, their multipliers, and whether there are any."""
+    """Return minima of ½ xᵀ H x + gᵀ x within limits, their multipliers, and where they exist."""
     samples, rows = limits.upper.shape
     x, multipliers = np.zeros(g.shape), np.zeros((samples, rows))
     exists = np.zeros(samples, dtype=bool)

@@ -1,4 +1,4 @@
-"""Where the ground can push, and what the joints carry besides."""
+"""Contacts of the feet, and the load of the joints."""
 
 from __future__ import annotations
 
@@ -14,22 +14,21 @@ from phasmid.forces.arguments import broadcast, finite
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """The feet as points that touch the ground.
+    """Point contacts of the feet with the ground.
 
     The arrays are copied and read-only.
 
     Attributes:
-        feet: Feet from the point about which moments are taken [m], shape (..., L, 3).
-        share: Which feet stand (bool), or which part of its full share of the load each is given,
-            0 to 1, shape (..., L); kept as a number, 0 where a foot does not stand.
-        normals: Normals of the ground at the feet, pointing out of it, of any length above 0; up
-            by default. Shape (..., L, 3) or (3,); kept as unit vectors.
+        feet: Feet from the point of the moment [m], shape (..., L, 3).
+        share: Feet that stand (bool), or the share of its full load that each carries, 0 to 1,
+            shape (..., L); kept as a number.
+        normals: Outward normals of the ground at the feet, of any length above 0; up by default.
+            Shape (..., L, 3) or (3,); kept as unit vectors.
         friction: Coefficient of Coulomb friction, shape (..., L) or one number.
-        leg_names: Names of the legs, for messages; by default their numbers from 1.
+        leg_names: Names of the legs for messages; by default their numbers from 1.
 
     Raises:
-        InvalidInput: A number is not finite, out of range or of no direction, or a shape does not
-            fit.
+        InvalidInput: A number is not finite or out of range, or a shape does not fit.
     """
 
     feet: Float[np.ndarray, "..."]
@@ -67,7 +66,7 @@ class Contacts:
 
     @property
     def stance(self) -> Bool[np.ndarray, "*batch legs"]:
-        """Which feet carry at all, shape (..., L)."""
+        """Feet that carry, shape (..., L)."""
         return np.asarray(self.share) > 0
 
     @property
@@ -79,7 +78,7 @@ class Contacts:
     def axes(self) -> Float[np.ndarray, "*batch legs 3 3"]:
         """Rotations from contact axes (normal, two tangents), shape (..., L, 3, 3)."""
         n = self.normals
-        # The tangent starts from the axis that lies farthest from the normal.
+        # The tangent starts from the axis farthest from the normal.
         start = np.eye(3)[np.argmin(np.abs(n), axis=-1)]
         first = start - n * np.sum(n * start, axis=-1, keepdims=True)
         first /= np.linalg.norm(first, axis=-1, keepdims=True)
@@ -88,16 +87,15 @@ class Contacts:
 
 @dataclass(frozen=True, eq=False)
 class JointLoad:
-    """What the joints carry: torque = torque without ground - Jᵀ force.
+    """Load of the joints: torque = torque without ground - Jᵀ force.
 
     The arrays are copied and read-only.
 
     Attributes:
         jacobian: d foot / d q in the axes of the forces [m/rad], shape (..., L, 3, 3).
-        torque: Joint torques that the motion needs without the ground [N·m], shape (..., L, 3).
-        limit: Largest torque of each joint, either way [N·m], shape (..., L, 3) or one number;
-            none by default. It counts only for the members that know limits: `FrictionCone` and
-            `SmallestLargestLoad`.
+        torque: Joint torques of the motion without the ground [N·m], shape (..., L, 3).
+        limit: Torque limit of each joint, in both directions [N·m], shape (..., L, 3) or one
+            number; none by default. `FrictionCone` and `SmallestLargestLoad` keep it.
 
     Raises:
         InvalidInput: A number is not finite, a limit is negative, or a shape does not fit.
@@ -122,9 +120,5 @@ class JointLoad:
     def with_ground(
         self, force: Float[np.ndarray, "*batch legs 3"]
     ) -> Float[np.ndarray, "*batch legs 3"]:
-        """Joint torques when the ground pushes [N·m], shape (..., L, 3).
-
-        Args:
-            force: Forces of the ground on the feet [N], shape (..., L, 3).
-        """
+        """Return the joint torques with ground reaction forces [N], both of shape (..., L, 3)."""
         return self.torque - np.einsum("...ij,...i->...j", self.jacobian, force)

@@ -1,4 +1,4 @@
-"""Foot forces that give a wrench and cost least, where nothing limits them."""
+"""Foot forces of least cost that give a wrench, without limits."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 from jaxtyping import Float
 
 DEPENDENT = 1e-11
-"""Below this part of the largest, a singular value of the six equations is round-off of zero."""
+"""Relative size of a singular value of the six equations that counts as zero."""
 
 MISSING = 1e-9
-"""A wrench that is missed by more than this part of its size cannot be given."""
+"""Relative residual above which a wrench cannot be given."""
 
 
 def grasp_matrix(feet: Float[np.ndarray, "*batch legs 3"]) -> Float[np.ndarray, "*batch 6 axes"]:
-    """The matrix that takes all feet's forces to their force and moment, shape (..., 6, 3 L).
+    """Return the grasp matrix, from all foot forces to the wrench, shape (..., 6, 3 L).
 
     Args:
-        feet: Feet from the point about which moments are taken [m], shape (..., L, 3).
+        feet: Feet from the point of the moment [m], shape (..., L, 3).
     """
     legs = feet.shape[-2]
     matrix = np.zeros((*feet.shape[:-2], 6, legs, 3))
@@ -35,20 +35,19 @@ def cheapest_forces(
     c: Float[np.ndarray, "samples legs 3"],
     wrench: Float[np.ndarray, "samples 6"],
 ) -> tuple[Float[np.ndarray, "samples legs 3"], Float[np.ndarray, "samples 6"]]:
-    """Forces F with A F = w that make ½ Fᵀ D⁻¹ F - cᵀ F least.
+    """Return the forces F with A F = w that minimise ½ Fᵀ D⁻¹ F - cᵀ F.
 
-    With multipliers λ of the six equations F = D (c + Aᵀ λ), so that D may be singular: a foot
-    whose D is 0 gets no force.
+    With multipliers λ of the six equations, F = D (c + Aᵀ λ). D may be singular: a foot with D = 0
+    has no force.
 
     Args:
         A: Grasp matrix, shape (N, 6, 3 L).
         D: Inverse of each foot's cost, symmetric, not negative, shape (N, L, 3, 3).
         c: Linear gain of each foot, shape (N, L, 3).
-        wrench: Force [N] and moment [N·m] to be given, shape (N, 6).
+        wrench: Force [N] and moment [N·m], shape (N, 6).
 
     Returns:
-        Forces [N], shape (N, L, 3), and the wrench that they cannot give, 0 where they can,
-        shape (N, 6).
+        Forces [N], shape (N, L, 3), and the missing wrench, 0 where there is none, shape (N, 6).
     """
     samples, legs = D.shape[:2]
     A_foot = np.swapaxes(A.reshape(samples, 6, legs, 3), 1, 2)
@@ -63,7 +62,7 @@ def cheapest_forces(
         return wrench[rows] - (A[rows] @ force[rows].reshape(-1, 3 * legs, 1))[..., 0]
 
     rest = wrench - (AD @ c.reshape(samples, -1, 1))[..., 0]
-    # Feet that are fewer than three leave a pivot of 0, and no sample may spoil the others.
+    # Fewer than three feet leave a pivot of 0; such a sample must not stop the others.
     system[np.linalg.slogdet(system)[0] == 0] = np.eye(6)
     force = forces(c, np.linalg.solve(system, rest[..., None])[..., 0])
     # One step of refinement: where legs are nearly stretched the system is ill-conditioned.
@@ -72,8 +71,8 @@ def cheapest_forces(
     size = 1.0 + np.abs(wrench).max(axis=-1)
     off = np.flatnonzero(~(np.abs(missing(force)).max(axis=-1) <= MISSING * size))
     if len(off):
-        # With D = W Wᵀ and F = D c + W y the least y is sought; the equations A W y = rest have
-        # the root of the system's condition.
+        # With D = W Wᵀ and F = D c + W y, the equations A W y = rest have the square root of the
+        # system's condition number.
         sizes, axes = np.linalg.eigh(D[off])
         W = axes * np.sqrt(np.maximum(sizes, 0.0))[..., None, :]
         B = np.swapaxes(A_foot[off] @ W, 1, 2).reshape(len(off), 6, 3 * legs)
@@ -87,14 +86,14 @@ def cheapest_forces(
 
 
 def null_space(B: Float[np.ndarray, "samples 6 axes"]) -> Float[np.ndarray, "samples axes free"]:
-    """Orthonormal directions in which forces change and their wrench does not.
+    """Return orthonormal bases of the null spaces of matrices.
 
     Args:
-        B: Six equations each, shape (N, 6, n).
+        B: Matrices, shape (N, 6, n).
 
     Returns:
-        A basis in columns, shape (N, n, n - 6); where equations depend on each other, all samples
-        get n columns, of which those beyond the basis are 0.
+        Bases in columns, shape (N, n, n - 6). Where rows are dependent, all samples have n columns,
+        and those outside the basis are 0.
     """
     axes = B.shape[-1]
     if axes > 6:

@@ -1,4 +1,4 @@
-"""How much of the friction a distribution of forces asks for."""
+"""Friction demand of foot forces."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type, numbers
+from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.forces.arguments import between, finite
 from phasmid.forces.contacts import Contacts
@@ -15,17 +15,15 @@ from phasmid.forces.contacts import Contacts
 
 @dataclass(frozen=True, eq=False)
 class FrictionStatistics:
-    """Normal and tangential forces of each foot, and what friction they need.
-
-    Feet that do not stand have NaN.
+    """Normal and tangential force of each foot, and their friction demand; NaN in the air.
 
     Attributes:
         normal_force: Along the ground's normal, positive where the ground pushes [N], (..., L).
         tangential_force: Size of the force along the ground [N], (..., L).
-        demand: Tangential over normal force: the coefficient of friction that is needed; infinite
-            where a foot pulls or is pushed sideways without load, (..., L).
-        margin: Friction times normal force, less the tangential force [N]; below 0 the foot would
-            slip, (..., L).
+        demand: Tangential over normal force: the required coefficient of friction; infinite where
+            a foot pulls, or has a tangential force only, (..., L).
+        margin: Friction times normal force minus tangential force [N]; negative where the foot
+            slips, (..., L).
     """
 
     normal_force: Float[np.ndarray, "*batch legs"]
@@ -34,15 +32,15 @@ class FrictionStatistics:
     margin: Float[np.ndarray, "*batch legs"]
 
     def summary(self, percentile: float = 95.0) -> dict[str, dict[str, float]]:
-        """Largest, mean and a percentile over all samples and standing feet.
+        """Return extremes, means and a percentile over all samples and standing feet.
 
         Args:
-            percentile: Which one, 0 to 100.
+            percentile: 0 to 100.
 
         Returns:
             For ``demand``, ``normal_force`` and ``tangential_force`` the ``mean``, ``max`` and
             ``percentile``; for ``normal_force`` also the ``min``; for ``margin`` the ``mean``,
-            ``min`` and the ``percentile`` counted from the other end. Empty where no foot stands.
+            ``min`` and the percentile from below. Empty where no foot stands.
 
         Raises:
             InvalidInput: The percentile is not between 0 and 100.
@@ -55,7 +53,7 @@ class FrictionStatistics:
         for name in ("demand", "normal_force", "tangential_force", "margin"):
             values = getattr(self, name)[stands]
             least = name == "margin"
-            # No interpolation: between an infinite demand and another there is no number.
+            # No interpolation: a demand may be infinite.
             rank = np.percentile(
                 values, 100 - percentile if least else percentile, method="nearest"
             )
@@ -69,17 +67,16 @@ class FrictionStatistics:
 
 
 def friction_statistics(contacts: Contacts, force: Float[np.ndarray, "..."]) -> FrictionStatistics:
-    """What friction some forces need, whatever model or measurement they come from.
+    """Return the friction demand of modelled or measured forces.
 
     Args:
-        contacts: The feet, which of them stand, and the ground under them.
-        force: Forces of the ground on the feet, in the axes of the contacts [N], (..., L, 3);
-            those of feet that do not stand do not matter.
+        contacts: Feet, stance and ground.
+        force: Ground reaction forces in the axes of the contacts [N], shape (..., L, 3); those of
+            feet in the air are ignored.
 
     Raises:
-        InvalidInput: The forces are not of these feet, or that of a standing one is not finite.
+        InvalidInput: The shape does not fit, or the force of a standing foot is not finite.
     """
-    check_type("contacts", contacts, (Contacts,), "Contacts", "Contacts(feet, stance)")
     force = numbers(force, "force")
     if force.shape != contacts.feet.shape:
         raise InvalidInput(f"force has shape {force.shape}; it must be {contacts.feet.shape}.")

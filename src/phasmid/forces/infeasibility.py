@@ -1,4 +1,4 @@
-"""Why the standing feet cannot give a load: which feet, which limit, by how much."""
+"""Explanation of infeasible loads: the feet, the limit, and the excess."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad
 from phasmid.forces.equilibrium import grasp_matrix
-from phasmid.forces.family import MinimumTorque, Unlimited, WeightedMinimumNorm
+from phasmid.forces.models import MinimumTorque, Unlimited, WeightedMinimumNorm
 from phasmid.forces.problem import Problem
 from phasmid.forces.relaxation import StandingFeet
 from phasmid.robot import JOINTS
 
 NOTHING = 1e-6
-"""Below this part of the load nothing passes a limit."""
+"""Excess that counts as zero, relative to the load."""
 
 LINE = 1e-12
-"""Feet are on one line where they stand off it by less than this part of their distances."""
+"""Relative distance from a line below which feet stand on it."""
 
 MOST_FRICTION = 1e3
-"""Friction beyond this many times what there is, is not worth a hint."""
+"""Largest ratio of required to present friction in a hint."""
 
 
 def explain(
@@ -31,18 +31,18 @@ def explain(
     batch: tuple[int, ...],
     time: Float[np.ndarray, "*batch"] | None,
 ) -> InfeasibleLoad:
-    """The refusal of a sample.
+    """Return the error of an infeasible sample.
 
-    The limits are taken in one after the other, and the first that cannot be kept is named: the
-    smallest sum by which it must be passed shows where.
+    Limits are added one after another: pull, friction, torque. The first that cannot be kept is
+    named, with the excesses of least sum.
 
     Args:
         problem: The load.
-        sample: Number of the sample.
-        missing: What the feet cannot give of its wrench.
+        sample: Index of the sample.
+        missing: Part of the wrench that the feet cannot give, shape (6,).
         least: Least normal force of a foot with full share [N].
-        cost: What is made least.
-        batch: The leading axes of the caller's arrays, for the sample's index.
+        cost: The cost.
+        batch: Leading axes of the caller's arrays.
         time: Times of the samples [s].
     """
     if missing.any():
@@ -64,11 +64,11 @@ def explain(
 
 
 def _too_few(problem: Problem, sample: int) -> InfeasibleLoad | None:
-    """Feet that cannot give the wrench whatever their forces; none where their places allow it.
+    """Return the error of fewer than three feet or feet on a line; None for others.
 
-    Any foot can give the force; what is missing of the moment is told with the force given.
+    Any foot can give the force; the missing part of the moment is reported.
     """
-    carrying = problem.carrying()[sample]
+    carrying = problem.carrying[sample]
     names = tuple(name for name, stands in zip(problem.names, carrying, strict=True) if stands)
     feet, force, moment = (
         problem.feet[sample][carrying],
@@ -104,8 +104,8 @@ def _too_few(problem: Problem, sample: int) -> InfeasibleLoad | None:
 def _ill_conditioned(
     problem: Problem, sample: int, missing: np.ndarray, cost: Unlimited
 ) -> InfeasibleLoad:
-    """Feet whose forces round-off spoils, though their places allow the load."""
-    carrying = problem.carrying()[sample]
+    """Return the error of feet whose equations are singular to round-off."""
+    carrying = problem.carrying[sample]
     names = tuple(name for name, stands in zip(problem.names, carrying, strict=True) if stands)
     hint = "feet further from one line, or shares nearer to 1"
     if isinstance(cost, MinimumTorque):
@@ -124,7 +124,7 @@ def _ill_conditioned(
 
 
 def _lacks(force: np.ndarray, moment: np.ndarray) -> tuple[str, tuple[float, float]]:
-    """What is missing of a force and a moment, in words and as numbers [N, N·m]."""
+    """Return missing force and moment in words and as numbers [N, N·m]."""
     sizes = float(np.linalg.norm(force)), float(np.linalg.norm(moment))
     units = zip(sizes, ("N", "N·m"), strict=True)
     return (
@@ -134,7 +134,7 @@ def _lacks(force: np.ndarray, moment: np.ndarray) -> tuple[str, tuple[float, flo
 
 
 def _passed(problem: Problem, sample: int, least: float) -> InfeasibleLoad:
-    """The first limit that cannot be kept: pull, then friction, then torque."""
+    """Return the error of the first limit that cannot be kept."""
     feet = StandingFeet(problem, sample)
     enough = NOTHING * feet.scale
     pushes, cones = feet.pushes(least), feet.cones()
@@ -192,7 +192,7 @@ def _slip(feet: StandingFeet, excess: np.ndarray, least: float, enough: float) -
 
 
 def _needed_friction(feet: StandingFeet, least: float, enough: float) -> float | None:
-    """How many times the friction would be enough, rounded up; none where no friction is."""
+    """Return the sufficient ratio of friction, rounded up; None where no friction is enough."""
 
     def holds(factor: float) -> bool:
         excess = feet.least_excess([feet.pushes(least)], feet.cones(factor))
@@ -206,7 +206,7 @@ def _needed_friction(feet: StandingFeet, least: float, enough: float) -> float |
     for _ in range(20):
         middle = (low + high) / 2
         low, high = (low, middle) if holds(middle) else (middle, high)
-    # The pyramid's edges are a little outside the cone, and the number is shown rounded.
+    # The edges of the pyramid are outside the cone, and the number is rounded.
     return 1.01 * high
 
 
@@ -234,6 +234,5 @@ def _numbers(values: np.ndarray) -> str:
 
 
 def _listed(words: list[str] | tuple[str, ...]) -> str:
-    """Words as people list them: a, b and c."""
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else str(last)

@@ -1,4 +1,4 @@
-"""Forces that the ground can give and the joints can hold."""
+"""Foot forces within friction cones and torque limits."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from jaxtyping import Float
 
 from phasmid.forces.cones import UNBOUNDED, Rows, cheapest_points
 from phasmid.forces.equilibrium import null_space
-from phasmid.forces.family import FrictionCone, Limited, SmallestLargestLoad
+from phasmid.forces.models import FrictionCone, Limited, SmallestLargestLoad
 from phasmid.forces.problem import Problem
 
 BLOCK = 1024
-"""Samples that are worked on together; their matrices fit the cache."""
+"""Samples solved together; their matrices fit the cache."""
 
 WITHIN = 1e-12
-"""What counts as no violation of a limit, in units of the load."""
+"""Tolerance of the limits, relative to the load."""
 
 LARGEST_TOLERANCE = 0.1
-"""How exactly the smallest largest load is found, as a part of the model's slack."""
+"""Tolerance of the smallest largest load, relative to the model's slack."""
 
 
 def admissible_forces(
@@ -25,12 +25,12 @@ def admissible_forces(
     force: Float[np.ndarray, "samples legs 3"],
     model: Limited,
 ) -> Float[np.ndarray, "samples legs 3"]:
-    """The forces of a model with limits.
+    """Return the forces of a model with limits.
 
     Args:
         problem: The load.
-        force: The cheapest forces without limits [N], shape (N, L, 3).
-        model: Tells what is made least within the limits.
+        force: Forces of least cost without limits [N], shape (N, L, 3).
+        model: The model.
 
     Returns:
         Forces [N], shape (N, L, 3); NaN where there are none within the limits.
@@ -39,7 +39,7 @@ def admissible_forces(
     todo = np.arange(len(force))
     if isinstance(model, FrictionCone):
         todo = np.flatnonzero(~_within(problem, force, model.least_normal))
-    counts = problem.carrying()[todo].sum(axis=-1)
+    counts = problem.carrying[todo].sum(axis=-1)
     for count in np.unique(counts[counts > 0]):
         group = todo[counts == count]
         for block in (group[i : i + BLOCK] for i in range(0, len(group), BLOCK)):
@@ -54,10 +54,10 @@ def _in_contact_axes(problem: Problem, force: np.ndarray) -> np.ndarray:
 
 
 def _within(problem: Problem, force: np.ndarray, least: float) -> np.ndarray:
-    """Whether forces keep all limits, shape (N,)."""
+    """Return which samples keep all limits, shape (N,)."""
     f = _in_contact_axes(problem, force)
     slack = WITHIN * np.abs(force).max(axis=(-2, -1), initial=0.0)[:, None]
-    carrying = problem.carrying()
+    carrying = problem.carrying
     good = np.hypot(f[..., 1], f[..., 2]) <= problem.friction * f[..., 0] + slack
     good &= f[..., 0] >= least * problem.share - slack
     if problem.limited:
@@ -67,10 +67,10 @@ def _within(problem: Problem, force: np.ndarray, least: float) -> np.ndarray:
 
 
 def _solve(few: Problem, force: np.ndarray, model: Limited) -> np.ndarray:
-    """Admissible forces of samples with equally many feet, all of which carry; NaN for none.
+    """Return forces within the limits for samples whose feet all carry; NaN where there are none.
 
     With D = W Wᵀ and F = force + W y the cost is ½ y · y, and y lies in the null space of the
-    equations: so the forces keep the wrench, and are those nearest to the ones without limits.
+    equations. The forces keep the wrench and are nearest to those without limits.
     """
     samples, feet = few.share.shape
     W = np.linalg.cholesky(few.inverse)
@@ -98,7 +98,7 @@ def _limits(
     scale: np.ndarray,
     least: float,
 ) -> Rows:
-    """No foot pulls, and no joint passes its limit."""
+    """Return the limits of pull and of joint torques."""
     pushes = Rows.below(-U[..., 0, :], f[..., 0] - least * few.share / scale)
     if not few.limited:
         return pushes
@@ -116,11 +116,9 @@ def _limits(
 def _smallest_largest(
     few: Problem, f: np.ndarray, U: np.ndarray, limits: Rows, slack: float
 ) -> tuple[Rows, np.ndarray]:
-    """The limits, and that no foot carries more than the smallest largest load times its share.
+    """Add the bound of the smallest largest load; return where there is one, too, shape (N,).
 
-    With them, where there is such a load, shape (N,).
-
-    The largest load is one more unknown, t: normal force <= t * share, and t is made least.
+    The largest load is one more unknown t with normal force <= t * share, which is minimised.
     """
     samples, feet, _, free = U.shape
     with_t = np.concatenate([U, np.zeros((samples, feet, 3, 1))], axis=-1)

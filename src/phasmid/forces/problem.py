@@ -1,4 +1,4 @@
-"""The load to be shared, all samples in a row."""
+"""The load to be shared, with all leading axes in one."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.equilibrium import grasp_matrix
 
 NEGLIGIBLE = 1e-9
-"""A foot with a smaller share than this carries nothing."""
+"""Share below which a foot carries nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """N samples of L feet, every number of each.
+    """Feet, cost, limits and wrench of N samples and L legs.
 
     Attributes:
         names: Names of the legs.
-        feet: Feet from the point about which moments are taken [m], shape (N, L, 3).
+        feet: Feet from the point of the moment [m], shape (N, L, 3).
         wrench: Force [N] and moment [N·m] to be given, shape (N, 6).
-        share: Each foot's part of its full share, shape (N, L).
+        share: Share of each foot, shape (N, L).
         axes: Rotations from contact axes (normal, two tangents), shape (N, L, 3, 3).
         friction: Coefficients of friction, shape (N, L).
         inverse: H⁻¹ of the cost, times the share, shape (N, L, 3, 3).
         gain: c of the cost, shape (N, L, 3).
-        jacobian: d foot / d q [m/rad], shape (N, L, 3, 3); zeros where torques have no limits.
+        jacobian: d foot / d q [m/rad], shape (N, L, 3, 3); zeros without joints.
         torque: Joint torques without ground [N·m], shape (N, L, 3).
-        limit: Largest torques [N·m], shape (N, L, 3).
+        limit: Torque limits [N·m], shape (N, L, 3).
     """
 
     names: tuple[str, ...]
@@ -47,26 +47,66 @@ class Problem:
     torque: Float[np.ndarray, "samples legs 3"]
     limit: Float[np.ndarray, "samples legs 3"]
 
+    @classmethod
+    def of(
+        cls,
+        contacts: Contacts,
+        wrench: Float[np.ndarray, "*#batch 6"],
+        joints: JointLoad | None,
+        batch: Sequence[int],
+        inverse: Float[np.ndarray, "*#batch legs 3 3"],
+        gain: Float[np.ndarray, "*#batch legs 3"],
+    ) -> Problem:
+        """Make one axis of the leading axes `batch`, which all arrays share by broadcasting."""
+        legs = contacts.feet.shape[-2]
+        joints = joints or JointLoad(np.zeros((legs, 3, 3)), np.zeros((legs, 3)))
+
+        def flat(values: Any, axes: int) -> np.ndarray:
+            array = np.asarray(values)
+            shape = array.shape[array.ndim - axes :]
+            return np.broadcast_to(array, (*batch, *shape)).reshape(-1, *shape)
+
+        share = flat(contacts.share, 1)
+        share = np.where(share < NEGLIGIBLE, 0.0, share)
+        return cls(
+            names=contacts.names,
+            feet=flat(contacts.feet, 2),
+            wrench=flat(wrench, 1),
+            share=share,
+            axes=flat(contacts.axes, 3),
+            friction=flat(contacts.friction, 1),
+            inverse=flat(inverse, 3) * share[..., None, None],
+            gain=flat(gain, 2),
+            jacobian=flat(joints.jacobian, 3),
+            torque=flat(joints.torque, 2),
+            limit=flat(joints.limit, 2),
+        )
+
     @property
     def grasp(self) -> Float[np.ndarray, "samples 6 axes"]:
-        """The matrix from all forces to the wrench, shape (N, 6, 3 L)."""
+        """Grasp matrices, from all forces to the wrench, shape (N, 6, 3 L)."""
         return grasp_matrix(self.feet)
 
     @property
+    def carrying(self) -> Bool[np.ndarray, "samples legs"]:
+        """Feet that carry, shape (N, L)."""
+        return self.share > 0
+
+    @property
     def limited(self) -> bool:
-        """Whether any joint has a torque limit."""
+        """Any joint has a torque limit."""
         return bool(np.isfinite(self.limit).any())
 
     def standing(
         self, samples: np.ndarray, count: int
     ) -> tuple[Problem, Float[np.ndarray, "some feet"]]:
-        """Some samples with the feet that carry alone, and which those are, shape (n, count).
+        """Return some samples with their carrying feet only, and the indices of these feet.
 
         Args:
-            samples: Numbers of the samples, shape (n,); in each ``count`` feet carry.
+            samples: Indices of samples in each of which `count` feet carry, shape (n,).
             count: Number of feet that carry.
         """
-        legs = np.argsort(self.share[samples] <= 0, axis=-1, kind="stable")[:, :count]
+        legs = np.argsort(~self.carrying[samples], axis=-1, kind="stable")[:, :count]
         rows = samples[:, None]
         per_foot = {
             name: getattr(self, name)[rows, legs]
@@ -75,60 +115,11 @@ class Problem:
         }
         return Problem(names=self.names, wrench=self.wrench[samples], **per_foot), legs
 
-    def carrying(self) -> Bool[np.ndarray, "samples legs"]:
-        """Which feet carry, shape (N, L)."""
-        return self.share > 0
-
-
-def in_a_row(
-    contacts: Contacts,
-    wrench: Float[np.ndarray, "*#batch 6"],
-    joints: JointLoad | None,
-    batch: Sequence[int],
-    inverse: Float[np.ndarray, "*#batch legs 3 3"],
-    gain: Float[np.ndarray, "*#batch legs 3"],
-) -> Problem:
-    """A problem with the leading axes made one.
-
-    Args:
-        contacts: The feet.
-        wrench: What they must give.
-        joints: What the joints carry, if it counts.
-        batch: The leading axes that all share.
-        inverse: H⁻¹ of the cost.
-        gain: c of the cost.
-    """
-    legs = contacts.feet.shape[-2]
-    if joints is None:
-        zero = np.zeros((legs, 3))
-        joints = JointLoad(np.zeros((legs, 3, 3)), zero)
-
-    def row(values: Any, axes: int) -> np.ndarray:
-        array = np.asarray(values)
-        shape = array.shape[array.ndim - axes :]
-        return np.broadcast_to(array, (*batch, *shape)).reshape(-1, *shape)
-
-    share = row(contacts.share, 1)
-    share = np.where(share < NEGLIGIBLE, 0.0, share)
-    return Problem(
-        names=contacts.names,
-        feet=row(contacts.feet, 2),
-        wrench=row(wrench, 1),
-        share=share,
-        axes=row(contacts.axes, 3),
-        friction=row(contacts.friction, 1),
-        inverse=row(inverse, 3) * share[..., None, None],
-        gain=row(gain, 2),
-        jacobian=row(joints.jacobian, 3),
-        torque=row(joints.torque, 2),
-        limit=row(joints.limit, 2),
-    )
-
 
 def shared_axes(
     contacts: Contacts, wrench: Float[np.ndarray, "*#batch 6"], joints: JointLoad | None
 ) -> tuple[int, ...]:
-    """The leading axes of feet, wrench and joints together.
+    """Return the leading axes of feet, wrench and joints together.
 
     Raises:
         InvalidInput: They do not broadcast, or the joints are of other legs.

@@ -1,4 +1,4 @@
-"""By how much limits must be passed where they cannot be kept."""
+"""Least excess over limits that cannot be kept."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from jaxtyping import Float
 from phasmid.forces.problem import Problem
 
 FACES = 64
-"""Faces of the pyramid that stands for each cone; its edges are 0.12 % outside."""
+"""Faces of the pyramid around each cone; its edges are 0.12 % outside."""
 
 SMALL = 1e-6
-"""Cost of the forces beside that of what passes a limit, so that the programme has one solution."""
+"""Cost of the forces relative to the excess; it makes the solution unique."""
 
 DEPENDENT = 1e-7
-"""Equations with less than this part of the largest singular value say nothing new."""
+"""Relative size of a singular value that counts as zero."""
 
 EQUALITY = 5
-"""The solver's word for an equation."""
+"""The solver's code of an equation."""
 
 
 class Limits(NamedTuple):
-    """Limits A F <= upper on the forces of all feet; each ``per`` rows are passed by as much.
+    """Limits A F <= upper on the forces of all feet; each ``per`` rows share one excess.
 
     Attributes:
         A: Shape (m, 3 k).
         upper: In units of the load, shape (m,).
-        per: Rows of one foot or joint.
+        per: Number of rows of one foot or joint.
     """
 
     A: Float[np.ndarray, "rows axes"]
@@ -38,17 +38,17 @@ class Limits(NamedTuple):
 
 
 class StandingFeet:
-    """The standing feet of one sample; their forces are in contact axes, in units of the load.
+    """Standing feet of one sample, with forces in contact axes and in units of the load.
 
     Attributes:
-        names: Names of the k legs that stand.
-        friction: Their coefficients of friction, shape (k,).
-        torque_limit: Largest torques of their joints [N·m], shape (k, 3).
-        scale: The unit of forces and torques [N, N·m].
+        names: Names of the k standing legs.
+        friction: Coefficients of friction, shape (k,).
+        torque_limit: Torque limits of the joints [N·m], shape (k, 3).
+        scale: Unit of forces and torques [N, N·m].
     """
 
     def __init__(self, problem: Problem, sample: int) -> None:
-        count = int(problem.carrying()[sample].sum())
+        count = int(problem.carrying[sample].sum())
         few, legs = problem.standing(np.array([sample]), count)
         self._few = few
         self.names = [problem.names[i] for i in legs[0]]
@@ -61,12 +61,12 @@ class StandingFeet:
         self._wrench = (U.T @ few.wrench[0])[known] / self.scale
 
     def pushes(self, least: float) -> Limits:
-        """No normal force is below the least one [N] times the foot's share."""
+        """Return the limits of normal forces, from the least one [N] of a foot with full share."""
         A = -np.kron(np.eye(len(self.names)), [[1.0, 0.0, 0.0]])
         return Limits(A, -least * self._few.share[0] / self.scale, 1)
 
     def cones(self, factor: float = 1.0) -> Limits:
-        """Every force is in its cone, with friction times a factor."""
+        """Return the friction cones, with friction times a factor."""
         angle = 2 * np.pi * np.arange(FACES) / FACES
         A = np.zeros((len(self.names), FACES, len(self.names), 3))
         for i, friction in enumerate(self.friction):
@@ -75,7 +75,7 @@ class StandingFeet:
         return Limits(A.reshape(-1, 3 * len(self.names)), np.zeros(FACES * len(self.names)), FACES)
 
     def torques(self) -> Limits:
-        """No joint's torque is beyond its limit, either way; one slack per joint."""
+        """Return the torque limits, one excess per joint."""
         few = self._few
         change = -np.swapaxes(few.jacobian[0], -1, -2) @ few.axes[0]
         A = np.zeros((len(self.names), 3, 2, len(self.names), 3))
@@ -86,9 +86,9 @@ class StandingFeet:
         return Limits(A.reshape(-1, 3 * len(self.names)), upper.ravel(), 2)
 
     def least_excess(self, hard: list[Limits], soft: Limits) -> np.ndarray | None:
-        """By how much the soft limits are passed when the sum of that is least [N, N·m].
+        """Return the excesses of least sum over soft limits, per foot or joint [N, N·m].
 
-        One number for each foot or joint; none where the hard limits cannot be kept.
+        None where the hard limits cannot be kept.
         """
         n, m = self._A.shape[1], len(soft.upper) // soft.per
         give = -np.kron(np.eye(m), np.ones((soft.per, 1)))

@@ -1,7 +1,7 @@
-"""Whether a robot's servos hold it in a gait: statics against the data sheet.
+"""Servo verdict: static joint torques of a gait compared with the data sheet.
 
 `servo_verdict` takes a robot and a gait, and `scenario_verdict` a scenario. The command line, the
-simulation and the studio call them and show `ServoVerdict.lines`, so that all give one answer.
+simulation and the studio show `ServoVerdict.lines`, so that their answers agree.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ from phasmid.scenario import Scenario
 from phasmid.units import STANDARD_GRAVITY
 
 STEP = 0.04
-"""Step at which the load is computed [m], as long as the paper's; shorter where legs reach less.
-One step for all commands makes their answers alike."""
+"""Step length of the verdict [m], that of the paper; shorter where legs reach less. It does not
+depend on the scenario, so that all commands agree."""
 
 PHASES = 3
-"""Samples of each interval between two events of the gait: both ends and the middle."""
+"""Samples of each interval between two events of the gait."""
 
 SIMPSON = np.array([1.0, 4.0, 1.0]) / 6
 """Weights of these samples in a mean."""
 
 TIE = 1e-6
-"""Torques that differ by less than this part are equal: the first joint is named."""
+"""Relative difference of torques that count as equal; the first joint is named."""
 
 LEAST_MARGIN = 1e-9
 """Support margin above which a robot is stable [m]."""
@@ -54,14 +54,14 @@ NEAR_STALL = 0.8
 """Share of the stall torque above which the verdict warns of overload."""
 
 LEAST_TORQUE = 1e-6
-"""Stall torque that stands for none in shares of it [N·m]."""
+"""Smallest stall torque in a ratio [N·m]."""
 
 AMBIENT = 25.0
-"""Temperature of the air where none is given [°C]."""
+"""Default temperature of the air [°C]."""
 
 
 class Holding(Enum):
-    """Whether servos hold a robot."""
+    """Answer of a servo verdict."""
 
     HOLDS = "HOLDS"
     LIMITED = "HOLDS FOR A LIMITED TIME"
@@ -71,7 +71,7 @@ class Holding(Enum):
 
 @dataclass(frozen=True)
 class ServoVerdict:
-    """Whether a robot's servos hold it in a gait, with the numbers that say so.
+    """Answer and numbers of a servo verdict.
 
     Attributes:
         holding: The answer.
@@ -80,19 +80,19 @@ class ServoVerdict:
         joint: Joint with the largest static torque, such as ``right_middle.femur``.
         feet: Numbers of the legs that carry then, from 1.
         torque: That torque [N·m]; NaN where the robot is not stable.
-        rms_torque: Largest rms torque of a joint over the cycle, or torque while all feet stand,
+        rms_torque: Largest rms torque of a joint over the cycle, or largest torque on all feet,
             whichever is larger [N·m].
-        stall_torque: Of the servo under the supply [N·m].
-        continuous_torque: Of the servo [N·m].
-        is_continuous_assumed: Whether that is no figure of the servo's own.
-        voltage: Supply [V].
-        highest_voltage: Highest supply that the data sheet vouches for [V].
-        heat: Temperature at which the warmest servo settles, lowest and highest estimate [°C];
-            None where the servo's current is not known.
-        time_to_limit: Time after which it reaches its limit, shortest and longest estimate [s],
-            infinite where it never does; None likewise.
-        temperature_limit: Of the servo [°C].
-        ambient_temperature: Of the air [°C].
+        stall_torque: Stall torque at the supply voltage [N·m].
+        continuous_torque: Continuous torque [N·m].
+        is_continuous_assumed: True where the data sheet has no continuous torque.
+        voltage: Supply voltage [V].
+        highest_voltage: Highest supply voltage of the data sheet [V].
+        heat: Final temperature of the warmest servo, lowest and highest estimate [°C]; None where
+            the servo's current is unknown.
+        time_to_limit: Time until its temperature limit, shortest and longest estimate [s],
+            infinite where it is never reached; None likewise.
+        temperature_limit: Temperature limit of the servo [°C].
+        ambient_temperature: Temperature of the air [°C].
     """
 
     holding: Holding
@@ -114,17 +114,17 @@ class ServoVerdict:
 
     @property
     def is_possible(self) -> bool:
-        """Whether no static load exceeds the servos; a robot may still topple."""
+        """No static torque exceeds the stall torque; the robot may still topple."""
         return self.holding is not Holding.DOES_NOT_HOLD
 
     @property
     def is_beyond_supply(self) -> bool:
-        """Whether the supply exceeds what the data sheet vouches for."""
+        """The supply voltage exceeds that of the data sheet."""
         return self.voltage > self.highest_voltage
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The verdict in sentences, the answer first: what every command shows."""
+        """Sentences that every command shows, the answer first."""
         answer, feet = self.holding.value, _listed(self.feet)
         share = 100 * self.torque / max(self.stall_torque, LEAST_TORQUE)
         assumed = ", assumed" if self.is_continuous_assumed else ""
@@ -194,16 +194,16 @@ class ServoVerdict:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """All numbers and `lines`, as JSON holds them; what is infinite or unknown is None."""
+        """Return all numbers and `lines` for JSON; infinite and unknown numbers are None."""
         found = asdict(self) | {"holding": self.holding.value, "lines": list(self.lines)}
         return {name: _plain(value) for name, value in found.items()}
 
 
 def scenario_verdict(scenario: Scenario) -> ServoVerdict:
-    """The verdict on a scenario's robot, gait, servo settings, gravity and air.
+    """Return the verdict on a scenario's robot, gait, servo settings, gravity and air.
 
     Args:
-        scenario: The experiment; its drive, stride and ground do not count.
+        scenario: The scenario; its drive, stride and ground have no effect.
 
     Raises:
         InvalidInput: Robot or gait cannot be read, or a neutral foot is out of reach.
@@ -220,11 +220,7 @@ def scenario_verdict(scenario: Scenario) -> ServoVerdict:
 
 
 def verdict_text(scenario: Scenario) -> str:
-    """The scenario's verdict as a recording carries it: JSON.
-
-    Args:
-        scenario: As in `scenario_verdict`.
-    """
+    """Return the scenario's verdict as JSON, for a recording."""
     return json.dumps(scenario_verdict(scenario).as_dict(), ensure_ascii=False)
 
 
@@ -237,23 +233,23 @@ def servo_verdict(
     gravity: float = STANDARD_GRAVITY,
     ambient: float = AMBIENT,
 ) -> ServoVerdict:
-    """Compare the static load of a gait's cycle with what the servos give.
+    """Compare the static joint torques of a gait with the servos' torques.
 
-    The robot is taken on level ground, at rest at three instants between any two events of the
-    gait, with a step of `STEP` ahead. The ground pushes upwards alone: neither feet that press
-    against each other nor friction in the gears take load off a joint. Three feet share the weight
-    by statics, more of them by least squares. Links have their own weight.
+    The robot rests on level ground at three instants between any two events of the gait, with a
+    step of `STEP` forward. Ground reaction forces are vertical: neither internal forces between
+    feet nor friction in the gears reduce a torque. Three feet share the weight by statics, more by
+    least squares. Links have their weight.
 
-    The servos hold where the rms torque of the cycle, and the torque while all feet stand, are
-    within the continuous torque, and the largest torque within the stall torque. They hold for a
-    limited time where only the last is so.
+    The servos hold where the rms torque of the cycle and the torque on all feet are within the
+    continuous torque, and the largest torque is within the stall torque. They hold for a limited
+    time where only the largest torque is within its bound.
 
     Args:
         robot: The robot, L legs; a payload is part of its trunk.
-        gait: Which legs stand, when.
-        servo: With its settings; None: the robot's own.
-        voltage: Supply [V]; None: the servo's rated voltage.
-        gravity: Of the ground's planet [m/s²].
+        gait: The gait.
+        servo: Servo with its settings; None: the robot's own.
+        voltage: Supply voltage [V]; None: the servo's rated voltage.
+        gravity: Gravitational acceleration [m/s²].
         ambient: Temperature of the air [°C].
 
     Raises:
@@ -270,7 +266,7 @@ def servo_verdict(
     joint, torque, rms, heat, until = "", math.nan, math.nan, None, None
     if stable.any():
         torque = float(load.max())
-        # Of legs that bear alike, the first.
+        # Of legs with equal torques, the first.
         joints = load.max(axis=0)
         leg, which = (int(i) for i in np.argwhere(joints >= torque * (1 - TIE))[0])
         joint = f"{robot.legs[leg].name}.{JOINTS[which]}"
@@ -285,7 +281,7 @@ def servo_verdict(
             heat, until = _warming(servo, motor.resistance * _lasting(gait, current**2), ambient)
             if math.isfinite(until[1]):
                 holding = Holding.LIMITED
-    # Overload counts wherever the robot is stable, and so does air that no servo stands.
+    # Overload counts wherever the robot is stable, and so does air above the servo's limit.
     if torque > stall or ambient >= servo.temperature_limit:
         holding = Holding.DOES_NOT_HOLD
     return ServoVerdict(
@@ -311,7 +307,7 @@ def servo_verdict(
 def _instants(
     robot: Robot, gait: Gait
 ) -> tuple[Bool[np.ndarray, "samples legs"], Float[np.ndarray, "samples legs 3"]]:
-    """Stance and feet in the body frame [m] over a cycle, and last those of standing on all feet.
+    """Return stance and feet in the body frame [m] over a cycle, and at last on all feet.
 
     Swing feet are at their neutral places.
     """
@@ -348,7 +344,7 @@ def _static_torque(
     margin = np.asarray(support_margin(feet[..., :2], stance, com))
     stable = margin > LEAST_MARGIN
     joints = JointLoad(arrays.R_body_hip @ jacobian(arrays, q[stable]), free[stable])
-    # Ground without friction pushes straight up, whatever the feet's heights.
+    # Without friction the ground reaction forces are vertical.
     contacts = Contacts(feet[stable], stance[stable], friction=0.0)
     torque = np.zeros_like(q)
     if stable.any():
@@ -358,7 +354,7 @@ def _static_torque(
 
 
 def _lasting(gait: Gait, values: Float[np.ndarray, "samples legs 3"]) -> float:
-    """Largest mean over a cycle of a joint's values, or the largest while all feet stand."""
+    """Return the largest mean of a joint's values over a cycle, or the largest on all feet."""
     begin = gait.events
     width = np.diff(np.append(begin, 1.0 + begin[0]))
     weight = (width[:, None] * SIMPSON).ravel()
@@ -368,7 +364,7 @@ def _lasting(gait: Gait, values: Float[np.ndarray, "samples legs 3"]) -> float:
 def _warming(
     servo: Servo, power: float, ambient: float
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Final temperature [°C] and time to the limit [s] under a lost power [W], both as ranges."""
+    """Return final temperature [°C] and time to the limit [s] at a power loss [W], as ranges."""
     low, high = (factor * servo.thermal_resistance * power for factor in HEAT_RANGE)
     allowed = servo.temperature_limit - ambient
     constant = servo.thermal_resistance * servo.heat_capacity
@@ -382,7 +378,7 @@ def _warming(
 
 
 def _duration(seconds: float) -> str:
-    """A time in words; empty where it is infinite."""
+    """Return a time in words; empty where it is infinite."""
     if math.isinf(seconds):
         return ""
     return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

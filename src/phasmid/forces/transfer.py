@@ -1,4 +1,4 @@
-"""How a foot's share of the load comes and goes when it lands and lifts."""
+"""Share of the load of a foot about touchdown and lift-off."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.forces.arguments import finite, number
+from phasmid.forces.arguments import finite
 from phasmid.gait import Gait
 from phasmid.gait.gait import PHASE_TOLERANCE
 
@@ -14,18 +14,16 @@ from phasmid.gait.gait import PHASE_TOLERANCE
 def load_share(
     gait: Gait, time: Float[np.ndarray, "*batch"], *, period: float, window: float
 ) -> Float[np.ndarray, "*batch legs"]:
-    """Each foot's part of its full share of the load.
+    """Return each foot's share of its full load.
 
-    It rises from 0 to 1 in a window about the foot's landing, and falls to 0 in one about its
-    lift, each centred on the event, by a curve whose first two derivatives vanish at its ends.
-    Half a window before it lands a foot counts as near the ground, and half a window after it
-    lifts it still does.
+    The share rises from 0 to 1 in a window centred on touchdown, and falls to 0 in one centred on
+    lift-off, by a quintic with vanishing first and second derivatives at its ends.
 
     Args:
-        gait: Which legs stand, when.
+        gait: The gait.
         time: Time since a cycle began [s], shape (...).
-        period: Time of one cycle [s].
-        window: Length of a window [s]; with 0 the load moves at once.
+        period: Cycle time [s].
+        window: Length of a window [s]; 0 transfers the load at once.
 
     Returns:
         Shares from 0 to 1, shape (..., L).
@@ -34,7 +32,6 @@ def load_share(
         InvalidInput: The period is not above 0, the window is longer than half the stance or half
             the swing, or a time is not finite.
     """
-    period, window = number(period, "period"), number(window, "window")
     if not 0 < period < np.inf:
         raise InvalidInput(f"period is {period:g} s; it must be a finite number greater than 0.")
     stance, swing = gait.duty_factor * period, gait.swing_fraction * period
@@ -51,12 +48,12 @@ def load_share(
     own = gait.leg_phase(phase)
 
     def passed(event: float) -> np.ndarray:
-        """How much of the window about an event is over, -1/2 to 1/2 of it being inside."""
+        """Return the progress of the window about an event, 0 to 1."""
         since = (own - event + 0.5) % 1.0 - 0.5
         x = np.clip(since * period / window + 0.5, 0.0, 1.0)
         return np.clip(x**3 * (10.0 - 15.0 * x + 6.0 * x**2), 0.0, 1.0)
 
-    # A lift's window may lie across the cycle's end; half a cycle away either curve is flat.
+    # The window of lift-off may cross the end of the cycle.
     lands, lifts = passed(gait.swing_fraction), 1.0 - passed(0.0)
     half = window / period / 2
     near_lift = np.abs((own + 0.5) % 1.0 - 0.5) <= half

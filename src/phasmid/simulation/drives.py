@@ -13,7 +13,7 @@ from jaxtyping import Float
 from phasmid.control.feed_forward.servo_goal import SLOW
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.forces import minimum_norm, planned_torque
+from phasmid.forces import minimum_norm, planned_load
 from phasmid.kinematics import jacobian
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import Scenario
@@ -240,7 +240,7 @@ def walking_torque(scenario: Scenario, walk: Walk) -> Float[np.ndarray, "samples
     Raises:
         InfeasibleLoad: The stance feet cannot give what the motion needs.
     """
-    return planned_torque(scenario, walk) + walk.robot.servo.armature * walk.qdd
+    return planned_load(scenario, walk).torque + walk.robot.servo.armature * walk.qdd
 
 
 def standing_torque(

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from phasmid import kinematics
 from phasmid.errors import PhasmidError
-from phasmid.forces import Held, holding_forces
+from phasmid.forces import ModelLoad, holding_forces
 from phasmid.gait import support_margin
 from phasmid.reporting.webpage.replay import (
     Place,
@@ -99,7 +99,7 @@ class Scene:
             "gait": {"duty": gait.duty_factor, "offsets": [float(o) for o in gait.offsets]},
         }
         self._legs, self._frames = np.array(self._places, dtype=int).reshape(-1, 2).T
-        self._last: Held | None = None
+        self._last: ModelLoad | None = None
         self._wait = 0
         self._middle = np.zeros(2)
         self._surround(live.sample.qpos[0, :2])
@@ -178,7 +178,7 @@ class Scene:
             found["velocity_admitted"] = told.get("velocity_reference", (math.nan,) * 3)
         held = self._held(live, position, R, q, feet, stance)
         if held is not None:
-            found["foot_force_model"], found["joint_torque_model"] = held
+            found |= {"foot_force_model": held.force, "joint_torque_model": held.torque}
         return self._packed(found)
 
     def _links(self, q: Float[np.ndarray, "legs 3"]) -> tuple[np.ndarray, np.ndarray]:
@@ -199,7 +199,7 @@ class Scene:
         q: np.ndarray,
         feet: np.ndarray,
         stance: np.ndarray,
-    ) -> Held | None:
+    ) -> ModelLoad | None:
         """What would hold the robot as it is; the last that is known while it is costly."""
         self._wait -= 1
         if self._wait > 0:
