@@ -1,7 +1,7 @@
-"""The command ``phasmid``: arguments in, the same verbs out, exit statuses.
+"""The command ``phasmid``, its messages and exit statuses.
 
 Statuses: 0 done; 1 a check failed, or output impossible; 2 bad input or usage; 3 the run ended
-early (fell, diverged) or missed a waypoint; 70 our own mistake; 130 interrupted.
+early (fell, diverged) or missed a waypoint; 70 internal error; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     status = _status(arguments, is_process=argv is None)
     if argv is None and (status == 130 or arguments[:1] == ["studio"]):
-        # Who stops a command, as the studio always is, shall not wait until Python has tidied up.
+        # An interrupted command ends at once, without the interpreter's cleanup.
         with suppress(OSError):
             sys.stdout.flush()
             sys.stderr.flush()
@@ -45,31 +45,31 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
-"""What a stream says that cannot be written to; a file's own errors carry its name."""
+"""Errors of a stream that cannot be written; errors of files have a file name."""
 
 
 LONGEST_CLEANUP = 2.0
-"""Time for which a second Ctrl-C lets the first one remove what was begun [s]."""
+"""Time in which a second Ctrl-C does not interrupt the cleanup of the first [s]."""
 
 
 def _status(arguments: list[str], *, is_process: bool) -> int:
-    """Run the command; returns its exit status, whatever happens."""
+    """Run the command and return its exit status, also where the output cannot be written."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            # Who closed a stream wants to hear nothing.
+            # A closed stream is replaced by one that discards.
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
     try:
         try:
             return _answered(arguments, is_process=is_process)
         finally:
-            # What cannot be printed shall be told now, and not when the interpreter has ended.
+            # Report a failing stream now, and not at the interpreter's exit.
             sys.stdout.flush()
     except OSError as error:
         return _unheard(error)
 
 
 def _unheard(error: OSError) -> int:
-    """Say that the output cannot be written, and write no more of it; returns the status."""
+    """Report that the output cannot be written, discard the rest, and return the status."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     with suppress(OSError):
@@ -82,10 +82,10 @@ def _unheard(error: OSError) -> int:
 
 
 def _answered(arguments: list[str], *, is_process: bool) -> int:
-    """Run the command and say what went wrong; returns the exit status."""
+    """Run the command, print errors in one sentence, and return the exit status."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
-            # An old terminal's encoding shall not turn a degree sign into a crash.
+            # A degree sign must not fail in a terminal without Unicode.
             stream.reconfigure(errors="replace")
     if not re.fullmatch("[1-9][0-9]{0,5}", os.environ.get("COLUMNS", "80")):
         # Rich fails on a width of 0 and on digits that int() does not read.
@@ -106,7 +106,7 @@ def _answered(arguments: list[str], *, is_process: bool) -> int:
         print("phasmid: stopped.", file=sys.stderr)
         return 130
     except SystemExit as stopped:
-        # So rich says that whoever read our output has gone.
+        # Rich exits with 1 where the reader of a pipe has gone.
         if stopped.code == 1:
             raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
         raise
@@ -117,15 +117,13 @@ def _answered(arguments: list[str], *, is_process: bool) -> int:
             print("phasmid: stopped.", file=sys.stderr)
             return 130
         traceback.print_exc()
-        print(
-            "phasmid: this is a mistake of phasmid, not yours; please report it.", file=sys.stderr
-        )
+        print("phasmid: internal error; please report it.", file=sys.stderr)
         return 70
 
 
 @contextmanager
 def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[None]:
-    """Note each Ctrl-C before it raises: an interrupted import may end as an ImportError.
+    """Record each Ctrl-C before it raises: an interrupted import may end as an ImportError.
 
     SIGTERM does the same. Nothing interrupts a process after its command has ended.
     """
@@ -134,7 +132,7 @@ def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[Non
     complain = sys.unraisablehook
 
     def quiet(unraisable: Any) -> None:
-        # Python prints a Ctrl-C that is raised where nobody can catch it; it is raised again.
+        # Python prints a Ctrl-C in a destructor; `_insist` raises it again.
         if not issubclass(unraisable.exc_type, KeyboardInterrupt):
             complain(unraisable)
 
@@ -144,7 +142,7 @@ def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[Non
             if cleaning[-1] - cleaning[0] < LONGEST_CLEANUP:
                 return
         if not noticed:
-            # A thread without the locks of `threading`, which the main thread may just hold.
+            # A thread without the locks of `threading`, which the main thread may hold.
             _thread.start_new_thread(_insist, (_thread.get_ident(), finished))
         noticed.append(number)
         # An exception in that hook would be printed; the thread raises it again a little later.
@@ -155,7 +153,7 @@ def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[Non
         before = signal.signal(signal.SIGINT, handle)
         ended = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     except ValueError:
-        # Only the main thread may do so; elsewhere no Ctrl-C arrives.
+        # Only the main thread can set handlers.
         yield
         return
     sys.unraisablehook = quiet
@@ -169,14 +167,15 @@ def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[Non
 
 
 def _insist(main: int, finished: list[bool]) -> None:
-    """Raise Ctrl-C again until the command ends: one that is raised while a weak reference is
-    cleared, or a compiled module imported, may be lost there.
+    """Raise Ctrl-C again until the command ends.
+
+    One raised in a destructor, or while a compiled module is imported, may be lost.
     """
     while True:
         time.sleep(0.1)
         if finished:
             return
-        # Whoever is just handling an exception is cleaning up after the first.
+        # A thread that handles an exception is cleaning up after the first one.
         if sys._current_exceptions().get(main) in (None, (None, None, None)):
             if hasattr(signal, "pthread_kill"):
                 signal.pthread_kill(main, signal.SIGINT)

@@ -1,4 +1,4 @@
-"""``phasmid cad``: a robot as solids, meshes and what they weigh."""
+"""``phasmid cad``: a robot as solids and meshes, with their masses."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from phasmid.errors import plain
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the robot and the output."""
+    """Add the options of the command."""
     parser.add_argument("robot", metavar="ROBOT", help="a robot file or preset")
     parser.add_argument("--out", metavar="DIR", help="where the files go; default: results/ROBOT")
     parser.add_argument("--force", action="store_true", help="replace files of an earlier run")
@@ -19,7 +19,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw the robot that the options name; returns the exit status."""
+    """Write the solids of a robot, and return the exit status."""
     from phasmid.cad.library import build123d
     from phasmid.formats import load_robot
     from phasmid.formats.solids import write_solids

@@ -1,4 +1,4 @@
-"""``phasmid check``: is this robot or scenario possible, and if not, why not."""
+"""``phasmid check``: check whether a robot or scenario is physically possible."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the file and how it is read."""
+    """Add the options of the command."""
     parser.add_argument(
         "file",
         metavar="FILE",
@@ -46,7 +46,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check the file that the options name; returns the exit status."""
+    """Check a file, and return the exit status."""
     from phasmid.formats import import_robot, is_foreign
     from phasmid.robot import preset_names
     from phasmid.scenario import load_scenario
@@ -161,7 +161,7 @@ def _too_weak(
 
 
 def _plain_walk(robot: Robot) -> list[dict[str, str]]:
-    """What hinders the walk that ``phasmid walk --robot`` tries first, as a finding."""
+    """Return a finding where ``phasmid walk --robot`` needs other settings."""
     from phasmid.errors import PhasmidError
     from phasmid.gait import gaits_of
     from phasmid.motion import plan
@@ -177,7 +177,7 @@ def _plain_walk(robot: Robot) -> list[dict[str, str]]:
         check_time_step(scenario, plan(scenario))
     except PhasmidError as error:
         said = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
-        # Only a hint that is an option belongs behind the command.
+        # Only an option can follow the command.
         hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
         return [{"severity": "note", "where": "", "hint": hint, **said}]
     return []
@@ -238,7 +238,7 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
 
 
 def _origin(file: dict[str, Any]) -> str:
-    """Whose joints of the file a leg's are, and how our angle is counted from the file's φ."""
+    """Return the file's joints of a leg, and its angles in terms of the file's φ."""
     joints = []
     for name, sign, offset in zip(file["joints"], file["signs"], file["offsets_deg"], strict=True):
         shift = (
@@ -251,7 +251,7 @@ def _origin(file: dict[str, Any]) -> str:
 
 
 def _print_findings(findings: list[dict[str, str]]) -> None:
-    """Each finding once, with all that it is about; the worst first."""
+    """Print each finding once with its subjects, the worst first."""
     alike: dict[tuple[str, str, str], list[dict[str, str]]] = {}
     for finding in findings:
         key = (finding["severity"], finding["what"], finding["hint"])
@@ -315,7 +315,7 @@ def _check_scenario(scenario: Scenario) -> int:
 
 
 def _on_terrain(scenario: Scenario, walk: Walk) -> list[str]:
-    """What a walk does on its terrain, where that is not level ground."""
+    """Return lines about a walk on terrain; none on level ground."""
     import numpy as np
 
     from phasmid.motion import Course

@@ -1,4 +1,4 @@
-"""Compile the controller before the first drive on a machine, and show how far that is."""
+"""Compile the controller before the first drive on a machine, with its progress."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ POLL = 0.5
 
 
 def announce_compilation() -> None:
-    """Print a line where the controller is still to be compiled."""
+    """Print a line where the controller is not compiled yet."""
     from phasmid.control.loops import are_compiled
 
     if not are_compiled():
@@ -31,7 +31,7 @@ def announce_compilation() -> None:
 
 
 def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
-    """Compile what a drive of a scenario needs, with its progress; nothing where that is done.
+    """Compile the controller and the simulation by a short drive, with its progress.
 
     Args:
         scenario: A short drive of it runs.

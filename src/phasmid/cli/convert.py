@@ -10,7 +10,7 @@ from phasmid.errors import plain
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the two files and how the first is read."""
+    """Add the options of the command."""
     parser.add_argument("source", metavar="A", help="a robot: a preset or a file")
     parser.add_argument("target", metavar="B", help="a .toml, .urdf, .xml (MJCF) or .step file")
     parser.add_argument("--force", action="store_true", help="replace older files")
@@ -18,7 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Convert as the options say; returns the exit status."""
+    """Convert a robot, and return the exit status."""
     from phasmid.formats import import_robot, possible, save_robot
 
     imported = import_robot(options.source, import_options(options))

@@ -1,4 +1,4 @@
-"""``phasmid doctor``: what this machine can do, and what to install for the rest."""
+"""``phasmid doctor``: list what this machine supports, and how to install the rest."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ COLOURS = {"ready": "green", "absent": "yellow", "broken": "bold red"}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the output."""
+    """Add the options of the command."""
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Examine the machine; returns the exit status, which is 1 where nothing can walk."""
+    """Examine the machine, and return the exit status: 1 where no robot can walk."""
     from phasmid.doctor import State, examine
 
     findings = examine()
@@ -43,12 +43,12 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print_table(findings: Sequence[Finding]) -> None:
-    """A line for each finding, and one below it for what would help."""
+    """Print a line for each finding, and one for its remedy."""
     try:
         from rich.console import Console
         from rich.text import Text
     except ImportError:
-        # Who examines a broken installation shall read what is broken.
+        # Without rich: the installation may be what is broken.
         for one in findings:
             print(f"{one.topic:<11} {one.state.value:<7} {plain(one.what)}")
             if one.remedy:

@@ -27,7 +27,7 @@ WAYS = ("velocity", "commands", "waypoints")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Drive as the options say; returns the exit status."""
+    """Drive the robot, and return the exit status."""
     given = [way for way in WAYS if getattr(options, way) is not None]
     if len(given) != 1:
         flags = [f"--{way}" for way in given]
@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"phasmid: stopped.\n{walk.later(log)}", file=sys.stderr)
             return 130
         raise
-    # The folder is whole: nobody need read what is printed.
+    # The folder is complete.
     log.unlink(missing_ok=True)
     walk.print_report(recording, folder, options, legs)
     if trouble:
@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the commands, the scenario, its fields and the output."""
+    """Add the options of the command."""
     scenario_options.add_scenario_options(parser)
     parser.add_argument(
         "--velocity",
@@ -120,7 +120,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _words(options: argparse.Namespace) -> list[str]:
-    """Return the parts of a result folder's name that tell drives apart."""
+    """Return the parts of a result folder's name that are options of a drive."""
     words = ["drive"]
     for name in WAYS:
         value = getattr(options, name)

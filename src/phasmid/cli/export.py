@@ -1,4 +1,4 @@
-"""``phasmid export``: a recording in a file that other programs read."""
+"""``phasmid export``: write a recording in a format of other programs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from phasmid.errors import InvalidInput, plain
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the recording and the output."""
+    """Add the options of the command."""
     parser.add_argument("file", metavar="RECORDING", help="a result folder, or a recording")
     parser.add_argument(
         "--format",
@@ -34,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Export what the options ask for; returns the exit status."""
+    """Export a recording, and return the exit status."""
     from phasmid.recording import load_recording
     from phasmid.reporting.data_file import ENDINGS, check_export, export
 
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _beside(given: Path, ending: str) -> Path:
-    """A file beside a recording, or beside its result folder, which holds nothing foreign."""
+    """Return a path beside a recording, or beside its result folder."""
     whole = given.resolve()
     folder = whole if whole.is_dir() else whole.parent if whole.name == "recording.nc" else None
     if folder is None:

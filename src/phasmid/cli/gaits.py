@@ -1,4 +1,4 @@
-"""``phasmid gaits``: the gaits of a robot, how they hold it and how fast they are."""
+"""``phasmid gaits``: the gaits of a robot with support margins and largest speeds."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ LARGEST_NUMBER = 10_000
 
 
 class Row(NamedTuple):
-    """A gait and what is told of it.
+    """A gait and its properties.
 
     Attributes:
         gait: The gait.
         legs: Numbers of its legs, from 1.
         margin: Least support margin of a cycle [m].
-        shift: Of the body where legs are lost: ahead, to the left [m].
-        speed: The largest, straight ahead [m/s]; None: not asked.
-        reason: What keeps it from being faster.
+        shift: Shift of the body where legs are lost: forward, left [m].
+        speed: Largest forward speed [m/s]; None: not computed.
+        reason: Limiting constraint of the speed.
     """
 
     gait: Gait
@@ -42,7 +42,7 @@ class Row(NamedTuple):
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the gaits, the robot and what is asked of them."""
+    """Add the options of the command."""
     parser.add_argument(
         "gaits", nargs="*", metavar="GAIT", help="names or gait files (.toml); default: all"
     )
@@ -58,7 +58,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Tell of gaits as the options say; returns the exit status."""
+    """List gaits, and return the exit status."""
     from phasmid.cli.walk import leg_numbers
     from phasmid.formats import load_robot
 
@@ -111,7 +111,7 @@ def _rows(
 
 
 def _fastest(robot: Robot, gait: Gait) -> tuple[float | None, str]:
-    """The largest speed straight ahead, and what limits it."""
+    """Return the largest forward speed and its limiting constraint."""
     from phasmid.control.engine import LocomotionEngine
 
     limit = LocomotionEngine(robot, gait=gait).largest_velocity((1.0, 0.0, 0.0))
@@ -171,7 +171,7 @@ def _print_table(rows: list[Row]) -> None:
 
 
 def _fraction(number: float) -> str:
-    """A phase as a fraction where it is one of few parts."""
+    """Return a phase as a fraction with a small denominator, or as a decimal."""
     near = Fraction(number).limit_denominator(LARGEST_FRACTION)
     return str(near) if abs(float(near) - number) < 1e-12 else f"{number:.3f}"
 

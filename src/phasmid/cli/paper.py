@@ -22,7 +22,7 @@ COLOURS = {
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the output's place."""
+    """Add the options of the command."""
     parser.add_argument(
         "--out",
         metavar="DIR",
@@ -34,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Reproduce the paper as the options say; returns the exit status."""
+    """Reproduce the paper, and return the exit status."""
     from phasmid.paper.reproduction import reproduce
 
     def announce(what: str) -> None:
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print_grades(results: Results) -> None:
-    """The statements with their grades, and how many there are of each."""
+    """Print the statements with their grades, and the number of each grade."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text

@@ -1,4 +1,4 @@
-"""``phasmid plot``: figures of a run, or of several that are compared."""
+"""``phasmid plot``: draw figures of one run, or compare several."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 KINDS = ("svg", "png", "pdf")
 
 RESOLUTION = 150.0
-"""Of pictures, unless another is asked for [pixels per inch]."""
+"""Default resolution of pictures [pixels per inch]."""
 
 COARSEST, FINEST = 30, 1200
 """Resolutions of pictures [pixels per inch]."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the runs, the figures and the output."""
+    """Add the options of the command."""
     parser.usage = "phasmid plot RECORDING... FIGURE... [--out DIR] [--format svg,png,pdf]"
     parser.add_argument(
         "things",
@@ -67,7 +67,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw what the options ask for; returns the exit status."""
+    """Draw figures, and return the exit status."""
     from phasmid.recording import load_recording
     from phasmid.reporting.catalogue import (
         CATALOGUE,
@@ -110,7 +110,7 @@ def run(options: argparse.Namespace) -> int:
         for kind in chosen
     }
     _check_files([path for rows in targets.values() for row in rows for path in row], options.force)
-    # What is refused is refused before anything is drawn.
+    # Refuse before anything is drawn.
     for kind in chosen:
         check_figure(runs, kind)
     for kind in chosen:
@@ -124,7 +124,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path], list[str]]:
-    """Which of some arguments are recordings, and which are names of figures.
+    """Return which arguments are recordings, and which are names of figures.
 
     Args:
         things: Recordings first, or in any order.
@@ -156,7 +156,7 @@ def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path],
 
 
 def _exists(name: str) -> bool:
-    """Whether there is a file or folder of a name, of which some can be no name at all."""
+    """Return whether a file or folder exists; a text may be no possible name."""
     try:
         return Path(name).exists()
     except (OSError, ValueError):
@@ -164,7 +164,7 @@ def _exists(name: str) -> bool:
 
 
 def run_name(path: Path) -> str:
-    """What a run is called by its file or folder."""
+    """Return the name of a run by its file or folder."""
     path = path.resolve()
     if path.is_dir():
         return path.name
@@ -181,7 +181,7 @@ def _kinds(text: str) -> list[str]:
 
 
 def _within(flag: str, text: str | None, least: float, most: float) -> float | None:
-    """Return the number that an option gives, within its bounds; None without the option."""
+    """Return the number of an option, within its bounds; None without the option."""
     if text is None:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Progress of what takes long: a bar on a terminal, a line at most where it is piped."""
+"""Progress of long work: a bar in a terminal, at most one line in a pipe."""
 
 from __future__ import annotations
 

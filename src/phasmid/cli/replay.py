@@ -8,19 +8,19 @@ from phasmid.cli.report import told_damage
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the file."""
+    """Add the options of the command."""
     parser.add_argument(
         "file", metavar="FILE", help="a recording.nc, its folder, or the .rec of a run"
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Replay the file that the options name; returns the exit status."""
+    """Replay a recording, and return the exit status."""
     from phasmid.recording import load_recording
 
     with told_damage():
         recording = load_recording(options.file)
-    # Lazy import: the engine takes 0.3 s, which a damaged file need not wait for.
+    # Lazy import: the engine takes 0.3 s.
     from phasmid.simulation import replay
 
     found = replay(recording)

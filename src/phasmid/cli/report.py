@@ -1,4 +1,4 @@
-"""``phasmid report``: the folder of a recording, or of the log of a run that was cut off."""
+"""``phasmid report``: make the result folder of a recording, or of an interrupted run's log."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the file and the output."""
+    """Add the options of the command."""
     parser.add_argument(
         "file", metavar="FILE", help="a recording.nc, its folder, or the .rec of a run"
     )
@@ -37,7 +37,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 @contextmanager
 def told_damage() -> Iterator[list[DamagedRecording]]:
-    """Print what is damaged of a recording that is read, each as one sentence; it is also given."""
+    """Print the damages of a recording that is read in the body, and yield them."""
     from phasmid.recording import DamagedRecording
 
     found: list[DamagedRecording] = []
@@ -50,14 +50,14 @@ def told_damage() -> Iterator[list[DamagedRecording]]:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Report on the file that the options name; returns the exit status."""
+    """Make the result folder, and return the exit status."""
     from phasmid.recording import load_recording
     from phasmid.reporting import check_folder, read_source
     from phasmid.robot import Appearance
     from phasmid.scenario import recorded_scenario
 
     path = Path(options.file)
-    # Only a file's name has an ending.
+    # Only a file has a suffix.
     folder = Path(options.out or (path if path.is_dir() else path.with_suffix("")))
     with told_damage() as damage:
         recording = load_recording(path)
@@ -68,10 +68,10 @@ def run(options: argparse.Namespace) -> int:
     scenario, robot = recorded_scenario(recording.attrs, kept)
     look = own_appearance(robot)
     if look is not None:
-        # Read now, since the folder may be replaced.
+        # Read before the folder is replaced.
         look = Appearance.of(look.parts, look.name)
     if "joint_position" in recording and "joint_position_measured" not in recording:
-        # Here, as it brings the whole locomotion engine with it.
+        # Lazy import: the simulation imports the whole controller.
         from phasmid.simulation import with_sensors
 
         recording = with_sensors(scenario.replace(robot=robot), recording)

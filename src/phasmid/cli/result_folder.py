@@ -1,4 +1,4 @@
-"""The folder of a run below ``results``, named by its scenario and by the options given."""
+"""The folder of a run in ``results``, named by its scenario and options."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONGEST_NAME = 100
 def result_folder(
     options: argparse.Namespace, scenario: Scenario, words: Sequence[str] = ()
 ) -> Path:
-    """Return the folder that the options name, or the next free one below ``results``.
+    """Return the folder of the options, or the next free one in ``results``.
 
     Args:
         options: Those of the command line, among them ``out``, ``force`` and the fields.
@@ -33,7 +33,7 @@ def result_folder(
         name = _plain("_".join([name, *words, *_fields(options)]))[:LONGEST_NAME]
     folder = first = Path("results") / name
     number = 1
-    # The log of a run that was cut off also takes its name.
+    # The log of an interrupted run occupies its name, too.
     while not options.force and (os.path.lexists(folder) or os.path.lexists(log_of(folder))):
         number += 1
         folder = first.with_name(f"{name}-{number}")
@@ -41,12 +41,12 @@ def result_folder(
 
 
 def log_of(folder: Path) -> Path:
-    """Return the log beside a result folder while its run goes on."""
+    """Return the log of a run, beside its result folder."""
     return folder.with_name(f"{folder.name}.rec")
 
 
 def _fields(options: argparse.Namespace) -> list[str]:
-    """Each field that an option changes, with its value; of a file its name."""
+    """Return the changed fields with their values, and files by their names."""
     words = []
     for key, value in vars(options).items():
         field = key.removeprefix("field:")
@@ -57,6 +57,6 @@ def _fields(options: argparse.Namespace) -> list[str]:
 
 
 def _plain(name: str) -> str:
-    """Replace what is not plain in a file's name; a minus sign stays."""
+    """Replace characters that are not plain in a file name, except a minus sign."""
     kept = (c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in name)
     return "".join(kept).rstrip("_.")

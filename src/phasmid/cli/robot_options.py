@@ -1,4 +1,4 @@
-"""Options of every command that reads a robot: what its file does not say."""
+"""Options of commands that read a robot: values missing in its file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OPTIONS = {
 
 
 def add_import_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the options of reading a robot."""
+    """Add the options of reading a robot."""
     group = parser.add_argument_group("reading URDF, MJCF and STEP")
     for key, (metavar, words) in OPTIONS.items():
         group.add_argument(

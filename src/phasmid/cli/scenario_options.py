@@ -1,4 +1,4 @@
-"""Options of commands that take a scenario: which one, and any of its fields."""
+"""Options of commands with a scenario: the scenario, and each of its fields."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_mode
 
 
 def add_scenario_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the scenario and the output."""
+    """Add the scenario and the output."""
     add_scenario_option(parser)
     parser.add_argument(
         "--out",
@@ -33,7 +33,7 @@ def add_scenario_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_scenario_option(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the scenario."""
+    """Add the scenario."""
     from phasmid.scenario import scenario_names
 
     parser.add_argument(
@@ -46,7 +46,7 @@ def add_scenario_option(parser: argparse.ArgumentParser) -> None:
 
 
 def add_field_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser all fields of a scenario."""
+    """Add all fields of a scenario."""
     from phasmid.gait import GAITS
     from phasmid.robot import preset_names
     from phasmid.scenario import option_keys
@@ -86,7 +86,7 @@ def _metavar(path: tuple[str, ...]) -> str:
 
 
 def _help_of(path: tuple[str, ...]) -> str:
-    """What a field is, from the attributes of its table's docstring."""
+    """Return the description of a field from its table's docstring."""
     from phasmid import units
     from phasmid.tables import quantity
 
@@ -109,7 +109,7 @@ def _help_of(path: tuple[str, ...]) -> str:
 
 
 def scenario_of(options: argparse.Namespace) -> Scenario:
-    """The scenario that the options ask for."""
+    """Return the scenario of the options."""
     from phasmid.scenario import load_scenario, option_keys
     from phasmid.tables import dotted
 
@@ -132,7 +132,7 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
 
 
 def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
-    """The scenario with its robot read, so that a foreign file is read once and judged aloud."""
+    """Return the scenario with its robot read, and print the findings about a foreign file."""
     from phasmid.formats import Severity, import_robot, is_foreign, possible
 
     source = scenario.robot
@@ -152,7 +152,7 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
 
 
 def _value(key: str, text: str) -> Any:
-    """An option's text as a number, a list of numbers, or text."""
+    """Return the text of an option as a number, a list of numbers, or text."""
     from phasmid.scenario import option_keys
     from phasmid.toml import parse_toml
 
@@ -173,7 +173,7 @@ def _value(key: str, text: str) -> Any:
 
 
 def _list_form(path: tuple[str, ...]) -> str:
-    """How a field that is a list is written as an option; empty where it is none."""
+    """Return the form of a list field as an option; empty for others."""
     pending = [_table_of(path).model_fields[path[-1]].annotation]
     while pending:
         kind = pending.pop()
@@ -188,7 +188,7 @@ def _list_form(path: tuple[str, ...]) -> str:
 
 
 def check_lists(arguments: list[str]) -> None:
-    """Refuse a list whose numbers stand apart: the second would be taken for a scenario."""
+    """Refuse a list with spaces, whose second number argparse reads as the scenario."""
     from phasmid.scenario import option_keys
 
     lists = {
@@ -203,7 +203,7 @@ def check_lists(arguments: list[str]) -> None:
 
 
 def number_or_text(text: str) -> int | float | str:
-    """Return an option's text as a number, where it is one; infinite where no float is as large."""
+    """Return the text of an option as a number where it is one; infinite beyond floats."""
     try:
         number = float(text)
     except ValueError:
@@ -211,5 +211,5 @@ def number_or_text(text: str) -> int | float | str:
     if math.isfinite(number):
         with suppress(ValueError):
             return int(text)
-    # 1e3 samples are a whole number of them.
+    # 1e3 is a whole number.
     return int(number) if number.is_integer() and abs(number) < 1e15 else number

@@ -1,4 +1,4 @@
-"""``phasmid verify``: the physics against closed forms, on this machine."""
+"""``phasmid verify``: check the physics against closed forms and conservation laws."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WIDTH = 100
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the rows and the output."""
+    """Add the options of the command."""
     parser.add_argument("--rows", metavar="1,2,...", help="checks to run; default: all")
     parser.add_argument(
         "--explain", action="store_true", help="tell where each tolerance comes from"
@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Verify as the options say; returns the exit status."""
+    """Verify, and return the exit status."""
     numbers = _numbers(options.rows)
     files = [Path(name) for name in (options.json, options.page) if name is not None]
     if len({path.resolve() for path in files}) < len(files):
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     with _progress(len(CHECKS) if numbers is None else len(numbers), options.quiet) as progress:
         rows = verify(numbers, progress=progress)
     failed = [row for row in rows if row.verdict is Verdict.FAILS]
-    # The table first: it has been waited for, and a disk may have filled meanwhile.
+    # Print the table first: the disk may be full.
     if failed or not options.quiet:
         _print_table(failed if options.quiet else rows, explain=options.explain)
     if not options.quiet:
@@ -85,7 +85,7 @@ def _numbers(text: str | None) -> list[int] | None:
 
 
 def _check_place(path: Path, *, force: bool) -> None:
-    """Refuse a file that exists or cannot be written; to be asked before the work."""
+    """Refuse a file that exists or cannot be written, before the work."""
     from phasmid.recording.file import cannot_write
 
     if path.is_dir():
@@ -125,7 +125,7 @@ def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
 
 
 def _columns(number: str, case: str, expected: str, got: str, tolerance: str, verdict: str) -> str:
-    """A line of the table, at most `WIDTH` wide with the verdict."""
+    """Return a line of the table, at most `WIDTH` wide with the verdict."""
     return f"{number:>3} {case:<37} {expected:<15} {got:<16} {tolerance:<10} {verdict}"
 
 
@@ -138,7 +138,7 @@ def _print_tally(rows: Sequence[Row]) -> None:
 
 @contextmanager
 def _progress(count: int, quiet: bool) -> Iterator[Any]:
-    """A bar on a terminal; nothing where the output is piped."""
+    """Show a bar in a terminal; nothing in a pipe."""
     if quiet or not sys.stderr.isatty():
         yield None
         return

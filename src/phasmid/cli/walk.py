@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Walk as the options say; returns the exit status."""
+    """Walk, and return the exit status."""
     scenario = scenario_of(options)
     from phasmid.motion import Motion, load_trajectory, plan
     from phasmid.recording import check_log, check_mcap, load_recording
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
         with progress_bar("walking", scenario.duration, quiet=options.quiet) as progress:
             trouble = record(scenario, walk, log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
-            # Who stops a run wants its end: numbers and pictures can be made later.
+            # The report can be made later from the log.
             print(f"phasmid: {trouble.sentence}\n{later(log)}", file=sys.stderr)
             return 130
         recording = with_sensors(scenario, load_recording(log))
@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"phasmid: stopped.\n{later(log)}", file=sys.stderr)
             return 130
         raise
-    # The folder is whole: nobody need read what is printed.
+    # The folder is complete.
     log.unlink(missing_ok=True)
     print_report(recording, folder, options, legs)
     if trouble:
@@ -83,12 +83,12 @@ def run(options: argparse.Namespace) -> int:
 
 
 def later(log: Path) -> str:
-    """What to try where a run was stopped."""
+    """Return the hint after a run was stopped."""
     return f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
 
 
 def own_appearance(robot: Robot) -> Appearance | None:
-    """The meshes of a robot that no other file keeps: those that come with phasmid are found."""
+    """Return the meshes of a robot, unless they are those of a preset."""
     from phasmid.robot import preset_names
 
     look = robot.appearance
@@ -101,7 +101,7 @@ def write_report(
     options: argparse.Namespace,
     appearance: Appearance | None = None,
 ) -> None:
-    """Write a recording's folder, as the options say."""
+    """Write the result folder of a recording."""
     from phasmid.reporting import report
 
     figures = not options.no_figures
@@ -121,7 +121,7 @@ def print_report(
     options: argparse.Namespace,
     legs: tuple[int, ...] | None,
 ) -> None:
-    """Print a recording's summary and what its folder holds, as the options say."""
+    """Print the summary of a recording and the files of its folder."""
     from phasmid.reporting import print_summary
 
     if options.quiet:
@@ -136,7 +136,7 @@ def print_report(
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the scenario, its fields and the output."""
+    """Add the options of the command."""
     add_scenario_options(parser)
     parser.add_argument(
         "--trajectory",
@@ -159,7 +159,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def check_film(options: argparse.Namespace) -> None:
-    """Refuse a video's file that could not be written, before a run starts."""
+    """Refuse a video file that cannot be written, before the run."""
     if options.video is not None:
         from phasmid.video import check_video
 
@@ -169,14 +169,14 @@ def check_film(options: argparse.Namespace) -> None:
 def write_film(
     recording: Recording, options: argparse.Namespace, appearance: Appearance | None
 ) -> None:
-    """Write a recording's video where one is asked for; what it needs may be absent here."""
+    """Write the video of a recording, or print what it needs."""
     if options.video is None:
         return
     from phasmid.video import lack, save_video
 
     missing = lack(Path(options.video).suffix.lower())
     if missing is not None:
-        # The folder is whole: this is advice, and no failure.
+        # The folder is complete: this is a note, not an error.
         instead = "" if options.no_figures else " report.html has a 3-D replay instead."
         print(
             f"phasmid: {missing.sentence}; the recording is complete.{instead}\n"
@@ -198,7 +198,7 @@ def write_film(
 
 
 def add_report_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser what is asked of a report."""
+    """Add the options of a report."""
     parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
     parser.add_argument(
         "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
@@ -214,7 +214,7 @@ def add_report_options(parser: argparse.ArgumentParser) -> None:
 
 
 def leg_numbers(text: str | None, robot: Robot, flag: str = "--legs") -> tuple[int, ...] | None:
-    """Numbers of a robot's legs, as an option lists them; None where it does not."""
+    """Return the leg numbers of an option; None without it."""
     if text is None:
         return None
     legs = []
