@@ -32,14 +32,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--gait",
         metavar="GAIT",
-        help="gait in which the servos shall hold the robot; default: the first of its number of "
+        help="gait of the servo verdict; default: the first of its number of "
         "legs, or the scenario's",
     )
     parser.add_argument("--json", action="store_true", help="print the robot's numbers as JSON")
     parser.add_argument(
         "--write-sidecar",
         action="store_true",
-        help="write a first guess of FILE.toml, which tells what a STEP file does not say",
+        help="write a first guess of FILE.toml, with the values missing in a STEP file",
     )
     parser.add_argument("--force", action="store_true", help="replace an older sidecar")
     add_import_options(parser)
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
         imported = import_robot(source, import_options(options))
         return _check_robot(imported, options.gait, as_json=options.json)
     if options.json:
-        raise InvalidInput("--json tells of robots; this is a scenario.")
+        raise InvalidInput("--json is for robots; this is a scenario.")
     scenario = load_scenario(source)
     return _check_scenario(scenario.replace(gait=options.gait) if options.gait else scenario)
 
@@ -85,28 +85,28 @@ def _write_sidecar(path: Path, *, force: bool) -> int:
 def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
     from phasmid.formats import describe
 
-    told = describe(imported)
-    if told["possible"] and imported.robot is not None:
-        told["findings"] += _plain_walk(imported.robot)
+    found = describe(imported)
+    if found["possible"] and imported.robot is not None:
+        found["findings"] += _plain_walk(imported.robot)
     robot = imported.robot
     verdict = None if robot is None else _verdict(robot, gait)
     if robot is not None and verdict is not None:
-        told["servo_verdict"] = verdict.as_dict()
-        told["findings"] += _too_weak(verdict, len(robot.legs), lambda name: _verdict(robot, name))
-        told["possible"] &= verdict.is_possible
+        found["servo_verdict"] = verdict.as_dict()
+        found["findings"] += _too_weak(verdict, len(robot.legs), lambda name: _verdict(robot, name))
+        found["possible"] &= verdict.is_possible
     if as_json:
-        print(json.dumps(told, indent=2))
+        print(json.dumps(found, indent=2))
     else:
-        if told["robot"]:
-            _print_robot(told["robot"], verdict)
-        _print_findings(told["findings"])
-    if told["possible"]:
+        if found["robot"]:
+            _print_robot(found["robot"], verdict)
+        _print_findings(found["findings"])
+    if found["possible"]:
         if not as_json:
             print("possible.")
         return 0
-    count = sum(finding["severity"] == "impossible" for finding in told["findings"])
+    count = sum(finding["severity"] == "impossible" for finding in found["findings"])
     counted = "1 finding is" if count == 1 else f"{count} findings are"
-    what = told["why_not"] or f"it cannot walk as it is: {counted} impossible."
+    what = found["why_not"] or f"it cannot walk as it is: {counted} impossible."
     error = imported.error
     print(f"phasmid: {InvalidInput(what, hint=error.hint if error else '')}", file=sys.stderr)
     return 2
@@ -226,11 +226,11 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
             print(f"    {'':<{width}} {_origin(leg['file'])}")
     limits = robot["legs"][0]["limits_deg"]
     if all(leg["limits_deg"] == limits for leg in robot["legs"]):
-        told = (
+        found = (
             f"{joint} {plain_number(low)}° to {plain_number(high)}°"
             for joint, (low, high) in limits.items()
         )
-        print(f"  joint limits: {', '.join(told)}")
+        print(f"  joint limits: {', '.join(found)}")
     if "longest_stride_mm" in robot:
         stride = robot["longest_stride_mm"]
         ahead, side = stride["ahead"], stride["sideways"]

@@ -28,8 +28,8 @@ def run(options: argparse.Namespace) -> int:
     findings = examine()
     faults = [one for one in findings if one.needed and one.state is not State.READY]
     if options.json:
-        told = {"walks": not faults, "findings": [one.as_dict() for one in findings]}
-        print(json.dumps(told, indent=2))
+        found = {"walks": not faults, "findings": [one.as_dict() for one in findings]}
+        print(json.dumps(found, indent=2))
     else:
         _print_table(findings)
     if faults:

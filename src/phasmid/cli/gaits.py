@@ -53,7 +53,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--step-length-mm", metavar="MM", default="40", help="way of the body while a foot stands"
     )
     parser.add_argument("--lost", metavar="1,2,...", help="legs that are lost: how it walks on")
-    parser.add_argument("--diagram", action="store_true", help="draw who stands, when")
+    parser.add_argument("--diagram", action="store_true", help="draw gait diagrams")
     parser.add_argument("--json", action="store_true", help="print the same as JSON")
 
 
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     step = _number("--step-length-mm", options.step_length_mm) / 1000
     rows = _rows(options, robot, step, leg_numbers(options.lost, robot, "--lost") or ())
     if options.json:
-        print(json.dumps([_told(row) for row in rows], indent=2, ensure_ascii=False))
+        print(json.dumps([_as_dict(row) for row in rows], indent=2, ensure_ascii=False))
         return 0
     print(f"{plain(robot.name)}: {len(robot.legs)} legs, a step of {1000 * step:g} mm ahead\n")
     _print_table(rows)
@@ -126,8 +126,8 @@ def _feet_down(gait: Gait) -> tuple[int, int]:
     return int(standing.min()), int(standing.max())
 
 
-def _told(row: Row) -> dict[str, Any]:
-    told: dict[str, Any] = {
+def _as_dict(row: Row) -> dict[str, Any]:
+    found: dict[str, Any] = {
         "name": row.gait.name,
         "legs": list(row.legs),
         "duty_factor": row.gait.duty_factor,
@@ -137,10 +137,10 @@ def _told(row: Row) -> dict[str, Any]:
         "least_margin_m": row.margin if math.isfinite(row.margin) else None,
     }
     if row.shift is not None:
-        told["body_shift_m"] = list(row.shift)
+        found["body_shift_m"] = list(row.shift)
     if row.speed is not None:
-        told |= {"largest_speed_m_per_s": row.speed, "limited_by": row.reason}
-    return told
+        found |= {"largest_speed_m_per_s": row.speed, "limited_by": row.reason}
+    return found
 
 
 def _print_table(rows: list[Row]) -> None:

@@ -147,7 +147,7 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
                 print(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
         if notes:
             told = f"phasmid check {plain(str(source))}"
-            print(f"phasmid: {len(notes)} notes on the robot; {told} tells them.", file=sys.stderr)
+            print(f"phasmid: {len(notes)} notes on the robot; {told} lists them.", file=sys.stderr)
     return scenario.replace(robot=robot)
 
 

@@ -29,7 +29,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("--rows", metavar="1,2,...", help="checks to run; default: all")
     parser.add_argument(
-        "--explain", action="store_true", help="tell where each tolerance comes from"
+        "--explain", action="store_true", help="print the derivation of each tolerance"
     )
     parser.add_argument("--json", metavar="FILE", help="write the rows to a file, too")
     parser.add_argument("--page", metavar="FILE", help="write them as a page in Markdown, too")

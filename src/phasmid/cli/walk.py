@@ -152,7 +152,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--check-time-step",
         action="store_true",
-        help="simulate two cycles again at half the time step, and tell the difference",
+        help="simulate two cycles at half the time step, and print the difference",
     )
     add_report_options(parser)
     add_field_options(parser)
