@@ -1,4 +1,4 @@
-"""How feet, body and joints travel: curves, steps, and the plan of a walk."""
+"""Motion of feet, body and joints: the plan of a walk, and trajectories from files."""
 
 from phasmid.motion.course import Course
 from phasmid.motion.curves import Path, blend, join, lift

@@ -1,4 +1,4 @@
-"""A walk's way over uneven ground that the planner knows."""
+"""The course of a walk over uneven ground: footholds, swings and postures."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from phasmid.scenario import Scenario
 from phasmid.terrain import Terrain
 
 EARLIEST = -2
-"""Number of the first cycle whose foothold counts: a swing at the start may come from there."""
+"""Number of the first planned cycle: a swing at the start may come from its foothold."""
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Where a walk's feet stand and go, and how its trunk leans, from the start to some time.
+    """Footholds, swings and postures of a walk from its start to a time.
 
     Attributes:
-        scenario: What is walked.
+        scenario: The scenario.
         robot: The robot, L legs.
-        gait: Which legs stand, when.
-        end: Time until which it reaches [s].
-        footholds: Cycle by cycle of each leg, from `EARLIEST`.
-        counted: Which footholds the walk comes to until then, shape as theirs.
-        swings: The ways from each foothold to the next.
-        postures: Event by event of the gait, from the start.
+        gait: The gait.
+        end: End of the course [s].
+        footholds: Footholds of each leg by cycle, from `EARLIEST`.
+        counted: Footholds that the walk reaches, shape as theirs.
+        swings: Swings from each foothold to the next.
+        postures: Postures by event of the gait.
     """
 
     scenario: Scenario
@@ -52,11 +52,11 @@ class Course:
 
     @property
     def moved(self) -> int:
-        """How many footholds are not where they would be on level ground."""
+        """Number of footholds that differ from those of level ground."""
         return int((self.footholds.moved & self.counted).sum())
 
     def motion(self, time: Float[np.ndarray, " time"]) -> tuple[TrunkMotion, Path]:
-        """The trunk's motion, and the feet's in the body frame.
+        """Return the motion of the trunk, and of the feet in the body frame.
 
         Args:
             time: Times up to the end [s], shape (N,).
@@ -76,7 +76,7 @@ class Course:
         return trunk, in_body(self._feet(time), trunk)
 
     def _feet(self, time: Float[np.ndarray, " time"]) -> Path:
-        """Feet in world axes."""
+        """Return the feet in world axes."""
         stride = self.scenario.stride
         cycle, u = swing_fraction(self.gait, stride, time)
         swings = self.swings.at((cycle - EARLIEST - 1).astype(int))
@@ -92,18 +92,18 @@ class Course:
 def plan_course(
     scenario: Scenario, robot: Robot, gait: Gait, terrain: Terrain, end: float
 ) -> Course:
-    """Plan where the feet of a walk stand and go on uneven ground, and how its trunk leans.
+    """Plan footholds, swings and postures of a walk on uneven ground.
 
     Args:
         scenario: Its stride and footing are used.
         robot: The robot, L legs.
-        gait: Which legs stand, when.
+        gait: The gait.
         terrain: The ground.
-        end: Time until which the course shall reach [s].
+        end: End of the course [s].
 
     Raises:
-        InfeasibleWalk: The feet would slide by the stance law or for want of friction, or a leg
-            finds no foothold, or strikes the ground on its way to one.
+        InfeasibleWalk: The feet slide by the stance law or for lack of friction, a leg finds no
+            foothold, or strikes the ground in its swing.
     """
     stride = scenario.stride
     if stride.stance_law != "straight":
@@ -111,7 +111,7 @@ def plan_course(
             f"{place(scenario)} feet cannot slide as the stance law {stride.stance_law} has them.",
             hint='stance_law = "straight", or planned_on = "level"',
         )
-    # Half a time step of a run may lie beyond the end.
+    # A run may end half a time step later.
     last = math.floor((end + scenario.simulation.dt) / stride.period + 1e-9) + 1
     cycle = np.arange(EARLIEST, last + 1.0)[:, None]
     lift = (np.asarray(gait.offsets) + cycle) * stride.period
@@ -155,10 +155,10 @@ def plan_course(
 def _check_grip(
     scenario: Scenario, terrain: Terrain, places: Float[np.ndarray, "places 2"]
 ) -> None:
-    """Refuse ground on which no foot would hold.
+    """Refuse ground on which every foot slides.
 
     Raises:
-        InfeasibleWalk: With the friction that every foothold would hold with.
+        InfeasibleWalk: The message has the friction that is enough for every foothold.
     """
     holding, friction = holding_friction(terrain, places), terrain.friction(*places.T)
     if (friction >= holding).any():
@@ -172,7 +172,7 @@ def _check_grip(
 
 
 def place(scenario: Scenario, time: float | None = None) -> str:
-    """The ground in the words of a message, and a time [s] on it."""
+    """Return the ground and a time [s] in the words of a message."""
     words = f"on this {scenario.terrain.kind} terrain"
     if time is None:
         return words
@@ -187,7 +187,7 @@ def _footholds(
     cycle: Float[np.ndarray, "cycles 1"],
 ) -> Footholds:
     step, neutral = scenario.stride.step, neutral_feet(robot)
-    # The body's way, in steps, when the stance on each foothold is half over.
+    # Steps of the body at mid-stance on each foothold.
     amid = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
     nominal = foothold(step, amid, neutral)
     ahead = foothold(step, amid + 1, neutral) - nominal
@@ -198,7 +198,7 @@ def _footholds(
 def _postures(
     scenario: Scenario, robot: Robot, gait: Gait, footholds: Footholds, cycles: int
 ) -> Postures:
-    """Planes under the feet at all events of some cycles, those in the air taken where they are."""
+    """Return the postures over all feet, standing and swinging, at the events of some cycles."""
     stride = scenario.stride
     events = np.append((np.arange(cycles)[:, None] + gait.events).ravel(), float(cycles))
     number, u = swing_fraction(gait, stride, events * stride.period)

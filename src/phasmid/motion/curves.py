@@ -1,4 +1,4 @@
-"""Polynomials along which feet and body travel."""
+"""Polynomial curves of feet and body."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Curve = Literal["quintic", "cubic-spline"]
 
 
 class Path(NamedTuple):
-    """A position and its first two derivatives, all of one shape."""
+    """Position and its first two derivatives, of one shape."""
 
     position: Float[np.ndarray, "*batch"]
     velocity: Float[np.ndarray, "*batch"]
@@ -19,7 +19,7 @@ class Path(NamedTuple):
 
 
 def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
-    """From 0 at u = 0 to 1 at u = 1, at rest at both ends.
+    """Return a blend from 0 at u = 0 to 1 at u = 1, at rest at both ends.
 
     Args:
         curve: ``quintic`` also starts and ends without acceleration; ``cubic-spline`` is one piece
@@ -42,7 +42,7 @@ def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
 
 
 def lift(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
-    """From 0 up to 1 at u = 1/2 and down to 0 at u = 1: one blend up and another down.
+    """Return a lift from 0 to 1 at u = 1/2 and back to 0 at u = 1, of two blends.
 
     With the cubic curve this is the clamped cubic spline through lift-off, apex and touchdown.
 
@@ -66,7 +66,7 @@ def join(
     end: Float[np.ndarray, "*#batch"],
     velocity: tuple[Float[np.ndarray, "*#batch"], Float[np.ndarray, "*#batch"]],
 ) -> Path:
-    """From one point to another with given velocities and no acceleration at the ends.
+    """Return a curve between two points with given velocities and no acceleration at its ends.
 
     Args:
         curve: A cubic has no freedom left for the accelerations at its ends.

@@ -1,4 +1,4 @@
-"""Whether the robot can make a walk, and if not, why not."""
+"""Feasibility of a plan: reach, joint speed and support."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CYCLES_AT_ONCE = 20
 def checked_times(
     scenario: Scenario, course: LevelCourse | Course
 ) -> Iterator[Float[np.ndarray, " time"]]:
-    """Instants at which a plan is checked: of one cycle where all are alike, else of all.
+    """Yield the instants at which a plan is checked: one cycle of a periodic walk, else all.
 
     Args:
         scenario: Its duration and period count.
@@ -62,10 +62,10 @@ def _checked_phases(gait: Gait) -> Float[np.ndarray, " time"]:
 def check_reach(
     scenario: Scenario, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
 ) -> None:
-    """Refuse feet where no leg can put them.
+    """Refuse feet out of reach.
 
     Args:
-        scenario: What is walked.
+        scenario: The scenario.
         course: The plan.
         times: Instants that count [s].
 
@@ -105,10 +105,10 @@ def check_reach(
 def _out_of_reach(
     course: LevelCourse | Course, p: Float[np.ndarray, "time legs 3"]
 ) -> tuple[int, str]:
-    """Say which leg goes where, when, and what it reaches."""
+    """Raise the error of the foot farthest out of reach."""
     far = np.hypot(p[..., 0], p[..., 1])
     bad = within_reach(course.robot, p) == 0
-    # Of the targets out of reach the one farthest out tells most.
+    # Report the foot farthest out of reach.
     t, leg = _first_largest(np.where(bad, far, -1.0), axis=1)
     which, target = course.robot.legs[leg], p[t, leg]
     nearest, farthest = reach(which, float(target[2]))
@@ -129,7 +129,7 @@ def _out_of_reach(
 
 
 def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int, ...]:
-    """Index of the largest value; of equals but for round-off, the first along an axis.
+    """Return the index of the largest value, the first of equal ones along an axis.
 
     Robots are symmetric: without this, round-off would choose the leg that a message names.
     """
@@ -139,7 +139,7 @@ def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int,
 
 
 def _stride_words(step: np.ndarray, *, down: bool = False) -> str:
-    """A stride in words; a bound is rounded down, so that it can be walked."""
+    """Return a stride in words; bounds are rounded down."""
     rounded = np.trunc if down else np.round
     length, turn = 1000 * math.hypot(step[0], step[1]), abs(math.degrees(step[2]))
     words = []
@@ -156,10 +156,10 @@ def check_speed(
     times: Float[np.ndarray, " time"],
     qd: Float[np.ndarray, "time legs 3"],
 ) -> None:
-    """Refuse joint speeds beyond the servo.
+    """Refuse joint speeds above the servo's no-load speed.
 
     Args:
-        scenario: What is walked.
+        scenario: The scenario.
         course: The plan.
         times: Instants that count [s].
         qd: Joint speeds then [rad/s].
@@ -173,7 +173,7 @@ def check_speed(
         return
     t, leg, joint = _first_largest(speed, axis=1)
     told, hint = "", "a higher voltage"
-    # Below some voltage a servo's friction holds it, however slow the walk is.
+    # Below some voltage friction stops the servo at any speed.
     if limit > 0:
         shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
         told, hint = f" Shortest period: {shortest:.2f} s.", ""
@@ -186,7 +186,7 @@ def check_speed(
 
 
 def fastest(scenario: Scenario, servo: Servo) -> tuple[float, str]:
-    """Largest speed of a servo without load [rad/s], and at which supply where that counts.
+    """Return a servo's no-load speed [rad/s], and its supply in words where that counts.
 
     Args:
         scenario: Servos that move the joints by their own law run at its voltage.
@@ -208,10 +208,10 @@ def check_support(
     times: Float[np.ndarray, " time"],
     margin: Float[np.ndarray, " time"],
 ) -> None:
-    """Refuse a centre of mass beyond the feet.
+    """Refuse a centre of mass outside the support polygon.
 
     Args:
-        scenario: What is walked.
+        scenario: The scenario.
         course: The plan.
         times: Instants that count [s].
         margin: Support margin then [m].

@@ -1,4 +1,4 @@
-"""How the feet travel, in the body frame, under each stance law."""
+"""Motion of the feet in the body frame, for each stance law."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def straight_feet(
     time: Float[np.ndarray, " time"],
     trunk: TrunkMotion,
 ) -> Path:
-    """Feet that stay where they stand and swing from foothold to foothold.
+    """Return feet that stand still in the world and swing from foothold to foothold.
 
     Args:
         robot: The robot, L legs.
-        gait: Which legs stand, when.
+        gait: The gait.
         stride: Heights, times and curves.
         step: Displacement of one step: forward [m], left [m], turn [rad].
         time: Times [s], shape (N,).
@@ -39,7 +39,7 @@ def straight_feet(
     axes, so that it lands without velocity whatever the body does.
     """
     cycle, u = swing_fraction(gait, stride, time)
-    # The stance that ends the swing: the body is half a step further when it is half over.
+    # The stance after the swing: mid-stance is half a step later.
     landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
     neutral = neutral_feet(robot)
     p1, p0 = (
@@ -66,7 +66,7 @@ def straight_feet(
 def swing_fraction(
     gait: Gait, stride: StrideTable, time: Float[np.ndarray, " time"]
 ) -> tuple[Float[np.ndarray, "time legs"], Float[np.ndarray, "time legs"]]:
-    """Number of the leg's cycle, and how much of its swing is over; 1 in stance."""
+    """Return the number of each leg's cycle and the fraction of its swing; 1 in stance."""
     cycles = np.asarray(time, dtype=float) / stride.period
     own = gait.leg_phase(cycles)
     number = np.round(cycles[:, None] - np.asarray(gait.offsets) - own)
@@ -79,7 +79,7 @@ def foothold(
     steps: Float[np.ndarray, "time legs"],
     neutral: Float[np.ndarray, "legs axes"],
 ) -> Float[np.ndarray, "time legs 2"]:
-    """Where the neutral foot is, over the ground, when the body has made that many steps."""
+    """Return the neutral foot on the ground after a number of steps of the body."""
     pose = step_pose(step, steps)
     c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
     x, y = neutral[:, 0], neutral[:, 1]
@@ -87,7 +87,7 @@ def foothold(
 
 
 def in_body(world: Path, trunk: TrunkMotion) -> Path:
-    """A motion in world axes as seen from the body frame."""
+    """Return a motion in world axes relative to the body frame."""
     R_body_world = np.swapaxes(trunk.rotation, -1, -2)[:, None]
 
     def turn(v: np.ndarray) -> np.ndarray:
@@ -104,7 +104,7 @@ def in_body(world: Path, trunk: TrunkMotion) -> Path:
 def rotated(
     R: Float[np.ndarray, "*#batch 3 3"], v: Float[np.ndarray, "*#batch 3"]
 ) -> Float[np.ndarray, "*batch 3"]:
-    """R v, summed in one order whatever the shapes, so that single samples are the same bits."""
+    """Return R v, summed in one order for all shapes: single samples give the same bits."""
     rows = [R[..., i, 0] * v[..., 0] + R[..., i, 1] * v[..., 1] for i in range(3)]
     return np.stack([row + R[..., i, 2] * v[..., 2] for i, row in enumerate(rows)], axis=-1)
 
@@ -124,14 +124,14 @@ def coxa_only_feet(
     time: Float[np.ndarray, " time"],
     height: float,
 ) -> Path:
-    """Feet that the coxa alone moves in stance, on circles about the hips.
+    """Return feet that only the coxa moves in stance, on circles about the hips.
 
-    The circle's chord, seen along the way that the ground asks of the foot, is as long as that
-    way; what is left over the feet slip.
+    The chord of the circle, along the direction of travel, is as long as the step; the rest is
+    slip.
 
     Args:
         robot: The robot, L legs.
-        gait: Which legs stand, when.
+        gait: The gait.
         stride: Heights, times and curves.
         step: Displacement of one step: forward [m], left [m], turn [rad].
         time: Times [s], shape (N,).
@@ -141,7 +141,7 @@ def coxa_only_feet(
         Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).
 
     Raises:
-        InfeasibleWalk: A coxa cannot move its foot in the direction that is asked, or is tilted.
+        InfeasibleWalk: A coxa cannot move its foot in the direction of travel, or is tilted.
 
     Source: the paper's words on Fig. 12, "only the coxa joint has values" in support.
     """
@@ -200,7 +200,7 @@ def _coxa_half_angle(
     middle: np.ndarray,
     radius: np.ndarray,
 ) -> np.ndarray:
-    """Half the coxa's turn in stance, signed with the turn from touchdown to lift-off [rad]."""
+    """Return half the coxa's rotation in stance, from touchdown to lift-off [rad]."""
     ahead, behind = (
         foothold(step, np.full((1, len(neutral)), at), neutral)[0] for at in (0.5, -0.5)
     )
@@ -237,6 +237,6 @@ def _on_circle(
 
 
 def _end_speed(gait: Gait, stride: StrideTable) -> float:
-    """Progress of the body when a foot lifts or lands [steps/s]."""
+    """Return the progress of the body at lift-off and touchdown [steps/s]."""
     moving = stride.stance_timing == "constant-speed"
     return 1 / (gait.duty_factor * stride.period) if moving else 0.0

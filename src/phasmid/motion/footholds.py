@@ -1,4 +1,4 @@
-"""Where feet may stand on uneven ground: the nearest good place to each nominal one."""
+"""Foothold selection on uneven ground: the nearest good place to each nominal one."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from phasmid.scenario.footing import FootingTable
 from phasmid.terrain import Terrain
 
 DIRECTIONS = 16
-"""Directions in which the neighbourhood of a place is looked at."""
+"""Directions in which the neighbourhood of a place is sampled."""
 
 SPACING = 0.005
-"""Distance between the rings of places that are tried [m]."""
+"""Distance between the rings of candidate places [m]."""
 
 WIDEST_GAP = 4.0
-"""A hollow wider than this many search radii is a valley, and may be walked in."""
+"""Width of a valley, in which a robot can walk, in search radii; narrower ones are gaps."""
 
 RAY = 20
-"""Places at which the ground is looked at in one direction for the side of a gap."""
+"""Samples of the ground in one direction, in search of the side of a gap."""
 
 PREFERENCE = 1e-6
-"""By so much of its distance a place ahead is nearer than one behind [m]."""
+"""Preference of a place ahead to one behind, relative to its distance."""
 
 
 class Footholds(NamedTuple):
-    """Where each leg stands, one row per cycle of its own.
+    """Footholds of each leg, one row per cycle.
 
     Attributes:
         place: Footholds in world axes [m], shape (C, L, 3).
-        moved: Which of them are not the nominal ones, shape (C, L).
-        found: Which of them are good places; the others are the nominal ones, shape (C, L).
+        moved: Footholds that are not the nominal ones, shape (C, L).
+        found: Footholds that are good places; the others are nominal, shape (C, L).
     """
 
     place: Float[np.ndarray, "cycles legs 3"]
@@ -48,16 +48,15 @@ def choose_footholds(
     ahead: Float[np.ndarray, "cycles legs 2"],
     outward: Float[np.ndarray, "cycles legs 2"],
 ) -> Footholds:
-    """The good place nearest to each nominal foothold.
+    """Return the good place nearest to each nominal foothold.
 
-    A place is good where the ground within the margin is seen from it under no more than the
-    slope of the steepest foothold, and where it does not lie in a gap. Of good places one with
-    enough friction goes first, then the nearest, then of equals the one further ahead, then
-    further out.
+    A place is good where the ground within the margin is no steeper than the steepest foothold, and
+    where it is not in a gap. Good places with enough friction come first, then the nearest, then
+    those farther ahead, then those farther out.
 
     Args:
         terrain: The ground.
-        footing: What makes a place good, and how far to look.
+        footing: Criteria and search radius.
         nominal: Footholds of level ground, x and y [m].
         ahead: Direction of travel at each, of length 1 or 0.
         outward: Direction away from the trunk, of length 1.
@@ -89,7 +88,7 @@ def choose_footholds(
 def is_even(
     terrain: Terrain, footing: FootingTable, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
-    """Whether the ground around places can be stood on, shape (N,).
+    """Return where the ground around places is even and outside gaps, shape (N,).
 
     Args:
         terrain: The ground.
@@ -112,7 +111,7 @@ def is_even(
 def has_grip(
     terrain: Terrain, footing: FootingTable, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
-    """Whether places have the least friction, and as much as their slope takes, shape (N,)."""
+    """Return where friction is enough for the slope, and not below the least, shape (N,)."""
     needed = np.maximum(footing.least_friction, holding_friction(terrain, places))
     return np.asarray(terrain.friction(places[:, 0], places[:, 1]) >= needed)
 
@@ -120,7 +119,7 @@ def has_grip(
 def holding_friction(
     terrain: Terrain, places: Float[np.ndarray, "places 2"]
 ) -> Float[np.ndarray, " places"]:
-    """Friction without which a load slides down the slope of places, shape (N,)."""
+    """Return the friction at which a load holds on the slope of places, shape (N,)."""
     n = terrain.normal(places[:, 0], places[:, 1])
     return np.asarray(np.hypot(n[:, 0], n[:, 1]) / n[:, 2])
 
@@ -128,7 +127,7 @@ def holding_friction(
 def _heights(
     terrain: Terrain, places: Float[np.ndarray, "places 2"], radii: Float[np.ndarray, " rings"]
 ) -> Float[np.ndarray, "places rings directions"]:
-    """Heights of the ground on rings around places [m]."""
+    """Return the heights of the ground on rings around places [m]."""
     points = places[:, None, None] + radii[:, None, None] * _circle()
     return terrain.height(points[..., 0], points[..., 1])
 
@@ -139,7 +138,7 @@ def _circle() -> Float[np.ndarray, "directions 2"]:
 
 
 def _offsets(radius: float) -> Float[np.ndarray, "places 2"]:
-    """From a nominal place to those that are tried: itself and rings around it [m]."""
+    """Return offsets of the candidate places: none, and rings [m]."""
     rings = math.floor(radius / SPACING + 1e-9)
     around = SPACING * np.arange(1, rings + 1)[:, None, None] * _circle()
     return np.concatenate([np.zeros((1, 2)), around.reshape(-1, 2)])

@@ -1,4 +1,4 @@
-"""A walk's way over level ground."""
+"""The course of a walk over level ground."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from phasmid.scenario.stride import StrideTable
 
 @dataclass(frozen=True, eq=False)
 class LevelCourse:
-    """How trunk and feet travel over level ground, at any time.
+    """Motion of trunk and feet over level ground.
 
     Attributes:
         robot: The robot, L legs.
-        gait: Which legs stand, when.
+        gait: The gait.
         stride: Heights, times and curves.
         step: Displacement of one step: forward [m], left [m], turn [rad].
     """
@@ -34,7 +34,7 @@ class LevelCourse:
     step: Float[np.ndarray, "3"]
 
     def motion(self, time: Float[np.ndarray, " time"]) -> tuple[TrunkMotion, Path]:
-        """The trunk's motion, and the feet's in the body frame.
+        """Return the motion of the trunk, and of the feet in the body frame.
 
         Args:
             time: Times [s], shape (N,).

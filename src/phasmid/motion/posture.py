@@ -1,4 +1,4 @@
-"""How the trunk leans, rises and falls with the ground under its feet."""
+"""Height and attitude of the trunk over the planes of its feet."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from phasmid.scenario.footing import FootingTable
 
 
 class Postures(NamedTuple):
-    """A plane under the feet at each event of a gait, and how the trunk leans there.
+    """Plane under the feet at each event of a gait, and the trunk's attitude there.
 
     Attributes:
         centre: Points of the planes in world axes [m], shape (E, 3).
@@ -33,7 +33,7 @@ def fit_postures(
     feet: Float[np.ndarray, "events legs 3"],
     trunk: Float[np.ndarray, "events 2"],
 ) -> Postures:
-    """Planes through the feet, by least squares of the heights.
+    """Fit planes to the feet by least squares of the heights.
 
     Args:
         footing: Whether the trunk leans with the planes, and how far.
@@ -57,7 +57,7 @@ def leaning_trunk(
     level: TrunkMotion,
     height: float,
 ) -> TrunkMotion:
-    """The trunk's motion above planes that follow each other.
+    """Return the motion of the trunk over successive planes.
 
     Between two events the plane under the trunk is a mixture of theirs. On one and the same plane
     the motion is exactly along it.
@@ -88,7 +88,7 @@ def leaning_trunk(
 
 
 def _height_over(postures: Postures, event: Int[np.ndarray, " time"], x: Path) -> Path:
-    """Height of an event's plane under the trunk, and its derivatives by time."""
+    """Return the height of an event's plane under the trunk with its time derivatives."""
     centre, slope = postures.centre[event], postures.slope[event]
     away = [x[0] - centre[:, :2], x[1], x[2]]
     found = [np.sum(slope * v, axis=1) for v in away]

@@ -1,4 +1,4 @@
-"""Rules of differentiation for scalars that change with time."""
+"""Differentiation rules for scalar functions of time."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from phasmid.motion.curves import Path
 
 
 def total(a: Path, b: Path) -> Path:
-    """The sum of two scalars, and its derivatives."""
+    """Return the sum of two functions."""
     return Path(*(x + y for x, y in zip(a, b, strict=True)))
 
 
 def scaled(a: Path, factor: float) -> Path:
-    """A scalar times a constant, and its derivatives."""
+    """Return a function times a constant."""
     return Path(*(factor * x for x in a))
 
 
 def product(a: Path, b: Path) -> Path:
-    """The product of two scalars, and its derivatives."""
+    """Return the product of two functions."""
     return Path(
         a.position * b.position,
         a.velocity * b.position + a.position * b.velocity,
@@ -33,7 +33,7 @@ def composed(
     bend: Float[np.ndarray, "*batch"],
     inner: Path,
 ) -> Path:
-    """A function of a scalar that changes, by its value and derivatives there: the chain rule."""
+    """Return a function of a function, by the chain rule."""
     return Path(
         value,
         slope * inner.velocity,
@@ -42,24 +42,24 @@ def composed(
 
 
 def root(a: Path) -> Path:
-    """The square root of a scalar above 0, and its derivatives."""
+    """Return the square root of a positive function."""
     value = np.sqrt(a.position)
     return composed(value, 0.5 / value, -0.25 / value**3, a)
 
 
 def inverse(a: Path) -> Path:
-    """One over a scalar that is not 0, and its derivatives."""
+    """Return the reciprocal of a function without zeros."""
     value = 1 / a.position
     return composed(value, -(value**2), 2 * value**3, a)
 
 
 def arctan(a: Path) -> Path:
-    """The angle whose tangent is a scalar, and its derivatives [rad]."""
+    """Return the arc tangent of a function [rad]."""
     slope = 1 / (1 + a.position**2)
     return composed(np.arctan(a.position), slope, -2 * a.position * slope**2, a)
 
 
 def cos_and_sin(angle: Path) -> tuple[Path, Path]:
-    """Cosine and sine of an angle [rad], and their derivatives."""
+    """Return cosine and sine of a function [rad]."""
     c, s = np.cos(angle.position), np.sin(angle.position)
     return composed(c, -s, -c, angle), composed(s, c, -s, angle)

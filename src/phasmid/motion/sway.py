@@ -1,4 +1,4 @@
-"""The trunk's motion with its gait's sway."""
+"""Motion of the trunk with the sway of its gait."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from phasmid.motion.trunk import TrunkMotion
 
 
 def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
-    """A level trunk's motion that sways about its path.
+    """Return the motion of a level trunk with its sway.
 
     Args:
         trunk: The motion along the path, without pitch and roll.

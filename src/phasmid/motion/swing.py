@@ -1,4 +1,4 @@
-"""How a foot travels over uneven ground from one foothold to the next."""
+"""Swing of a foot over uneven ground, from one foothold to the next."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _U = np.linspace(0.0, 1.0, 2049)
 
 
 class Swings(NamedTuple):
-    """The shape of each swing; leading axes are cycle and leg.
+    """Shapes of swings; leading axes are cycle and leg.
 
     Attributes:
         start: Where it lifts off, in world axes [m], shape (..., 3).
@@ -50,16 +50,16 @@ class Swings(NamedTuple):
     clear: Bool[np.ndarray, "*batch"]
 
     def at(self, rows: Int[np.ndarray, "time legs"]) -> Swings:
-        """The swings of each leg in these cycles, counted from the first, shape (N, L)."""
+        """Return the swings of each leg in some cycles, shape (N, L)."""
         legs = np.arange(rows.shape[1])
         return Swings(*(values[rows, legs] for values in self))
 
     def reshaped(self, cycles: int) -> Swings:
-        """All swings in a row as those of so many cycles, shape (C, L)."""
+        """Return swings in a row as those of cycles and legs, shape (C, L)."""
         return Swings(*(values.reshape(cycles, -1, *values.shape[1:]) for values in self))
 
     def path(self, curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
-        """The foot in world axes, and its derivatives by the fraction of the swing.
+        """Return the foot in world axes with derivatives by the fraction of the swing.
 
         Up to the top and down from it by one blend each; along by a third, which waits while
         obstacles are near. On level ground it waits for nothing.
@@ -92,7 +92,7 @@ def plan_swings(
     start: Float[np.ndarray, "swings 3"],
     end: Float[np.ndarray, "swings 3"],
 ) -> Swings:
-    """The swings between footholds that strike nothing and wait least.
+    """Plan the swings between footholds that clear the ground with the shortest waits.
 
     Args:
         terrain: The ground.
@@ -148,7 +148,7 @@ def _ground_along(
 def _widened(
     needed: Float[np.ndarray, "swings places"], aside: Bool[np.ndarray, "swings places"]
 ) -> Float[np.ndarray, "swings places"]:
-    """Heights that count for the neighbouring places too: something may stand in between."""
+    """Return the largest heights of neighbouring places: an edge may lie in between."""
     wide = needed.copy()
     before = np.where(aside[:, 1:], needed[:, :-1], -np.inf)
     after = np.where(aside[:, :-1], needed[:, 1:], -np.inf)
@@ -191,7 +191,7 @@ def _time_to(
     low: Float[np.ndarray, " swings"],
     top: Float[np.ndarray, " swings"],
 ) -> Float[np.ndarray, "swings places"]:
-    """Part of the swing that a foot takes from its lowest point to a height."""
+    """Return the fraction of the swing from the lowest point to a height."""
     lift = np.maximum(top - low, 1e-12)[:, None]
     share = np.clip((height - low[:, None]) / lift, 0.0, 1.0)
     return np.asarray(np.interp(share, blend(curve, _U).position, _U) / 2)

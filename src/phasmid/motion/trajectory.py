@@ -1,4 +1,4 @@
-"""Joint angles over time that somebody else planned or measured."""
+"""Joint trajectories planned or measured elsewhere."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ LARGEST_ANGLE = 2 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
-    """Joint angles of a robot over time, joined by cubic splines: C2, natural at both ends.
+    """Joint angles over time, interpolated by natural cubic splines.
 
     Attributes:
         robot: The robot, L legs.
@@ -75,11 +75,11 @@ class JointTrajectory:
 
     @property
     def is_periodic(self) -> bool:
-        """No: nothing is known of its cycles."""
+        """Return False: a trajectory has no known cycle."""
         return False
 
     def check_planned_for(self, scenario: Scenario) -> None:
-        """Refuse a scenario with another robot than these joints belong to.
+        """Refuse a scenario with another robot.
 
         Raises:
             InvalidInput: The robot differs.
@@ -91,7 +91,7 @@ class JointTrajectory:
             )
 
     def sample(self, time: Float[np.ndarray, " times"]) -> SampledTrajectory:
-        """The joints at other times, with a trunk that waits for its feet to touch the ground.
+        """Return the joints at other times, with a trunk at rest on its lowest feet.
 
         Args:
             time: Times from the trajectory's beginning [s], shape (M,).
@@ -104,7 +104,7 @@ class JointTrajectory:
         return SampledTrajectory(self.robot, time, *self.angles(time), trunk)
 
     def channels(self, time: Float[np.ndarray, " times"]) -> dict[str, np.ndarray]:
-        """What a recording tells of the plan: where the joints shall go, and no more."""
+        """Return the channels of a recording that follow from the trajectory."""
         q, qd, qdd = self.angles(np.asarray(time, dtype=float))
         return {
             "joint_position_target": q,
@@ -113,13 +113,13 @@ class JointTrajectory:
         }
 
     def to_text(self) -> str:
-        """The trajectory as a recording carries it, read by `trajectory_from_text`."""
+        """Return the trajectory as text, which `trajectory_from_text` reads."""
         table = np.column_stack([self.time, self.q.reshape(len(self.time), -1)])
         return base64.b64encode(zlib.compress(table.astype("<f8").tobytes())).decode()
 
     @property
     def duration(self) -> float:
-        """From the first row to the last [s]."""
+        """Duration from the first row to the last [s]."""
         return float(self.time[-1] - self.time[0])
 
     def angles(
@@ -129,7 +129,7 @@ class JointTrajectory:
         Float[np.ndarray, "times legs 3"],
         Float[np.ndarray, "times legs 3"],
     ]:
-        """Joint angles and their first two derivatives at other times.
+        """Return joint angles and their first two derivatives at other times.
 
         Args:
             time: Times from the trajectory's beginning [s], shape (M,); beyond its end the last
@@ -153,7 +153,7 @@ class JointTrajectory:
 
 @dataclass(frozen=True, eq=False)
 class SampledTrajectory:
-    """A trajectory at some times.
+    """Samples of a trajectory.
 
     Attributes:
         robot: The robot, L legs.
@@ -173,7 +173,7 @@ class SampledTrajectory:
 
     @property
     def foot_position(self) -> Float[np.ndarray, "time legs 3"]:
-        """Feet in world axes, if the trunk stayed [m], shape (M, L, 3)."""
+        """Return the feet of a fixed trunk in world axes [m], shape (M, L, 3)."""
         p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
         return rotated(self.trunk.rotation[:, None], p) + self.trunk.position[:, None]
 
@@ -186,7 +186,7 @@ SampledMotion: TypeAlias = Walk | SampledTrajectory
 
 
 def trajectory_from_text(text: str, robot: Robot) -> JointTrajectory:
-    """The trajectory that `JointTrajectory.to_text` wrote.
+    """Read the trajectory of `JointTrajectory.to_text`.
 
     Raises:
         InvalidInput: It is none of this robot.
@@ -202,7 +202,7 @@ def trajectory_from_text(text: str, robot: Robot) -> JointTrajectory:
 
 
 def joint_names(robot: Robot) -> tuple[str, ...]:
-    """Every joint as ``leg.joint``, leg by leg."""
+    """Return the names of all joints as ``leg.joint``."""
     return tuple(f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS)
 
 
@@ -234,7 +234,7 @@ def _check_time(time: Float[np.ndarray, " time"]) -> None:
 
 
 def _first(bad: np.ndarray) -> tuple[int, int]:
-    """Row and column of the first that is bad, of an array with a row per time."""
+    """Return row and column of the first bad value of an array with a row per time."""
     row, column = np.argwhere(bad.reshape(len(bad), -1))[0]
     return int(row), int(column)
 

@@ -1,4 +1,4 @@
-"""Trajectories from files: tables of text, arrays, recordings."""
+"""Trajectory files: CSV, NumPy arrays and recordings."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _joint_columns(heading: list[str]) -> Heading:
 
 
 def _lines(file: IO[str]) -> Iterator[str]:
-    """The lines of a file, none of which can fill the memory."""
+    """Yield the lines of a file, of limited length."""
     for number in itertools.count(1):
         line = file.readline(LONGEST_LINE + 1)
         if len(line) > LONGEST_LINE:
@@ -157,7 +157,7 @@ def _numbers(block: list[list[str]], before: int, width: int, columns: list[int]
 
 
 def _number(cell: str) -> float:
-    """A cell as a number; text is as little a finite number as NaN is."""
+    """Return a cell as a number; NaN for text."""
     try:
         return float(cell)
     except ValueError:

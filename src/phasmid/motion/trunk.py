@@ -1,4 +1,4 @@
-"""How the trunk travels."""
+"""Motion of the trunk."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from phasmid.scenario.stride import StrideTable
 
 
 def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"]) -> Path:
-    """How many steps the body has made; one step lasts as long as a foot stands.
+    """Return the number of steps of the body; one step lasts for the stance of a foot.
 
     Args:
         gait: Tells when feet lift and land.
@@ -49,7 +49,7 @@ def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"])
 def between_events(
     gait: Gait, stride: StrideTable, cycles: Float[np.ndarray, "*batch"]
 ) -> tuple[Float[np.ndarray, "*batch"], Int[np.ndarray, "*batch"], Path]:
-    """The way from the gait's last event, 0, to its next one, 1, by the stride's curve.
+    """Return the progress from the gait's last event, 0, to its next one, 1.
 
     Args:
         gait: Tells when feet lift and land.
@@ -70,7 +70,7 @@ def between_events(
 
 @dataclass(frozen=True, eq=False)
 class TrunkMotion:
-    """Planned motion of the body frame; leading axes as time.
+    """Planned motion of the body frame; leading axes are those of time.
 
     Attributes:
         position: Origin in world axes [m], shape (..., 3).
@@ -106,12 +106,12 @@ class TrunkMotion:
 
     @property
     def angular_velocity(self) -> Float[np.ndarray, "*batch 3"]:
-        """In world axes [rad/s], shape (..., 3)."""
+        """Angular velocity in world axes [rad/s], shape (..., 3)."""
         return self._angular_motion[0]
 
     @property
     def angular_acceleration(self) -> Float[np.ndarray, "*batch 3"]:
-        """In world axes [rad/s²], shape (..., 3)."""
+        """Angular acceleration in world axes [rad/s²], shape (..., 3)."""
         return self._angular_motion[1]
 
     @cached_property
@@ -122,7 +122,7 @@ class TrunkMotion:
 
 
 def trunk_motion(step: Float[np.ndarray, "3"], height: float, steps: Path) -> TrunkMotion:
-    """Motion of the level trunk along the arc that equal steps make.
+    """Return the motion of the level trunk along an arc of equal steps.
 
     Args:
         step: Displacement of one step: forward [m], left [m], turn [rad].

@@ -1,4 +1,4 @@
-"""From a scenario to a walk: the motion of every joint, and whether the robot can make it."""
+"""Planned walks: the motion of every joint of a scenario, checked for feasibility."""
 
 from __future__ import annotations
 
@@ -37,20 +37,19 @@ from phasmid.terrain import Ground
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A planned walk, sampled; `sample` evaluates the same plan at any other times.
+    """Planned walk at sample times; `sample` evaluates the plan at other times.
 
     Attributes:
-        scenario: What is walked.
+        scenario: The scenario.
         robot: The robot with the scenario's variants, L legs.
-        gait: Which legs stand, when.
+        gait: The gait.
         time: Times [s], shape (N,).
         q: Joint angles [rad], shape (N, L, 3).
         qd: Joint velocities [rad/s], shape (N, L, 3).
         qdd: Joint accelerations [rad/s²], shape (N, L, 3).
-        stance: Which feet stand, shape (N, L).
-        trunk: The body's planned motion.
-        course: How trunk and feet travel, at any time; a `Course` where the planner knows that
-            the ground is uneven.
+        stance: Feet that stand, shape (N, L).
+        trunk: Planned motion of the body.
+        course: Motion of trunk and feet at any time; a `Course` on planned uneven ground.
     """
 
     scenario: Scenario
@@ -65,14 +64,14 @@ class Walk:
     course: LevelCourse | Course
 
     def sample(self, time: Float[np.ndarray, " times"]) -> Walk:
-        """This walk, evaluated exactly at other times.
+        """Return this walk at other times, without interpolation.
 
         Args:
             time: Times [s], from 0, shape (M,).
         """
         time, course = np.asarray(time, dtype=float), self.course
         latest = float(time.max(initial=0.0))
-        # A whole number of time steps may be longer than the walk by half of one.
+        # A whole number of time steps may exceed the walk by half a step.
         if isinstance(course, Course) and latest > course.end + self.scenario.simulation.dt:
             terrain = self.scenario.planned_terrain()
             course = plan_course(self.scenario, self.robot, self.gait, terrain, latest)
@@ -80,12 +79,12 @@ class Walk:
 
     @property
     def is_periodic(self) -> bool:
-        """Whether all its cycles are alike, seen from the body: on ground taken for level."""
+        """All cycles are equal in the body frame: the plan is on level ground."""
         return isinstance(self.course, LevelCourse)
 
     @property
     def keeps_heading(self) -> bool:
-        """Whether all its cycles are alike in the world's axes too, but for the way made."""
+        """All cycles are equal in world axes, too, except for translation."""
         return isinstance(self.course, LevelCourse) and float(self.course.step[2]) == 0.0
 
     @property
@@ -95,14 +94,14 @@ class Walk:
         return rotated(self.trunk.rotation[:, None], p) + self.trunk.position[:, None]
 
     def check_planned_for(self, scenario: Scenario) -> None:
-        """Refuse a scenario with another robot, gait or stride than this walk was planned for.
+        """Refuse a scenario with another robot, gait or stride.
 
-        Where it was planned for uneven ground, that must be the same too. Its drive and voltage may
-        differ as long as its servos are quick enough.
+        On planned uneven ground, terrain and footing must be equal, too. Drive and voltage may
+        differ where the servos are fast enough.
 
         Raises:
             InvalidInput: What differs.
-            InfeasibleWalk: A joint would turn faster than that scenario's servos without load.
+            InfeasibleWalk: A joint is faster than the no-load speed of that scenario's servos.
         """
         ours, theirs = self.scenario, scenario
         differs = {
@@ -139,7 +138,7 @@ class Walk:
         """Distance of the centre of mass from the edge of the support polygon [m], shape (N,)."""
         feet = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
         com = centre_of_mass(self.robot, self.q)
-        # Seen from above, with the body's heading ahead.
+        # In the horizontal plane, along the body's heading.
         level = self.trunk.attitude * [1.0, 1.0, 0.0]
         R_heading_body = rotation_rpy(*np.moveaxis(level, -1, 0))
         feet, com = rotated(R_heading_body[:, None], feet), rotated(R_heading_body, com)
@@ -147,19 +146,18 @@ class Walk:
 
 
 def plan(scenario: Scenario) -> Walk:
-    """Plan the walk of a scenario: positions, velocities and accelerations of all joints.
+    """Plan the walk of a scenario.
 
     Args:
-        scenario: The experiment. Its walk begins amid the gait: the legs whose phase is 0 lift at
-            once, and all feet stand where the gait has them.
+        scenario: The scenario. The walk begins in mid-gait: legs of phase 0 lift at once.
 
     Returns:
-        The walk, sampled as the scenario says, both ends of each cycle included.
+        The walk at the samples of the scenario, both ends of each cycle included.
 
     Raises:
         InvalidInput: That is no scenario.
-        InfeasibleWalk: The stride is too long for a leg or too fast for its servos, or the robot
-            would topple; or on uneven ground a leg finds no foothold.
+        InfeasibleWalk: The stride is too long for a leg or too fast for its servos, the robot is
+            not stable, or a leg finds no foothold on uneven ground.
         InvalidRobot: The robot is impossible.
         InvalidGait: The gait does not fit the robot.
     """
@@ -181,14 +179,14 @@ def plan(scenario: Scenario) -> Walk:
 
 
 def _are_one(ours: Scenario, theirs: Scenario) -> bool:
-    """Whether the robots of two scenarios are the same, however each is given."""
+    """Return whether the robots of two scenarios are equal."""
     if ours.robot == theirs.robot:
         return True
     return robot_to_toml(ours.base_robot()) == robot_to_toml(theirs.base_robot())
 
 
 def _is_plain(terrain: Ground) -> bool:
-    """Whether ground is level and everywhere of one friction."""
+    """Return whether ground is level and of one friction."""
     return terrain.is_level and not terrain.patches
 
 

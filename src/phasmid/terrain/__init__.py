@@ -1,4 +1,4 @@
-"""What the robot walks on: height, normal and friction at every point."""
+"""Terrains: height, normal and friction of the ground."""
 
 from phasmid.terrain.blocks import Blocks
 from phasmid.terrain.flat import Flat

@@ -60,7 +60,7 @@ class Blocks:
 
     @property
     def pitch(self) -> float:
-        """From the edge of a block to that of the next [m]."""
+        """Distance between the edges of neighbouring blocks [m]."""
         return self.size + self.gap
 
     @cached_property
@@ -76,7 +76,7 @@ class Blocks:
         return self.start, -self.tops.shape[1] * self.pitch / 2
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Height [m] and no slope, since edges are not told by it."""
+        """Return the height [m] and a slope of zero: edges have none."""
         places = [(w - w0) / self.pitch for w, w0 in zip((u, v), self._corner, strict=True)]
         cells = [np.floor(place) for place in places]
         inside, on_top = np.ones(u.shape, dtype=bool), np.ones(u.shape, dtype=bool)
@@ -91,7 +91,7 @@ class Blocks:
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """The blocks, the ground around the field, and the floor between the blocks."""
+        """Blocks, ground around the field, and floor between the blocks."""
         u0, v0 = self._corner
         u1, v1 = (w + n * self.pitch for w, n in zip((u0, v0), self.tops.shape, strict=True))
         found = [

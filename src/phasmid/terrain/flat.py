@@ -14,6 +14,6 @@ class Flat:
     """Level ground at height 0."""
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Zero everywhere."""
+        """Return zero."""
         del v
         return level(np.zeros(len(u)))

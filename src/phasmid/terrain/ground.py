@@ -1,4 +1,4 @@
-"""A terrain: a shape, laid into the world, and what its surface is like."""
+"""Terrain: a shape in the world with its friction."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_PATCHES = 1000
 
 @dataclass(frozen=True)
 class Patch:
-    """A rectangle of other friction.
+    """Rectangle with its own friction.
 
     Attributes:
         x: From and to, along the terrain [m].
@@ -46,7 +46,7 @@ class Patch:
 
 @dataclass(frozen=True)
 class Ground:
-    """A shape and its friction, turned about the vertical through the origin.
+    """Shape with friction, rotated about the vertical through the origin.
 
     Attributes:
         shape: Height and slope, in the terrain's own axes.
@@ -70,18 +70,18 @@ class Ground:
 
     @property
     def is_level(self) -> bool:
-        """Whether it is level at height 0 everywhere."""
+        """The ground is level at height 0."""
         return isinstance(self.shape, Flat)
 
     @property
     def faces_up(self) -> bool:
-        """Whether its normal is upright everywhere, as far as it has one."""
+        """The normal is vertical wherever it is defined."""
         return isinstance(self.shape, Flat | Blocky)
 
     def surface(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch 2"]]:
-        """Height [m], shape (...), and slope along the world's x and y, shape (..., 2)."""
+        """Return height [m], shape (...), and slope along the world's x and y, shape (..., 2)."""
         shape = np.broadcast_shapes(np.shape(x), np.shape(y))
         height, slope = self.shape.surface(*self._own(x, y))
         if self.yaw:
@@ -93,30 +93,30 @@ class Ground:
     def height(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch"]:
-        """Height of the ground in world axes [m], shape (...)."""
+        """Return the height of the ground in world axes [m], shape (...)."""
         return self.surface(x, y)[0]
 
     def normal(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch 3"]:
-        """Unit vector out of the ground, world axes, shape (..., 3)."""
+        """Return the outward unit normal in world axes, shape (..., 3)."""
         return upright(self.surface(x, y)[1])
 
     def friction(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch"]:
-        """Coefficient of Coulomb friction between foot and ground, shape (...)."""
+        """Return the coefficient of Coulomb friction, shape (...)."""
         shape = np.broadcast_shapes(np.shape(x), np.shape(y))
         u, v = (w[:, None] for w in self._own(x, y))
         low_u, high_u, low_v, high_v, coefficients = self._patches
         inside = (low_u <= u) & (u < high_u) & (low_v <= v) & (v < high_v)
-        # The last patch that holds a point, or the ground without patches, which stands first.
+        # The last patch that contains a point, or the ground itself, which is first.
         last = np.where(inside, self._order, 0).max(axis=1, initial=0)
         return coefficients[last].reshape(shape)
 
     @cached_property
     def _patches(self) -> tuple[np.ndarray, ...]:
-        """Bounds of the patches, each of shape (P,), and all coefficients, shape (1 + P,)."""
+        """Return bounds of the patches, each of shape (P,), and coefficients, shape (1 + P,)."""
         bounds = np.array([(*patch.x, *patch.y) for patch in self.patches]).reshape(-1, 4).T
         return *bounds, np.array([self.coefficient, *(p.coefficient for p in self.patches)])
 
@@ -125,7 +125,7 @@ class Ground:
         return np.arange(1, len(self.patches) + 1)
 
     def _own(self, x: np.ndarray, y: np.ndarray) -> tuple[Places, Places]:
-        """Coordinates in the terrain's own axes [m], in one row."""
+        """Return coordinates in the terrain's axes [m], in one row."""
         if np.shape(x) != np.shape(y):
             x, y = np.broadcast_arrays(x, y)
         x, y = np.ravel(x), np.ravel(y)
@@ -136,7 +136,7 @@ class Ground:
 
 
 def upright(slope: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 3"]:
-    """Unit vectors out of a surface of some slope, shape (..., 3)."""
+    """Return outward unit normals of a surface with slopes, shape (..., 3)."""
     up = 1.0 / np.sqrt(1.0 + slope[..., 0] ** 2 + slope[..., 1] ** 2)
     return np.stack([-slope[..., 0] * up, -slope[..., 1] * up, up], axis=-1)
 

@@ -26,7 +26,7 @@ LONGEST_LINE = 32 * 65536
 
 
 def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns"]:
-    """Heights from a file.
+    """Read heights from a file.
 
     Args:
         path: A grey image (``.png``, ``.jpg``, ``.tif``, ``.pgm``, ``.bmp``; colours count as
@@ -63,7 +63,7 @@ def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns
     except PhasmidError:
         raise
     except Exception as error:
-        # A damaged file can make its reader fail in any way at all.
+        # A damaged file can raise any exception in its reader.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput(
             f'terrain file "{path.name}" cannot be read: {reason[:120]}.',
@@ -84,7 +84,7 @@ def file_hash(path: Path) -> str:
 
 
 def _image(path: Path) -> np.ndarray:
-    """Brightness from 0 to 1."""
+    """Return the brightness from 0 to 1."""
     from PIL import Image
 
     with warnings.catch_warnings():
@@ -110,7 +110,7 @@ def _image(path: Path) -> np.ndarray:
 
 
 def _array(path: Path) -> np.ndarray:
-    """Heights of a NumPy file; its head is read first, and Python objects never are."""
+    """Read heights from a NumPy file, without Python objects."""
     with path.open("rb") as file:
         version = np.lib.format.read_magic(file)
         read = {(1, 0): np.lib.format.read_array_header_1_0}
@@ -130,7 +130,7 @@ def _array(path: Path) -> np.ndarray:
 
 
 def _table(path: Path) -> np.ndarray:
-    """Heights of a table with commas between them."""
+    """Read heights from comma-separated values."""
     # Eight bytes a sample: a list of rows takes a hundred more for each row.
     heights, rows, columns = array("d"), 0, 0
     with path.open("rb") as file:

@@ -1,4 +1,4 @@
-"""Ground whose heights were measured or drawn."""
+"""Height maps."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class HeightMap:
         self._check_between()
 
     def _check_between(self) -> None:
-        """Refuse slopes that lie between the samples, or where the map grows out of the level."""
+        """Refuse slopes above 45° between samples, and on the ramp at the start."""
         rows = self.heights.shape[0]
         i, j = self._steep_cells()
         inside = np.linspace(0.0, 1.0, 5)
@@ -104,7 +104,7 @@ class HeightMap:
             if steep.max() > steepest:
                 at = first + int(np.argmax(steep))
                 steepest = float(steep.max())
-        # A hair beyond 45° is round-off.
+        # Allow for round-off.
         if at < 0 or steepest <= 1 + 1e-9:
             return
         rows, columns = self.heights.shape
@@ -118,7 +118,7 @@ class HeightMap:
         )
 
     def _steep_cells(self) -> tuple[np.ndarray, np.ndarray]:
-        """Cells between samples that could be steeper than 45°, numbered along u and along v."""
+        """Return cells that may be steeper than 45°, numbered along u and v."""
         grid, (rows, columns) = self._grid, self.heights.shape
         strip = max(1, STRIP // (rows + 4))
         steepness, cells = [], []
@@ -137,11 +137,11 @@ class HeightMap:
 
     @cached_property
     def _grid(self) -> Float[np.ndarray, "along across"]:
-        """Heights by place along u and along v, both increasing, with two more beyond each edge."""
+        """Heights by u and v, both increasing, with two more beyond each edge."""
         return np.pad(self.heights[::-1].T, 2, mode="edge")
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Height [m], and slope along u and along v."""
+        """Return height [m], and slope along u and v."""
         share, growth = ramp(u, self.start, RAMP)
         height, slope_u, slope_v = self._between(u, v)
         slope = np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)
@@ -156,7 +156,7 @@ class HeightMap:
         rows, columns = self.heights.shape
         last = np.array([[columns - 1.0], [rows - 1.0]])
         place = np.stack([(u - self.start) / self.cell, v / self.cell + (rows - 1) / 2])
-        # These two leave a place that is no number at the far edge.
+        # These two leave NaN at the far edge.
         place = np.fmax(np.fmin(place, last + 1), -1.0)
         corner = np.minimum(np.floor(place), last)
         t = (place - corner)[..., None]
@@ -168,7 +168,7 @@ class HeightMap:
 
 
 def _largest(values: np.ndarray, width: int) -> np.ndarray:
-    """Largest of so many neighbours along the first axis, wherever all of them are there."""
+    """Return the largest of neighbours along the first axis, where all of them exist."""
     count = len(values) - width + 1
     found = values[:count]
     for k in range(1, width):
@@ -177,7 +177,7 @@ def _largest(values: np.ndarray, width: int) -> np.ndarray:
 
 
 def check_samples(rows: int, columns: int) -> None:
-    """Refuse a height map that is too small or too large, before memory is asked for.
+    """Refuse a height map that is too small or too large, before memory is allocated.
 
     Args:
         rows: Of its grid.

@@ -1,4 +1,4 @@
-"""Height maps as text, so that a scenario can carry its own."""
+"""Height maps as text, for scenarios that contain one."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def height_text(heights: Float[np.ndarray, "rows columns"]) -> str:
 
 
 def heights_from_text(text: str) -> Float[np.ndarray, "rows columns"]:
-    """The heights [m] of such a text.
+    """Return the heights [m] of a text.
 
     Raises:
         InvalidInput: It is not one.

@@ -1,4 +1,4 @@
-"""Rough ground: hills in all directions, the same for the same seed."""
+"""Rough ground: hills in all directions, from a seed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SEEN, LOOKS = 2.4, 96
 
 @dataclass(frozen=True)
 class Rough:
-    """Plane waves of random direction, phase and length, all equally steep, added up.
+    """Sum of plane waves of random direction, phase and length, and equal steepness.
 
     Every point's height is a closed form of its place and the seed; there is no grid.
 
@@ -67,7 +67,7 @@ class Rough:
             )
 
     def _steepest(self) -> float:
-        """Steepest slope found on the ramp and behind it."""
+        """Return the steepest slope on the ramp and behind it."""
         steepest = 0.0
         for length in (RAMP, SEEN):
             u = self.start + np.linspace(0.0, length, LOOKS)
@@ -78,7 +78,7 @@ class Rough:
 
     @cached_property
     def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Wave vectors [rad/m], shape (2, W), phases [rad] and amplitudes [m], shape (W,)."""
+        """Return wave vectors [rad/m], shape (2, W), phases [rad] and amplitudes [m], shape (W,)."""
         random = np.random.default_rng(self.seed)
         angle, phase = random.uniform(0, 2 * np.pi, (2, WAVES))
         length = self.shortest * WIDEST ** random.uniform(0, 1, WAVES)
@@ -87,7 +87,7 @@ class Rough:
         return 2 * np.pi / length * np.stack([np.cos(angle), np.sin(angle)]), phase, amplitude
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Height [m], and slope along u and along v."""
+        """Return height [m], and slope along u and v."""
         hills, slope = np.empty(len(u)), np.empty((len(u), 2))
         for start in range(0, len(u), CHUNK):
             part = slice(start, start + CHUNK)
@@ -100,10 +100,10 @@ class Rough:
     def _set_hills(
         self, u: np.ndarray, v: np.ndarray, hills: np.ndarray, slope: np.ndarray
     ) -> None:
-        """Height without the ramp, and its slopes, written into the last two arguments."""
+        """Write height without the ramp, and its slopes, to the last two arguments."""
         k, phase, amplitude = self._waves
         angle = u[:, None] * k[0] + v[:, None] * k[1] + phase
-        # Summed along the last axis, so that a point's sum does not depend on the others.
+        # The sum along the last axis of a point does not depend on the others.
         hills[:] = (amplitude * np.sin(angle)).sum(axis=-1)
         leaning = amplitude * np.cos(angle)
         slope[:, 0] = (k[0] * leaning).sum(axis=-1)

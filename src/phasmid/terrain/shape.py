@@ -1,4 +1,4 @@
-"""The shape of a terrain, in axes of its own."""
+"""Shapes of terrain in their own axes."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ FAR = 500.0
 
 @runtime_checkable
 class Shape(Protocol):
-    """A surface over the plane of u and v; the walk begins at its origin."""
+    """Surface over the plane of u and v; the walk begins at the origin."""
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Height [m], and slope along u and along v."""
+        """Return height [m], and slope along u and v."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A piece of level ground with upright sides.
+    """Piece of level ground with vertical sides.
 
     Attributes:
         u: From and to [m].
@@ -43,15 +43,15 @@ class Block:
 
 @runtime_checkable
 class Blocky(Protocol):
-    """A shape that is level but for upright sides, which its gradient does not tell."""
+    """Level shape with vertical sides, which its gradient does not contain."""
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """What it is built of; no two overlap."""
+        """Blocks of the shape, without overlap."""
 
 
 def level(height: Places) -> Surface:
-    """A surface of these heights [m] that is level nearly everywhere."""
+    """Return a surface of heights [m] that is level almost everywhere."""
     return height, np.zeros((len(height), 2))
 
 

@@ -1,4 +1,4 @@
-"""A slope."""
+"""Slopes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ STEEPEST = math.radians(45)
 
 @dataclass(frozen=True)
 class Slope:
-    """A plane that rises along u.
+    """Plane that rises along u.
 
     Attributes:
         angle: Of the plane to the level [rad]; below 0 it falls.
@@ -35,7 +35,7 @@ class Slope:
             )
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Height [m], and slope along u and along v."""
+        """Return height [m], and slope along u and v."""
         along, steepness = u, math.tan(self.angle)
         rising = np.full(along.shape, steepness)
         if self.start is not None:

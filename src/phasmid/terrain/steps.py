@@ -1,4 +1,4 @@
-"""Steps: level ground whose height changes at edges across the way."""
+"""Stairs and gaps: level ground whose height changes at edges."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Steps:
 
     @classmethod
     def stairs(cls, start: float, *, rise: float, run: float, count: int) -> Steps:
-        """Equal steps, the first at `start`.
+        """Return equal steps, the first at `start`.
 
         Args:
             start: Place of the first edge [m].
@@ -57,7 +57,7 @@ class Steps:
 
     @classmethod
     def gap(cls, start: float, *, width: float, depth: float) -> Steps:
-        """A ditch across the way.
+        """Return a ditch across u.
 
         Args:
             start: Place of its near edge [m].
@@ -67,14 +67,14 @@ class Steps:
         return cls((start, start + width), (-depth, 0.0))
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Height [m] and no slope, since edges are not told by it."""
+        """Return the height [m] and a slope of zero: edges have none."""
         del v
         heights = np.array([0.0, *self.z])
         return level(heights[np.searchsorted(np.array(self.x), u, side="right")])
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """One block from edge to edge."""
+        """Return one block between edges."""
         edges = (-FAR, *self.x, FAR)
         return tuple(
             Block((edges[i], edges[i + 1]), (-FAR, FAR), top)

@@ -1,4 +1,4 @@
-"""What every terrain tells, to the planner and to the simulation alike."""
+"""Interface of terrains."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from jaxtyping import Float
 
 @runtime_checkable
 class Terrain(Protocol):
-    """Ground over the world's x-y plane; every point of it has one height."""
+    """Ground over the world's x-y plane."""
 
     def height(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch"]:
-        """Height of the ground in world axes [m], shape (...).
+        """Return the height of the ground in world axes [m], shape (...).
 
         Args:
             x: World coordinate [m], shape (...).
@@ -25,9 +25,9 @@ class Terrain(Protocol):
     def normal(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch 3"]:
-        """Unit vector out of the ground, world axes, shape (..., 3)."""
+        """Return the outward unit normal in world axes, shape (..., 3)."""
 
     def friction(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
     ) -> Float[np.ndarray, "*batch"]:
-        """Coefficient of Coulomb friction between foot and ground, shape (...)."""
+        """Return the coefficient of Coulomb friction, shape (...)."""

@@ -1,4 +1,4 @@
-"""Waves across the way."""
+"""Waves."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from phasmid.terrain.shape import Places, Surface
 
 @dataclass(frozen=True)
 class Waves:
-    """A sinusoid along u, which begins in a trough at the height of the level ground before it.
+    """Sinusoid along u, which begins in a trough at the height of level ground.
 
     Attributes:
         wave_height: From trough to crest [m].
@@ -35,7 +35,7 @@ class Waves:
             )
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Height [m], and slope along u and along v."""
+        """Return height [m], and slope along u and v."""
         k = 2 * np.pi / self.wave_length
         phase = k * np.maximum(u - self.start, 0.0)
         height = self.wave_height / 2 * (1 - np.cos(phase))
