@@ -78,7 +78,7 @@ class Rough:
 
     @cached_property
     def _waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return wave vectors [rad/m], shape (2, W), phases [rad] and amplitudes [m], shape (W,)."""
+        """Wave vectors [rad/m], shape (2, W), phases [rad] and amplitudes [m], shape (W,)."""
         random = np.random.default_rng(self.seed)
         angle, phase = random.uniform(0, 2 * np.pi, (2, WAVES))
         length = self.shortest * WIDEST ** random.uniform(0, 1, WAVES)
