@@ -1,4 +1,4 @@
-"""What was seen, kept safely: named channels that carry their units, and files of them."""
+"""Recordings: named channels with units, and their files."""
 
 from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Channel
 from phasmid.recording.file import load_recording, save_recording

@@ -1,4 +1,4 @@
-"""The table of channels: what a recording may hold, in which unit."""
+"""Channels of recordings with units."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WAYS = ("ahead", "left", "turn")
 
 @dataclass(frozen=True)
 class Channel:
-    """One kind of measurement.
+    """Kind of measurement.
 
     Attributes:
         dims: Names of the array's axes.

@@ -1,4 +1,4 @@
-"""Recordings as netCDF-4 files, which appear whole or not at all."""
+"""Recordings as netCDF-4 files, written atomically."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ from phasmid.recording.frames import DamagedRecording, is_log, read_log
 from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
 
 CHECKSUM = b"\nphasmid CRC-32 %08x\n"
-"""End of a file, behind all that belongs to HDF5: the checksum of what precedes it.
+"""Checksum at the end of a file, after the HDF5 data.
 
 HDF5 keeps attributes and its own structure without a checksum, and a bit that is wrong there can
 make it read forever.
 """
 
 DEFLATE_LIMIT = 1100
-"""Deflate shrinks data at most 1032-fold, so a file that claims more is not to be believed."""
+"""Largest ratio of decompression that is accepted; deflate reaches 1032."""
 
 
 def save_recording(recording: Recording, path: str | Path) -> None:
-    """Write a recording to a file; numbers are kept bit by bit.
+    """Write a recording to a file, exactly to the bit.
 
-    The file is written under another name in the same folder, forced to the disk and then renamed,
-    so that a file of this name is always whole. An older file of that name is replaced.
+    The file is written under another name, forced to the disk and renamed. An older file of the
+    name is replaced.
 
     Args:
-        recording: What to keep.
+        recording: The recording.
         path: The file, by custom ``.nc``.
 
     Raises:
-        InvalidInput: That is no recording, or no name of a file.
+        InvalidInput: It is not a recording, or not a file name.
         OutputError: The disk is full, the folder is absent or not writable; nothing is left behind.
     """
     check_recording(recording)
     path = path_of("path", path)
-    # Encoding in memory leaves plain writes as the only thing that can fail.
+    # Encode in memory, so that only the write can fail.
     packed = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
     encoding = {name: packed | {"_FillValue": None} for name in (*recording.data_vars, "time")}
     encoded = recording.to_netcdf(engine="h5netcdf", encoding=encoding)
@@ -56,16 +56,16 @@ def save_recording(recording: Recording, path: str | Path) -> None:
             file.write(encoded)
             file.write(CHECKSUM % zlib.crc32(encoded))
     finally:
-        # A buffer that is collected before its view makes Python 3.13 complain.
+        # Python 3.13 warns where a buffer is collected before its view.
         encoded.release()
 
 
 def write_whole(path: Path, data: bytes | memoryview) -> None:
-    """Write a file that appears whole or not at all.
+    """Write a file atomically.
 
     Args:
         path: The file.
-        data: All of its bytes.
+        data: Its bytes.
 
     Raises:
         OutputError: It cannot be written; nothing is left behind.
@@ -76,7 +76,7 @@ def write_whole(path: Path, data: bytes | memoryview) -> None:
 
 @contextlib.contextmanager
 def whole_file(path: Path) -> Iterator[BinaryIO]:
-    """A file to write to, which appears under its name once all is written, or not at all.
+    """Open a file that appears under its name once it is complete, or not at all.
 
     Args:
         path: The file.
@@ -103,7 +103,7 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
 
 @contextlib.contextmanager
 def new_file(path: Path, *, option: str, force: bool) -> Iterator[Path]:
-    """Yield the name to write a file to; it replaces a file of another process only by force.
+    """Yield a temporary name of a file, which replaces an existing file only by force.
 
     Args:
         path: The file.
@@ -125,12 +125,12 @@ def new_file(path: Path, *, option: str, force: bool) -> Iterator[Path]:
         except FileExistsError:
             raise AlreadyExists(path, option=option) from None
         except OSError:
-            # A file system without links.
+            # The file system has no links.
             if path.exists():
                 raise AlreadyExists(path, option=option) from None
             place.replace(path)
     except OutputError as error:
-        # A message must not name the file that was there only for a moment.
+        # Messages name the final file.
         error.what = error.what.replace(str(place), str(path))
         raise
     except OSError as error:
@@ -140,13 +140,13 @@ def new_file(path: Path, *, option: str, force: bool) -> Iterator[Path]:
 
 
 def cannot_write(path: Path, error: OSError) -> OutputError:
-    """The error for a path that the system refuses to write, in one sentence."""
+    """Return the error of a path that cannot be written."""
     reason = (error.strerror or str(error)).lower()
     return OutputError(f"cannot write {path}: {reason}.")
 
 
 def sync_folder(folder: Path) -> None:
-    """Force a rename to the disk, on systems that let a folder be opened."""
+    """Force a rename to the disk, on systems that can open folders."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -156,7 +156,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def load_recording(path: str | Path) -> Recording:
-    """Read a recording; all of it is in memory and the file is closed.
+    """Read a recording into memory.
 
     Args:
         path: A file that `save_recording` wrote, the log of a run, or a result folder, of which
@@ -166,14 +166,14 @@ def load_recording(path: str | Path) -> Recording:
         InvalidInput: The file is absent, damaged, not a recording, or of a newer format.
 
     Warns:
-        DamagedRecording: A log was cut off, or a bit in it is wrong; what precedes that was read.
+        DamagedRecording: A log is cut off or damaged; the samples before that are returned.
     """
     path = path_of("path", path)
     try:
         if path.is_dir():
             path = _inside(path)
         status = path.stat()
-        # A pipe has no end that could be waited for.
+        # A pipe never ends.
         if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
             raise InvalidInput(f"{path} is not a file.")
         size, log = status.st_size, is_log(path)
@@ -193,7 +193,7 @@ def load_recording(path: str | Path) -> Recording:
     except (PhasmidError, DamagedRecording):
         raise
     except Exception as error:
-        # A damaged file can make the HDF5 reader fail in any way at all.
+        # A damaged file can raise any exception in the HDF5 reader.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput(
             f"{path} is not a recording that can be read: {reason[:160]}.",
@@ -202,7 +202,7 @@ def load_recording(path: str | Path) -> Recording:
 
 
 def _inside(folder: Path) -> Path:
-    """The recording of a result folder."""
+    """Return the recording of a result folder."""
     path = folder / "recording.nc"
     if not path.exists():
         raise InvalidInput(
@@ -213,7 +213,7 @@ def _inside(folder: Path) -> Path:
 
 
 def _check_sum(path: Path, size: int) -> None:
-    """Refuse a file whose bytes are not those that were written, where its end says which."""
+    """Refuse a file whose checksum, where it has one, is wrong."""
     length = len(CHECKSUM % 0)
     with path.open("rb") as file:
         file.seek(max(0, size - length))
@@ -233,7 +233,7 @@ def _check_sum(path: Path, size: int) -> None:
 def _read_netcdf(
     path: Path, size: int
 ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str | int | float]]:
-    """Time, channels and attributes of a netCDF file."""
+    """Read time, channels and attributes of a netCDF file."""
     import h5py
 
     with h5py.File(path, "r") as stored:
@@ -255,7 +255,7 @@ _COORDINATES = {"time", "leg", "leg_name", *COORDINATES}
 
 
 def _own(value: Any) -> str | int | float:
-    """An attribute as Python's own text or number."""
+    """Return an attribute as Python text or number."""
     if isinstance(value, bytes | np.bytes_):
         return value.decode("utf-8")
     if isinstance(value, np.ndarray | np.generic) and value.size == 1:
@@ -330,7 +330,7 @@ def _check_shapes(arrays: Mapping[str, Any], path: Path) -> None:
 
 
 def _read(stored: Any) -> np.ndarray:
-    """A channel's numbers; netCDF keeps yes and no as small numbers."""
+    """Return the numbers of a channel; netCDF stores booleans as small numbers."""
     name = str(stored.name).lstrip("/")
     channel = CHANNELS.get(name)
     if channel is None:

@@ -1,4 +1,4 @@
-"""The format of a log: frames that a cut or a flipped bit cannot make look whole.
+"""Format of a log: frames with checksums.
 
 A log begins with twelve fixed bytes and the version of this format, four bytes, little-endian as
 all that follows. Then come frames: a header of 28 bytes (kind, length of the payload, index of the
@@ -28,7 +28,7 @@ from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.recording.recording import Attributes
 
 MAGIC = b"\x89PHASMID\r\n\x1a\n"
-"""First bytes of a log; a transfer that takes it for text breaks them."""
+"""First bytes of a log; transfers in text mode change them."""
 
 LOG_FORMAT = 1
 """Version of the frames."""
@@ -42,10 +42,10 @@ _FRAME_SIZE = _FRAME.size + 4
 
 
 class DamagedRecording(UserWarning):
-    """A recording that was read only in part; what was lost stands in the message.
+    """A recording was read only in part.
 
     Attributes:
-        wrong: Whether something in it is wrong, and not only missing at its end.
+        wrong: True for damaged bytes, False where only the end is missing.
     """
 
     def __init__(self, message: str, *, wrong: bool) -> None:
@@ -54,16 +54,16 @@ class DamagedRecording(UserWarning):
 
 
 def opening(header: Mapping[str, Any]) -> bytes:
-    """The beginning of a log, before its first samples."""
+    """Return the beginning of a log, before its first samples."""
     return MAGIC + _VERSION.pack(LOG_FORMAT) + json_frame(b"HEAD", header)
 
 
 def frame(kind: bytes, payload: bytes, first: int) -> bytes:
-    """A frame.
+    """Return a frame.
 
     Args:
         kind: ``HEAD``, ``DATA`` or ``DONE``.
-        payload: What it holds.
+        payload: Its content.
         first: Number of samples before it.
     """
     head = _FRAME.pack(kind, len(payload), first, zlib.crc32(payload))
@@ -71,14 +71,14 @@ def frame(kind: bytes, payload: bytes, first: int) -> bytes:
 
 
 def json_frame(kind: bytes, content: Mapping[str, Any], first: int = 0) -> bytes:
-    """A frame that holds JSON."""
+    """Return a frame of JSON."""
     return frame(kind, json.dumps(content, ensure_ascii=False).encode(), first)
 
 
 def header(
     attributes: Attributes, channels: Mapping[str, np.ndarray], samples: int
 ) -> dict[str, Any]:
-    """What the first frame says.
+    """Return the content of the first frame.
 
     Args:
         attributes: Those of the recording if it is cut off.
@@ -99,19 +99,19 @@ def header(
 
 
 def payload(time: Float[np.ndarray, " time"], channels: Mapping[str, np.ndarray]) -> bytes:
-    """Samples as a frame holds them, in the channels' order."""
+    """Return samples as the payload of a frame, in the order of the channels."""
     arrays = [np.ascontiguousarray(time, "<f8")]
     arrays += [np.ascontiguousarray(array, dtype(name)) for name, array in channels.items()]
     return b"".join(array.tobytes() for array in arrays)
 
 
 def dtype(channel: str) -> np.dtype[Any]:
-    """How a log holds a channel's values."""
+    """Return the type of a channel's values in a log."""
     return np.dtype("?" if CHANNELS[channel].kind == "bool" else "<f8")
 
 
 def sample_size(channels: Mapping[str, np.ndarray]) -> int:
-    """Bytes of a sample in a log, its time included.
+    """Return the size of a sample in a log with its time [bytes].
 
     Args:
         channels: At any number of samples, at least one.
@@ -121,13 +121,13 @@ def sample_size(channels: Mapping[str, np.ndarray]) -> int:
 
 
 def is_log(path: Path) -> bool:
-    """Whether a file begins as a log does."""
+    """Return whether a file is a log."""
     with path.open("rb") as file:
         return file.read(len(MAGIC)) == MAGIC
 
 
 def read_log(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, Any]]:
-    """Time, channels and attributes of a log, until its end or until where it is damaged.
+    """Read time, channels and attributes of a log, up to its end or first damage.
 
     Raises:
         InvalidInput: Its beginning is damaged, it is of a newer format, or it holds no sample.
@@ -176,7 +176,7 @@ def read_log(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, A
 
 
 def _finding(name: str, damage: str, count: int, planned: int) -> str:
-    """What is wrong with a log, in one sentence."""
+    """Return the damage of a log in a sentence."""
     if damage and damage != "ends":
         return f"{name} frame {count} {damage}; frames 0 to {count - 1} were read."
     cut = "ends mid-frame" if damage else "has no end"
@@ -202,7 +202,7 @@ def _check_version(stored: bytes, path: Path) -> None:
 
 
 class _Frames(Iterator[tuple[bytes, int, bytes]]):
-    """The whole frames of a file: kind, number of samples before it, payload.
+    """Complete frames of a file: kind, number of samples before it, payload.
 
     Attributes:
         damage: Why there are no more: empty at the file's end, ``ends`` where it ends amid a
@@ -225,7 +225,7 @@ class _Frames(Iterator[tuple[bytes, int, bytes]]):
             self.damage = "fails its checksum"
             raise StopIteration
         kind, length, first, sum_of_payload = _FRAME.unpack(head[: _FRAME.size])
-        # Memory is asked for only where the file holds as much.
+        # Allocate only where the file has as many bytes.
         if length > self._size - self._file.tell():
             self.damage = "ends"
             raise StopIteration
@@ -237,7 +237,7 @@ class _Frames(Iterator[tuple[bytes, int, bytes]]):
 
 
 class _Layout:
-    """Where each channel stands in a frame's payload, as the log's beginning says."""
+    """Layout of the channels in the payload of a frame."""
 
     def __init__(self, said: Mapping[str, Any], path: Path, size: int) -> None:
         self._shapes: dict[str, tuple[int, ...]] = {"time": ()}
@@ -265,14 +265,14 @@ class _Layout:
         )
 
     def room(self, size: int) -> dict[str, np.ndarray]:
-        """Arrays for all the samples that a file of that size can hold [bytes]."""
+        """Return arrays for all samples that fit a file of some size [bytes]."""
         return {
             name: np.empty((size // self.size, *shape), self._dtypes[name])
             for name, shape in self._shapes.items()
         }
 
     def fill(self, room: Mapping[str, np.ndarray], at: int, content: bytes) -> None:
-        """Put a frame's samples to their place."""
+        """Copy the samples of a frame to the arrays."""
         count, start = len(content) // self.size, 0
         for name, shape in self._shapes.items():
             length = count * math.prod(shape)
@@ -282,7 +282,7 @@ class _Layout:
 
 
 def _shape(shape: Any, dims: tuple[str, ...], name: str, size: int) -> tuple[int, ...]:
-    """A channel's shape at one sample, checked before memory is asked for."""
+    """Return the shape of a channel at one sample, checked before memory is allocated."""
     legs = shape[0] if isinstance(shape, list) and shape and dims[1] == "leg" else 0
     wanted = [legs if dim == "leg" else len(COORDINATES[dim]) for dim in dims[1:]]
     if shape != wanted or any(type(n) is not int or not 0 < n <= size for n in wanted):

@@ -1,4 +1,4 @@
-"""A recording that is written to a file while it is made."""
+"""Logs: recordings written during a run."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from phasmid.recording.frames import frame, header, json_frame, opening, payload
 from phasmid.recording.recording import Attributes
 
 SYNC_INTERVAL = 0.5
-"""Longest wall time between two times that a log is forced to the disk [s]."""
+"""Interval at which a log is forced to the disk [s]."""
 
 
 class RecordingLog:
-    """A recording's file that grows while the recording is made.
+    """Log of a run.
 
-    The file appears under its name with its first samples. What was appended outlives the process
-    at once, and the machine's power as soon as it is acknowledged.
+    The file appears under its name with its first samples. Appended samples survive the process at
+    once, and a power failure as soon as they are acknowledged.
 
     Attributes:
         path: The file.
-        acknowledged: Number of samples that are forced to the disk.
+        acknowledged: Number of samples forced to the disk.
     """
 
     def __init__(
@@ -49,9 +49,9 @@ class RecordingLog:
 
         Args:
             path: The file.
-            first: Channels at some samples, from which names and shapes are taken.
-            attributes: Those of the recording if it is cut off.
-            time: Of all the samples that are to come [s].
+            first: Channels at some samples, for names and shapes.
+            attributes: Attributes of the recording if it is cut off.
+            time: Times of all planned samples [s].
             force: Whether an older file of that name is replaced.
 
         Raises:
@@ -92,7 +92,7 @@ class RecordingLog:
 
         Args:
             time: Their times [s].
-            channels: Those that the log was prepared for.
+            channels: The channels of the log.
 
         Raises:
             OutputError: They cannot be written; the log ends before them.
@@ -107,10 +107,10 @@ class RecordingLog:
         self._done += len(time)
 
     def finish(self, attributes: Attributes) -> None:
-        """Add how the recording ended; nothing can be appended after that.
+        """Add the end of the recording; nothing can be appended after it.
 
         Args:
-            attributes: They replace those of the same names.
+            attributes: Attributes, which replace those of the same names.
 
         Raises:
             OutputError: It cannot be written, or forced to the disk, or another run has replaced
@@ -152,11 +152,11 @@ class RecordingLog:
             )
 
     def _appear(self) -> None:
-        """Give the file its name: it holds its first samples."""
+        """Rename the file, which has its first samples."""
         self._file.close()
         check_log(self.path, force=self._force)
         self._partial.replace(self.path)
-        # A file outlives the machine's power with its name alone, and that with its folder's.
+        # A file survives a power failure only with its name, and with its folder's name.
         for folder in (self.path, *self._made):
             sync_folder(folder.parent)
         self._file = self.path.open("r+b", buffering=0)
@@ -164,7 +164,7 @@ class RecordingLog:
         self._syncing.start()
 
     def _discard(self) -> None:
-        """Leave nothing behind."""
+        """Delete the file."""
         self._stop_syncing()
         if self._file:
             self._file.close()
@@ -172,7 +172,7 @@ class RecordingLog:
             self._partial.unlink()
 
     def _write(self, content: bytes) -> None:
-        """Write a frame whole, or take back what was written of it."""
+        """Write a complete frame, or truncate the file to its end before."""
         rest = memoryview(content)
         try:
             while rest:
@@ -185,7 +185,7 @@ class RecordingLog:
         self._size += len(content)
 
     def _sync_now_and_then(self) -> None:
-        """Force the file to the disk, beside the run: it would wait for the disk."""
+        """Force the file to the disk from a thread, so that the run does not wait."""
         while not self._closing.wait(SYNC_INTERVAL):
             self._sync()
 
@@ -197,7 +197,7 @@ class RecordingLog:
     def _sync(self) -> None:
         done = self._done
         if self._failure:
-            # The system tells of lost data once; a later call would succeed and mean nothing.
+            # The system reports lost data once; a later call succeeds.
             return
         try:
             os.fsync(self._file.fileno())

@@ -1,4 +1,4 @@
-"""Build a recording, which cannot be malformed."""
+"""Construction and validation of recordings."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ def new_recording(
     *,
     own: bool = False,
 ) -> Recording:
-    """Put what was seen in its place.
+    """Return a recording of arrays.
 
     Args:
         time: Time of each sample [s], increasing, shape (N,).
         channels: Arrays by channel name, in the channels' units and shapes; see `CHANNELS`.
-            What was not seen is left out.
-        attributes: Where it comes from: the scenario and robot as text, versions, how it ended.
+            Absent channels are left out.
+        attributes: Scenario and robot as text, versions, and the end of the run.
             A JSON list of text in ``leg_names`` becomes the coordinate ``leg_name`` along ``leg``.
-        own: Whether the recording may keep these arrays; else it has copies.
+        own: Keep these arrays instead of copies.
 
     Returns:
         A dataset with coordinates, units and the format's version.
@@ -79,7 +79,7 @@ def new_recording(
 
 
 def check_recording(recording: object) -> None:
-    """Refuse what is no recording.
+    """Refuse another type than a recording.
 
     Raises:
         InvalidInput: It is something else, or a dataset without time.
@@ -123,7 +123,7 @@ def _checked_time(time: np.ndarray) -> np.ndarray:
 
 
 def _checked(name: str, array: np.ndarray, copy: bool) -> np.ndarray:
-    """An array in the channel's type; values that are not finite are kept as what was seen."""
+    """Return an array in the channel's type; values may be NaN or infinite."""
     array, kind = np.asarray(array), CHANNELS[name].kind
     if array.dtype.kind not in ("b" if kind == "bool" else "fiu"):
         wanted = "true or false" if kind == "bool" else "real numbers"
@@ -132,7 +132,7 @@ def _checked(name: str, array: np.ndarray, copy: bool) -> np.ndarray:
 
 
 def _leg_count(arrays: Mapping[str, np.ndarray]) -> int | None:
-    """Legs of the first channel that has any."""
+    """Return the number of legs of the first channel with legs."""
     for name, array in arrays.items():
         if "leg" in CHANNELS[name].dims and array.ndim >= 2:
             return int(array.shape[1])

@@ -1,4 +1,4 @@
-"""Recordings as ROS 2 messages in an MCAP file, for Foxglove and the tools of ROS."""
+"""Recordings as ROS 2 messages in MCAP files, for Foxglove and ROS tools."""
 
 from __future__ import annotations
 
@@ -155,20 +155,20 @@ def names_of_legs(recording: Recording, names: Sequence[str] | None) -> Sequence
 
 
 def rows_at(time: np.ndarray, rate: float) -> np.ndarray:
-    """Samples to write: the first of each interval of 1/rate.
+    """Return the first sample of each interval of 1/rate.
 
     Args:
         time: Of all samples [s].
         rate: Most samples a second [1/s].
     """
-    # A nanosecond: a sample that is due counts, whatever the last digit of its time says.
+    # Allow one nanosecond of round-off.
     number = np.floor((time - time[0]) * rate + 1e-9 * rate)
     rows: np.ndarray = np.flatnonzero(np.diff(number, prepend=-1.0) > 0)
     return rows
 
 
 def _definition(kind: str) -> str:
-    """A message's definition with those of all its parts."""
+    """Return the definition of a message with those of its parts."""
     text, found, pending = _MESSAGES[kind], [], [_MESSAGES[kind]]
     while pending:
         for line in pending.pop().splitlines():
@@ -184,7 +184,7 @@ def _definition(kind: str) -> str:
 def _messages(
     arrays: dict[str, np.ndarray], row: int, names: Sequence[str], ns: int
 ) -> Iterator[Message]:
-    """All messages of one sample."""
+    """Yield all messages of one sample."""
     stamp = {"sec": ns // 10**9, "nanosec": ns % 10**9}
     world, body = ({"stamp": stamp, "frame_id": frame} for frame in (WORLD, BODY))
     joints = [f"{leg}.{joint}" for leg in names for joint in JOINTS]
@@ -209,7 +209,7 @@ def _messages(
     if "body_position" in arrays and "body_orientation" in arrays:
         yield from _body_messages(arrays, row, world)
     if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= set(arrays):
-        # A covariance that begins with 0 is one that is not known.
+        # A covariance that begins with 0 is unknown.
         content = {"header": body, "orientation": _quaternion(arrays["imu_orientation"][row])}
         content |= {
             "angular_velocity": _vector(arrays["imu_angular_velocity"][row]),
@@ -264,7 +264,7 @@ def _quaternion(values: np.ndarray) -> dict[str, float]:
 
 
 def _in_body(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """A vector of the world in the axes of a body of that orientation."""
+    """Return a world vector in the axes of a body of an orientation."""
     w, u = quaternion[0], -quaternion[1:]
     turned: np.ndarray = vector + 2 * np.cross(u, np.cross(u, vector) + w * vector)
     return turned

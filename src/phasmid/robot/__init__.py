@@ -1,4 +1,4 @@
-"""What the machine is: a body, its legs, their links and servos."""
+"""The robot: body, legs, links and servos."""
 
 from phasmid.robot.appearance import Appearance, Part
 from phasmid.robot.file import load_robot, load_servo, preset_names, robot_to_toml, servo_names

@@ -1,4 +1,4 @@
-"""What a robot looks like: coloured meshes, link by link; physics knows nothing of them."""
+"""Appearance of a robot: coloured meshes of its links, without effect on physics."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MOST_FACES = 5_000_000
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One rigid piece of a link: a triangle mesh of one colour, in the link's frame.
+    """Rigid part of a link: a triangle mesh of one colour, in the link's frame.
 
     Attributes:
         vertices: Corners [m], shape (V, 3).
@@ -65,14 +65,14 @@ class Part:
         object.__setattr__(self, "faces", faces)
 
     def at(self, X: Float[np.ndarray, "4 4"]) -> Part:
-        """The part moved by a pose, such as ``X_link_part``."""
+        """Return the part transformed by a pose, such as ``X_link_part``."""
         moved = self.vertices @ X[:3, :3].T + X[:3, 3]
         return Part(moved, self.faces, self.color, self.name)
 
 
 @dataclass(frozen=True, eq=False)
 class Appearance:
-    """The look of a robot's links, read from its file when it is first asked for.
+    """Meshes of a robot's links, read from the file at the first access.
 
     A link is called ``body``, or ``LEG.coxa``, ``LEG.femur`` and ``LEG.tibia`` after its leg;
     ``coxa``, ``femur`` and ``tibia`` alone stand for every leg that has none of its own. Frames
@@ -88,12 +88,12 @@ class Appearance:
 
     @classmethod
     def of(cls, parts: Mapping[str, tuple[Part, ...]], name: str = "") -> Appearance:
-        """The look that is made of parts at hand."""
+        """Return the appearance of parts."""
         return cls(lambda: parts, name)
 
     @classmethod
     def from_file(cls, path: Path) -> Appearance:
-        """The look that is kept in a ``.glb`` file, which is read when it is needed."""
+        """Return the appearance in a ``.glb`` file, which is read at the first access."""
         return cls(lambda: read_glb(path), path.name)
 
     @cached_property
@@ -106,7 +106,7 @@ class Appearance:
         return self.read()
 
     def link(self, leg: str, joint: str) -> tuple[Part, ...]:
-        """Parts of a leg's link, its own or those that all legs share; none where it has none.
+        """Return the parts of a leg's link, its own or the shared ones.
 
         Args:
             leg: Name of the leg.
@@ -121,7 +121,7 @@ class Appearance:
 
 
 def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
-    """The parts in a binary glTF file, whose nodes are called ``LINK/PART``.
+    """Read the parts of a binary glTF file with nodes named ``LINK/PART``.
 
     Raises:
         InvalidInput: It is absent, too large or no such file.
@@ -145,7 +145,7 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
 
 
 def _any_meshes(raw: bytes, name: str) -> list[PlainMesh]:
-    """The meshes of any file, as they stand in its own frame.
+    """Read the meshes of any file in its own frame.
 
     Raises:
         InvalidInput: It is no such file.
@@ -161,7 +161,7 @@ def _any_meshes(raw: bytes, name: str) -> list[PlainMesh]:
             for node, X, mesh in ((n, X, scene.geometry[geometry]) for n, X, geometry in found)
         ]
     except Exception as error:
-        # The reader of meshes complains in many ways of its own.
+        # The mesh reader raises many kinds of exceptions.
         raise InvalidInput(f"{name} is no binary glTF file: {error}.") from None
     placed = [
         (node, Part(np.asarray(vertices), np.asarray(faces), color, node.partition("/")[2]).at(X))
@@ -186,7 +186,7 @@ def _color(mesh: Any) -> tuple[float, float, float, float]:
 
 
 def glb(parts: Mapping[str, tuple[Part, ...]]) -> bytes:
-    """Parts of links as a binary glTF file that `read_glb` reads back, in single precision."""
+    """Return parts as a binary glTF file for `read_glb`, in single precision."""
     import trimesh as library
 
     # Its own annotations are partial.

@@ -1,4 +1,4 @@
-"""Robot files: TOML in and out."""
+"""Robot files in TOML."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ MOST_SHARED = 1000
 
 
 def preset_names() -> tuple[str, ...]:
-    """Names of the robots that come with phasmid."""
+    """Return the names of the preset robots."""
     return toml.preset_names("phasmid.robot")
 
 
 def servo_names() -> tuple[str, ...]:
-    """Names of the servos that a robot file can name."""
+    """Return the names of the known servos."""
     return tuple(known_servos())
 
 
 def load_servo(name: str) -> Servo:
-    """A servo by its maker's name, one of `servo_names`.
+    """Return a servo by its name, one of `servo_names`.
 
     Raises:
         InvalidInput: There is no such servo.
@@ -97,7 +97,7 @@ def robot_from_table(
 
 
 def _appearance(name: str | None, folder: Path | None) -> Appearance | None:
-    """The look in a file beside the robot's, or else among those that come with phasmid.
+    """Return the appearance in a file beside the robot's, or of a preset.
 
     A recording carries its robot as text alone: where the file is not at hand, the robot walks
     all the same.
@@ -112,14 +112,14 @@ def _appearance(name: str | None, folder: Path | None) -> Appearance | None:
 
 
 def _locator(path: Path, content: str) -> Locator:
-    """Where a value stands: in the table of its leg, or in ``[leg]``, which all legs share."""
+    """Return the place of a value: the table of its leg, or the shared table ``[leg]``."""
 
     def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
         line, depth = line_of(content, loc)
         if loc[:1] == ("legs",) and len(loc) > 2:
             shared = ("leg", *loc[2:])
             shared_line, shared_depth = line_of(content, shared)
-            # Two keys lead to a leg's own table, one to the shared one.
+            # Two keys lead to a leg's own table, one to the shared table.
             if shared_depth - 1 > depth - 2:
                 line, loc = shared_line, shared
         return dotted(loc), f"{path.name}, line {line}" if line else path.name
@@ -128,7 +128,7 @@ def _locator(path: Path, content: str) -> Locator:
 
 
 def _merged(raw: dict[str, Any]) -> dict[str, Any]:
-    """The file's table with ``[leg]`` spread over every leg."""
+    """Return the file's table with ``[leg]`` merged into every leg."""
     raw = dict(raw)
     shared, legs = raw.pop("leg", {}), raw.get("legs", {})
     if not isinstance(shared, Mapping) or not isinstance(legs, Mapping):
@@ -155,10 +155,10 @@ def _count(table: Mapping[str, Any]) -> int:
 
 
 def _overlay(shared: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """One table over another; a key replaces the shared one of any unit."""
+    """Merge two tables; a key replaces the shared one of any unit."""
     names = {split_unit(key)[0] for key in own}
     if names & {"neutral_foot", "home"}:
-        # Either of the two says where the foot stands.
+        # Either of the two places the foot.
         names |= {"neutral_foot", "home"}
     merged = {key: value for key, value in shared.items() if split_unit(key)[0] not in names}
     for key, value in own.items():
@@ -192,7 +192,7 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
     for joint in JOINTS:
         link, length = getattr(table.links, joint), getattr(table, joint)
         with located(at(joint)):
-            # Before the link, which would not name its leg.
+            # Before the link, whose message has no leg.
             check_length(length, f"leg {name}: {joint}", joint, may_be_zero=joint == "coxa")
         with located(at("links", joint)):
             com = [length / 2, 0.0, 0.0] if link.com is None else link.com
@@ -301,7 +301,7 @@ def robot_to_toml(robot: Robot) -> str:
 
 
 def servo_table(servo: Servo) -> list[str]:
-    """A servo as the lines of a table ``[servo]``, every number as it is."""
+    """Return a servo as the lines of a table ``[servo]``, with exact numbers."""
     return [
         "[servo]",
         f"name = {toml_string(servo.name)}",

@@ -1,4 +1,4 @@
-"""What a binary glTF file claims of itself, weighed before anything in it is unpacked."""
+"""Check of the sizes that a binary glTF file declares, before it is unpacked."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def chunks(raw: bytes) -> tuple[dict[str, Any], memoryview]:
 
 
 def _counts(told: dict[str, Any], held: int, name: str, most_bytes: int) -> list[int]:
-    """Elements of each array, all of which lie in the file."""
+    """Return the number of elements of each array, all inside the file."""
     views = told.get("bufferViews", [])
     for view in views:
         _at([0], view["buffer"])
@@ -154,7 +154,7 @@ def _mesh(mesh: dict[str, Any], counts: list[int]) -> _Size:
 
 
 def _nodes(told: dict[str, Any], name: str) -> list[dict[str, Any]]:
-    """The nodes, which form trees."""
+    """Return the nodes, which form trees."""
     nodes: list[dict[str, Any]] = told.get("nodes", [])
     if len(nodes) > MOST_NODES:
         raise _too_many(name, MOST_NODES, "nodes")
@@ -183,5 +183,5 @@ def _whole(number: Any) -> int:
 
 
 def _at(items: list[Any], index: Any) -> Any:
-    """An item by its number, which is none counted from the end."""
+    """Return an item by its number, which must not be negative."""
     return items[_whole(index)]

@@ -1,4 +1,4 @@
-"""One leg: three links, where it is mounted and where its foot likes to stand."""
+"""A leg: three links, their mount on the body, and the neutral foot."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ WIDEST_LIMIT = 4 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A leg of three links: a coxa, and a femur and a tibia that move in the coxa's plane.
+    """Leg of three links: a coxa, and a femur and a tibia that move in the coxa's plane.
 
     With lateral offsets of its links, femur, tibia or foot are beside that plane.
 
@@ -112,7 +112,7 @@ class Leg:
                     f"{widest / (2 * math.pi):.1f} turns; they must be within two turns.",
                     hint=f"{joint}_deg = [{lower:.4g}, {upper:.4g}], if these are degrees",
                 )
-        # Around the line behind the hip the coxa angle jumps by a turn.
+        # Behind the hip the coxa angle jumps by a turn.
         if self.neutral_foot[0] < NEAREST_FOOT:
             raise InvalidRobot(
                 f"{what}: neutral foot lies {units.text(self.neutral_foot[0], 'mm')} along its "
@@ -138,12 +138,12 @@ class Leg:
 
     @property
     def is_tilted(self) -> bool:
-        """Whether the hip has a pitch or a roll."""
+        """The hip has a pitch or a roll."""
         return bool(self.mount_pitch or self.mount_roll)
 
     @cached_property
     def R_level_hip(self) -> Float[np.ndarray, "3 3"]:
-        """The hip's tilt, Ry(pitch) Rx(roll): its axes beside a level frame of the same yaw."""
+        """Tilt of the hip, Ry(pitch) Rx(roll), relative to a level frame of equal yaw."""
         cp, sp = math.cos(self.mount_pitch), math.sin(self.mount_pitch)
         cr, sr = math.cos(self.mount_roll), math.sin(self.mount_roll)
         rows = [[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]]

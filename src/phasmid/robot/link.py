@@ -1,4 +1,4 @@
-"""One rigid link of a leg, which must be a body that can exist."""
+"""Rigid links, checked for physical plausibility."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGEST_MASS = 200.0
 
 
 def frozen_array(values: object, shape: tuple[int, ...], what: str) -> np.ndarray:
-    """A read-only float array of the given shape, or a sentence that says what is wrong."""
+    """Return a read-only array of floats of a shape, or refuse it in a sentence."""
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError):
@@ -112,13 +112,13 @@ def check_inertia(
 
 
 def solid_box(size: Sequence[float], mass: float) -> Float[np.ndarray, "3 3"]:
-    """Inertia of a solid box about its middle, in its own axes [kg·m²], shape (3, 3).
+    """Return the inertia of a solid box about its centre, in its axes [kg·m²], shape (3, 3).
 
     Args:
         size: Its sides along x, y and z [m].
         mass: Mass [kg].
     """
-    # Python's own numbers become infinite without a warning.
+    # Python's floats overflow without a warning.
     a, b, c = (float(side) * float(side) for side in size)
     mass = float(mass)
     return np.diag([(b + c) * mass / 12, (a + c) * mass / 12, (a + b) * mass / 12])
@@ -126,7 +126,7 @@ def solid_box(size: Sequence[float], mass: float) -> Float[np.ndarray, "3 3"]:
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """A coxa, femur or tibia, in its own Denavit-Hartenberg frame (x along the link).
+    """Coxa, femur or tibia in its Denavit-Hartenberg frame (x along the link).
 
     Attributes:
         name: ``coxa``, ``femur`` or ``tibia``.
@@ -166,9 +166,9 @@ class Link:
         check_mass(self.mass, f"{what}: mass")
         object.__setattr__(self, "com", frozen_array(self.com, (3,), f"{what}: com"))
         object.__setattr__(self, "inertia", frozen_array(self.inertia, (3, 3), f"{what}: inertia"))
-        # Servos sit beside a short link, so the bound has a floor of their own size.
+        # Servos are beside a short link: their size is the least bound.
         size = max(math.hypot(self.length, self.lateral_offset), 0.04)
-        # Unlike a norm of NumPy, these never overflow.
+        # Unlike a norm of NumPy, hypot does not overflow.
         offset = math.dist(self.com, (self.length / 2, 0.0, 0.0))
         if offset > 1.5 * size:
             raise InvalidRobot(

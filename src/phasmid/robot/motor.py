@@ -1,4 +1,4 @@
-"""A direct-current motor behind gears that lose more the more they carry."""
+"""Direct-current motor with gears of load-dependent friction."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from phasmid.errors import InvalidRobot
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor and its gears, all seen at the output.
+    """Motor and gears, with all quantities at the output.
 
     Its current is i = (u - k w) / R under the voltage u at the speed w, its torque k i. Of that
     the gears lose c1 |k i| + c0 to friction that opposes the motion, and b w.
@@ -40,7 +40,7 @@ class Motor:
         coulomb: float,
         viscous: float,
     ) -> Motor:
-        """The motor that has both points of a data sheet exactly.
+        """Return the motor with the stall and no-load points of a data sheet.
 
         At stall k i (1 - c1) - c0 is the torque with i = V/R. Without load the current i0 obeys
         k i0 (1 - c1) = c0 + b w0 and R i0 + k w0 = V. These are two linear equations in turn: the
@@ -77,7 +77,7 @@ class Motor:
         return cls(voltage / stall_current, constant, 1 - kept, coulomb, viscous)
 
     def stall_torque(self, voltage: float) -> float:
-        """Largest torque at the output at standstill [N·m], as it lifts a load.
+        """Return the stall torque at the output [N·m] when it lifts a load.
 
         Args:
             voltage: At the winding [V].
@@ -96,7 +96,7 @@ class Motor:
         return (self.coulomb + drag * voltage) / (kept + drag * self.resistance)
 
     def no_load_speed(self, voltage: float) -> float:
-        """Speed of the unloaded output [rad/s].
+        """Return the no-load speed of the output [rad/s].
 
         Args:
             voltage: At the winding [V].

@@ -1,4 +1,4 @@
-"""Binary glTF files of the plain kind that phasmid writes, read without a library of meshes."""
+"""Simple binary glTF files, as phasmid writes them, read without a mesh library."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TRIANGLES = 4
 
 
 class PlainMesh(NamedTuple):
-    """A mesh that stands in the file's own frame.
+    """Mesh in the frame of its file.
 
     Attributes:
         node: Name of the one node that shows it.
@@ -34,7 +34,7 @@ class PlainMesh(NamedTuple):
 
 
 def plain_meshes(raw: bytes) -> list[PlainMesh] | None:
-    """The meshes of a plain file, in the order of their nodes' names; None of any other.
+    """Return the meshes of a simple file in the order of node names; None for others.
 
     A library that reads them all takes longer to import than a page of a run to draw.
 
@@ -67,7 +67,7 @@ def _mesh(told: dict[str, Any], data: memoryview, node: dict[str, Any]) -> Plain
     color = told["materials"][piece["material"]]["pbrMetallicRoughness"]["baseColorFactor"]
     if vertices is None or faces is None or not all(0 <= c <= 1 for c in color):
         return None
-    # As in all of such files a colour has 256 steps.
+    # Colours have 256 levels.
     r, g, b, a = (round(255 * c) / 255 for c in color)
     corners = vertices.reshape(-1, 3).astype(float)
     return PlainMesh(node["name"], corners, faces.reshape(-1, 3).astype(np.int64), (r, g, b, a))
@@ -76,7 +76,7 @@ def _mesh(told: dict[str, Any], data: memoryview, node: dict[str, Any]) -> Plain
 def _array(
     told: dict[str, Any], data: memoryview, number: int, code: int, shape: str
 ) -> np.ndarray | None:
-    """The numbers of an array that lies in one piece and is of a kind; None of another kind."""
+    """Return the numbers of a contiguous array of a type; None for others."""
     array = told["accessors"][number]
     view = told["bufferViews"][array["bufferView"]]
     if (array["componentType"], array["type"]) != (code, shape):

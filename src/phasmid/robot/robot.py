@@ -1,4 +1,4 @@
-"""The whole machine: a trunk, its legs and their servos."""
+"""The robot: trunk, legs and servos."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ HEXAPOD_LEGS = (
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The trunk; its frame has x forward, y left, z up, its origin amid the coxa axes.
+    """Trunk; its frame has x forward, y left, z up, and its origin amid the coxa axes.
 
     Attributes:
         mass: Mass [kg].
@@ -56,7 +56,7 @@ class Body:
         for measure, name in zip(self.size, ("length", "width", "height"), strict=True):
             check_length(float(measure), f"body: {name}", "size")
         size = float(self.size.max())
-        # Unlike a norm of NumPy, this never overflows.
+        # Unlike a norm of NumPy, hypot does not overflow.
         if math.hypot(*self.com) > size:
             raise InvalidRobot(
                 f"body: centre of mass lies {math.hypot(*self.com):.2g} m from the origin of "
@@ -70,7 +70,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class LegArrays:
-    """The legs' numbers side by side, for computing all legs at once; L legs, 3 links each.
+    """Parameters of all legs in arrays; L legs, 3 links each.
 
     Attributes:
         lengths: Link lengths [m], shape (L, 3).
@@ -97,15 +97,15 @@ class LegArrays:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A walking robot with four or more legs of three joints each.
+    """Legged robot with four or more legs of three joints each.
 
     Attributes:
         name: Short name, also of its result folder.
         body: The trunk.
         legs: The legs; leg number i of the paper is ``legs[i - 1]``.
-        servo: The motor of every joint.
-        description: One or two sentences: what it is and where its numbers come from.
-        appearance: What its links look like; None where nobody said so.
+        servo: Servo of every joint.
+        description: One or two sentences, with the source of the numbers.
+        appearance: Meshes of the links, or None.
 
     Raises:
         InvalidRobot: Fewer than four legs, or two legs of one name or one hip.
@@ -151,7 +151,7 @@ class Robot:
         return self.body.mass + float(self.arrays.mass.sum())
 
     def leg(self, name: str | int) -> Leg:
-        """The leg of this name, or of this number counted from 1.
+        """Return the leg of a name, or of a number from 1.
 
         Raises:
             InvalidRobot: There is no such leg.
@@ -171,7 +171,7 @@ class Robot:
 
     @cached_property
     def arrays(self) -> LegArrays:
-        """The legs' numbers side by side."""
+        """Parameters of all legs."""
         legs = self.legs
 
         def stack(rows: list[object]) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A joint's servo: what its motor and gears can give, and how it holds a position."""
+"""Servos: motor, gears and position law."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LONGEST_DELAY = 0.2
 
 @dataclass(frozen=True)
 class Servo:
-    """A position servo, by the numbers of its data sheet.
+    """Position servo with the numbers of its data sheet.
 
     The first ones serve the ideal servo and the limits of plan and report, the others the drive
     ``servo``, which imitates the servo's own inner law. What a table leaves out of those is as of
@@ -186,25 +186,23 @@ class Servo:
 
     @property
     def rotor_inertia(self) -> float:
-        """The armature [kg·m²]; where it is 0, the stall torque over the no-load speed times
-        `ROTOR_TIME`.
-        """
+        """Armature [kg·m²]; by default stall torque over no-load speed times `ROTOR_TIME`."""
         return self.armature or ROTOR_TIME * self.stall_torque / self.no_load_speed
 
     @property
     def highest_voltage(self) -> float:
-        """Supply above which nothing vouches for the servo [V]."""
+        """Highest supply voltage of the data sheet [V]."""
         return self.rated_voltage if self.maximum_voltage is None else self.maximum_voltage
 
     @property
     def continuous(self) -> float:
-        """Torque that the servo holds without an end [N·m]."""
+        """Continuous torque [N·m]."""
         if self.continuous_torque is None:
             return CONTINUOUS_SHARE * self.stall_torque
         return self.continuous_torque
 
     def stall_at(self, voltage: float) -> float:
-        """Largest torque at standstill under a supply, within the torque limit [N·m].
+        """Return the stall torque at a supply voltage, within the torque limit [N·m].
 
         A supply above `highest_voltage` adds nothing: no data sheet vouches for more. Without a
         known motor the torque is taken as proportional to the voltage.
@@ -220,7 +218,7 @@ class Servo:
 
     @property
     def known_motor(self) -> Motor | None:
-        """The motor; None where no motor is known or none has these numbers."""
+        """Motor, or None where it is unknown or impossible."""
         try:
             return self.motor
         except PhasmidError:
@@ -228,7 +226,7 @@ class Servo:
 
     @property
     def effective_slope(self) -> Directions:
-        """The compliance slopes that count: powers of two, as the makers' servos take them."""
+        """Effective compliance slopes: powers of two, as in the servos."""
         return tuple(  # type: ignore[return-value]
             2.0 ** math.floor(math.log2(min(max(slope, STEEPEST_SLOPE), FLATTEST_SLOPE)))
             for slope in self.compliance_slope

@@ -1,4 +1,4 @@
-"""What a robot file may say."""
+"""Tables of robot files."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _file_name(name: Any) -> Any:
 
 
 def _matrix(tensor: Any) -> Any:
-    """A tensor's table of xx, yy, zz, xy, xz, yz as rows."""
+    """Return the rows of a tensor from its table xx, yy, zz, xy, xz, yz."""
     if not isinstance(tensor, Mapping):
         return tensor
     needed, known = {"xx", "yy", "zz"}, ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -80,7 +80,7 @@ Tensor = Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3), BeforeV
 
 
 def both_directions(value: Any) -> Any:
-    """One number for both directions of a servo, or a pair as it is."""
+    """Return a pair for both directions of a servo, from one number or a pair."""
     alone = isinstance(value, int | float) and not isinstance(value, bool)
     return (value, value) if alone else value
 
@@ -90,13 +90,13 @@ Pair = Annotated[tuple[Number, Number], BeforeValidator(both_directions)]
 
 
 class RobotPart(Table):
-    """A table of a robot file; numbers that are not finite are left to the robot's own words."""
+    """Table of a robot file; the robot refuses numbers that are not finite."""
 
     model_config = ConfigDict(allow_inf_nan=True)
 
 
 class LinkTable(RobotPart):
-    """``[leg.links.coxa]``: what the link weighs and how it resists turning.
+    """``[leg.links.coxa]``: length, mass and inertia of a link.
 
     Attributes:
         mass: Mass [kg].
@@ -130,7 +130,7 @@ class LinksTable(RobotPart):
 
 
 class LegTable(RobotPart):
-    """``[legs.NAME]`` merged over ``[leg]``, which holds what all legs share."""
+    """``[legs.NAME]`` merged over the shared table ``[leg]``."""
 
     coxa: Length
     femur: Length
@@ -219,5 +219,5 @@ class RobotTable(RobotPart):
 
 
 def known_servos() -> dict[str, Any]:
-    """The servos that a robot file can name, as tables."""
+    """Return the known servos as tables."""
     return read_toml(Path(str(resources.files("phasmid.robot") / "servos.toml")))[0]

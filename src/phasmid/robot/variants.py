@@ -1,4 +1,4 @@
-"""Variants of a robot that the paper leaves open."""
+"""Variants of a robot: mass model, mounts, neutral feet and payload."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ def _check_robot(robot: object) -> None:
 
 
 def _check(robot: object, name: str, value: object, known: tuple[str, ...]) -> None:
-    """Refuse what is no robot, and a word that is none of these."""
+    """Refuse another type than Robot, and an unknown word."""
     _check_robot(robot)
     if not isinstance(value, str) or value not in known:
         raise InvalidInput(f"{name} is {described(value)}; it must be {' or '.join(known)}.")
 
 
 def with_mass_model(robot: Robot, model: MassModel) -> Robot:
-    """The robot with its links' masses as given, or spread as the printed Eq 10 assumes.
+    """Return the robot with its link masses as given, or as the printed Eq. 10 assumes.
 
     Args:
         robot: The robot.
@@ -58,7 +58,7 @@ def with_mass_model(robot: Robot, model: MassModel) -> Robot:
 
 
 def with_mounts(robot: Robot, layout: MountLayout) -> Robot:
-    """The robot with its hips turned as given, or all square to the direction of walking.
+    """Return the robot with its mounts as given, or perpendicular to the direction of walking.
 
     Args:
         robot: The robot.
@@ -80,7 +80,7 @@ def with_mounts(robot: Robot, layout: MountLayout) -> Robot:
 
 
 def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) -> Robot:
-    """The robot standing wider, narrower, higher or lower.
+    """Return the robot with other neutral feet.
 
     Horizontal and height are those of the level body, however the hips are tilted; each foot stays
     in its direction from its hip as seen from above.
@@ -116,7 +116,7 @@ def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) 
 
 
 def with_payload(robot: Robot, mass: float) -> Robot:
-    """The robot with a load on its back: a point at the middle of the trunk's upper side.
+    """Return the robot with a payload: a point mass at the centre of the trunk's upper side.
 
     Args:
         robot: The robot.
