@@ -115,18 +115,36 @@ def newton_euler(
 
 
 @internal
-def into_link(k: int, v: Vector, c: float, s: float) -> Vector:
-    """Return a vector of the previous link's axes in those of link k, turned by its joint."""
-    # The femur's axis is the coxa's -y (Table 1's alpha of 90 degrees).
-    x, y, z = (v[0], v[2], -v[1]) if k == 1 else v
-    return c * x + s * y, c * y - s * x, z
+def turned(v: Vector, s: float, c: float) -> Vector:
+    """Return a vector in axes turned about z by an angle of this sine and cosine."""
+    return c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
 
 
 @internal
-def out_of_link(k: int, v: Vector, c: float, s: float) -> Vector:
-    """Return the inverse of `into_link`."""
-    x, y, z = c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
-    return (x, -z, y) if k == 1 else (x, y, z)
+def turned_back(v: Vector, s: float, c: float) -> Vector:
+    """Return the inverse of `turned`."""
+    return c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
+
+
+@internal
+def tilted(v: Vector) -> Vector:
+    """Return a vector of the coxa's axes in axes whose z is the femur's, the coxa's -y."""
+    return v[0], v[2], -v[1]
+
+
+@internal
+def tilted_back(v: Vector) -> Vector:
+    """Return the inverse of `tilted`."""
+    return v[0], -v[2], v[1]
+
+
+@internal
+def joint_motion(
+    w: Vector, dw: Vector, s: float, c: float, qd: float, qdd: float
+) -> tuple[Vector, Vector]:
+    """Return a link's angular velocity and acceleration from those of the link before its joint."""
+    (wx, wy, wz), (dx, dy, dz) = turned(w, s, c), turned(dw, s, c)
+    return (wx, wy, wz + qd), (dx + wy * qd, dy - wx * qd, dz + qdd)
 
 
 @compiled
@@ -168,34 +186,37 @@ def inverse_dynamics(
     total_force, total_moment = newton_euler(
         robot.trunk_mass, vector(robot.trunk_first), robot.trunk_second, w_body, dw_body, a_body
     )
-    forces, moments, turns = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 2))
     for leg in range(len(q)):
         hip, p_hip = robot.R_body_hip[leg], vector(robot.p_body_hip[leg])
+        mass, first, second = robot.mass[leg], robot.first[leg], robot.second[leg]
+        coxa, femur, tibia = vector(robot.lengths[leg])
+        (s1, c1), (s2, c2), (s3, c3) = sincos(q[leg, 0]), sincos(q[leg, 1]), sincos(q[leg, 2])
+        # Motion outwards, from the hip to the tibia.
         w, dw = rotate_back(hip, w_body), rotate_back(hip, dw_body)
         a = rotate_back(hip, add(a_body, relative_acceleration(p_hip, w_body, dw_body)))
-        foot = rotate_back(hip, rotate_back(R_world_body, vector(foot_force[leg])))
-        for k in range(3):
-            # Motion outwards, from the hip to the tibia.
-            if k > 0:
-                a = add(a, tip_acceleration(robot.lengths[leg, k - 1], w, dw))
-            s, c = sincos(q[leg, k])
-            a, foot = into_link(k, a, c, s), into_link(k, foot, c, s)
-            (wx, wy, wz), (dx, dy, dz) = into_link(k, w, c, s), into_link(k, dw, c, s)
-            w = wx, wy, wz + qd[leg, k]
-            dw = dx + wy * qd[leg, k], dy - wx * qd[leg, k], dz + qdd[leg, k]
-            link = robot.mass[leg, k], vector(robot.first[leg, k]), robot.second[leg, k]
-            forces[k], moments[k] = newton_euler(*link, w, dw, a)
-            turns[k] = s, c
-        f = -foot[0], -foot[1], -foot[2]
-        n = cross((robot.lengths[leg, 2], 0.0, -robot.left[leg]), f)
-        for k in range(2, -1, -1):
-            # Forces inwards, from the foot to the hip.
-            s, c = turns[k]
-            f, n = add(f, vector(forces[k])), add(n, vector(moments[k]))
-            torque[leg, k] = n[2]
-            f, n = out_of_link(k, f, c, s), out_of_link(k, n, c, s)
-            if k > 0:
-                n = add(n, tip_moment(robot.lengths[leg, k - 1], f))
+        a1 = turned(a, s1, c1)
+        w1, dw1 = joint_motion(w, dw, s1, c1, qd[leg, 0], qdd[leg, 0])
+        a2 = turned(tilted(add(a1, tip_acceleration(coxa, w1, dw1))), s2, c2)
+        w2, dw2 = joint_motion(tilted(w1), tilted(dw1), s2, c2, qd[leg, 1], qdd[leg, 1])
+        a3 = turned(add(a2, tip_acceleration(femur, w2, dw2)), s3, c3)
+        w3, dw3 = joint_motion(w2, dw2, s3, c3, qd[leg, 2], qdd[leg, 2])
+        # Forces inwards, from the foot to the hip.
+        push = rotate_back(hip, rotate_back(R_world_body, vector(foot_force[leg])))
+        push = turned(turned(tilted(turned(push, s1, c1)), s2, c2), s3, c3)
+        f = -push[0], -push[1], -push[2]
+        n = cross((tibia, 0.0, -robot.left[leg]), f)
+        f3, n3 = newton_euler(mass[2], vector(first[2]), second[2], w3, dw3, a3)
+        f, n = add(f, f3), add(n, n3)
+        torque[leg, 2] = n[2]
+        f, n = turned_back(f, s3, c3), turned_back(n, s3, c3)
+        f2, n2 = newton_euler(mass[1], vector(first[1]), second[1], w2, dw2, a2)
+        f, n = add(f, f2), add(add(n, tip_moment(femur, f)), n2)
+        torque[leg, 1] = n[2]
+        f, n = tilted_back(turned_back(f, s2, c2)), tilted_back(turned_back(n, s2, c2))
+        f1, n1 = newton_euler(mass[0], vector(first[0]), second[0], w1, dw1, a1)
+        f, n = add(f, f1), add(add(n, tip_moment(coxa, f)), n1)
+        torque[leg, 0] = n[2]
+        f, n = turned_back(f, s1, c1), turned_back(n, s1, c1)
         f, n = rotate(hip, f), rotate(hip, n)
         total_force = add(total_force, f)
         total_moment = add(total_moment, add(n, cross(p_hip, f)))
