@@ -13,9 +13,7 @@ import sympy as sp
 from phasmid import derivation
 from phasmid.derivation import SymbolicMatrices
 from phasmid.derivation.__main__ import main
-from phasmid.derivation.equation import PRINTED_ANGLES
-from phasmid.derivation.leg import ANGLES, GRAVITY, LENGTHS, LINKS
-from phasmid.derivation.normal_form import normal_form
+from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS, PRINTED_ANGLES, normal_form
 from phasmid.errors import PhasmidError
 
 # Normal forms are exact: equal functions have equal ones, so nothing here needs a tolerance.

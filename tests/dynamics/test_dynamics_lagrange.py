@@ -11,7 +11,7 @@ import sympy as sp
 
 from general_robot import upright
 from phasmid import derivation, dynamics
-from phasmid.derivation.leg import ANGLES, GRAVITY, LENGTHS, LINKS
+from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS
 from phasmid.dynamics.matrices import in_plane
 from phasmid.robot import Leg, Robot, with_mass_model
 

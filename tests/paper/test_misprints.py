@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from phasmid import derivation
-from phasmid.derivation.leg import ANGLES, GRAVITY, LENGTHS, LINKS
+from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS
 from phasmid.dynamics import BodyMotion, inverse_dynamics, kinetic_energy, potential_energy
 from phasmid.dynamics.printed import (
     EQ_10,

@@ -14,19 +14,14 @@ from typing import TYPE_CHECKING, Any
 from phasmid.errors import PhasmidError
 
 if TYPE_CHECKING:
-    from phasmid.derivation.energy import lagrange
-    from phasmid.derivation.equation import mid_length, paper_form, paper_text
-    from phasmid.derivation.leg import SymbolicMatrices
-    from phasmid.derivation.recursion import newton_euler
-
-_MODULE_OF = {
-    "SymbolicMatrices": "leg",
-    "lagrange": "energy",
-    "mid_length": "equation",
-    "newton_euler": "recursion",
-    "paper_form": "equation",
-    "paper_text": "equation",
-}
+    from phasmid.derivation.symbolic import (
+        SymbolicMatrices,
+        lagrange,
+        mid_length,
+        newton_euler,
+        paper_form,
+        paper_text,
+    )
 
 __all__ = [
     "SymbolicMatrices",
@@ -39,17 +34,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
+    if name not in __all__:
         raise AttributeError(f"module 'phasmid.derivation' has no attribute {name!r}")
     if find_spec("sympy") is None:
         raise PhasmidError(
-            "the derivation needs sympy, which is not installed; "
-            "it must be there to derive equations in symbols.",
+            "the derivation needs sympy, which is not installed.",
             where="phasmid.derivation",
             hint="pip install sympy",
         )
-    return getattr(import_module(f"phasmid.derivation.{_MODULE_OF[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+    return getattr(import_module("phasmid.derivation.symbolic"), name)
