@@ -1,7 +1,7 @@
 """Time per sample of phasmid's kernels beside Pinocchio and MuJoCo, on the same states.
 
-All in one run and on one core, taking turns; read the ratios. A time is that of the quickest
-round, which other work on the machine disturbed least.
+All in one run and on one core, taking turns; read the ratios. A time is the processor time of the
+quickest round, which other work on the machine disturbed least.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def quickest(rows: dict[str, Row]) -> dict[str, float]:
     best = dict.fromkeys(rows, np.inf)
     for turn in range(ROUNDS + 1):
         for name, (work, count) in rows.items():
-            start = time.perf_counter()
+            start = time.process_time()
             work()
             if turn:
-                best[name] = min(best[name], (time.perf_counter() - start) / count)
+                best[name] = min(best[name], (time.process_time() - start) / count)
     return best
 
 

@@ -76,4 +76,4 @@ def test_where_no_cache_can_be_written_functions_are_compiled_each_time(tmp_path
     made = compiled.compiled(module.twice)
     assert made(1.5) == 3.0
     assert not compiled.is_kept(made)
-    assert compiled.broadcasting("()->()")(module.thrice)(1.5) == 4.5
+    assert compiled.gufunc("()->()")(module.thrice)(1.5) == 4.5

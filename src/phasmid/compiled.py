@@ -92,7 +92,7 @@ def internal(function: Callable[..., Any]) -> Callable[..., Any]:
     return made
 
 
-def broadcasting(layout: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def gufunc(layout: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Return a decorator that makes a NumPy generalised ufunc, compiled when it is first called.
 
     The leading axes of the arguments broadcast.
@@ -104,32 +104,32 @@ def broadcasting(layout: str) -> Callable[[Callable[..., Any]], Callable[..., An
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         @cache
-        def made() -> Callable[..., Any]:
+        def ufunc() -> Callable[..., Any]:
             float64, guvectorize = _numba().float64, _numba().guvectorize
-            given, written = (findall(r"\(([^)]*)\)", side) for side in layout.split("->"))
+            inputs, outputs = (findall(r"\(([^)]*)\)", side) for side in layout.split("->"))
             # A scalar output is an array of one number.
-            dimensions = [len(findall(r"\w+", core)) for core in given]
-            dimensions += [max(len(findall(r"\w+", core)), 1) for core in written]
-            kinds = tuple(float64[(slice(None),) * n] if n else float64 for n in dimensions)
+            dimensions = [len(findall(r"\w+", core)) for core in inputs]
+            dimensions += [max(len(findall(r"\w+", core)), 1) for core in outputs]
+            types = tuple(float64[(slice(None),) * n] if n else float64 for n in dimensions)
             plain = unwrap(function)
             try:
-                ufunc = guvectorize(layout, nopython=True, cache=True)(plain)
+                made = guvectorize(layout, nopython=True, cache=True)(plain)
             except RuntimeError:
                 # There is no writable cache folder.
-                ufunc = guvectorize(layout, nopython=True)(plain)
+                made = guvectorize(layout, nopython=True)(plain)
             # numba caches the loop apart from the function: of two processes that compile at once
             # it may load the loop of one and the function of the other, and crash.
-            ufunc.gufunc_builder.cache = False
-            ufunc.add(kinds)
-            ufunc.disable_compile()
-            return ufunc.build_ufunc()
+            made.gufunc_builder.cache = False
+            made.add(types)
+            made.disable_compile()
+            return made.build_ufunc()
 
-        def front(*arrays: np.ndarray, **options: Any) -> Any:
+        def call(*arrays: Any, **options: Any) -> Any:
             # NaN and infinity pass through.
             with np.errstate(all="ignore"):
-                return made()(*arrays, **options)
+                return ufunc()(*arrays, **options)
 
-        return front
+        return call
 
     return decorate
 

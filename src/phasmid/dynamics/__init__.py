@@ -1,4 +1,4 @@
-"""What torques a motion needs: the leg's equations in closed form, and the whole robot."""
+"""Torques of a motion: the leg's equations in closed form, and the whole robot's."""
 
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.floating_base import (

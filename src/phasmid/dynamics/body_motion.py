@@ -1,18 +1,16 @@
-"""Where the trunk is and how it moves."""
+"""Motion of the trunk: pose, velocity and acceleration."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, located
-from phasmid.kinematics.arguments import lead, numbers, shared_axes
 
 ROTATION_TOLERANCE = 1e-6
-"""By this much a rotation's columns may miss being orthogonal unit vectors."""
+"""Largest deviation of a rotation's columns from orthogonal unit vectors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +29,7 @@ class BodyMotion:
         angular_acceleration: World axes [rad/s²], shape (..., 3).
 
     Raises:
-        InvalidInput: A shape is wrong, a number is not finite, or a rotation is none.
+        InvalidInput: A shape is wrong, a number is not finite, or a matrix is not a rotation.
     """
 
     position: Float[np.ndarray, "*#batch 3"]
@@ -43,28 +41,34 @@ class BodyMotion:
 
     def __post_init__(self) -> None:
         with located("body motion"):
-            self._take(numbers(**{each.name: getattr(self, each.name) for each in fields(self)}))
+            self._validate_arrays()
         R = self.rotation
         miss = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0.0)
         if miss > ROTATION_TOLERANCE or np.any(np.linalg.det(R) < 0):
             raise InvalidInput(
-                "rotation is no rotation; its columns must be orthogonal unit vectors of a "
+                "rotation is not a rotation; its columns must be orthogonal unit vectors of a "
                 "right-handed frame.",
                 where="body motion",
                 hint="phasmid.kinematics.rotation_rpy or quaternion_rotation",
             )
 
-    def _take(self, arrays: Mapping[str, np.ndarray]) -> None:
-        tails = {name: (3, 3) if name == "rotation" else (3,) for name in arrays}
-        leads = {name: lead(name, array, tails[name]) for name, array in arrays.items()}
+    def _validate_arrays(self) -> None:
+        """Check each array, and replace it by a read-only copy with all leading axes."""
+        arrays = {f.name: np.array(getattr(self, f.name), dtype=float) for f in fields(self)}
+        shapes = {name: (3, 3) if name == "rotation" else (3,) for name in arrays}
+        leading = []
         for name, array in arrays.items():
-            if not np.all(np.isfinite(array)):
-                index = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
-                raise InvalidInput(f"{name}{list(index)} is {array[index]}; it must be finite.")
-        axes = shared_axes(leads)
+            batch = array.shape[: max(array.ndim - len(shapes[name]), 0)]
+            if array.shape != (*batch, *shapes[name]):
+                must = ", ".join(map(str, shapes[name]))
+                raise InvalidInput(f"{name} has shape {array.shape}; it must end in {must}.")
+            if not np.isfinite(array).all():
+                index = np.argwhere(~np.isfinite(array))[0].tolist()
+                raise InvalidInput(f"{name}{index} is {array[*index]}; it must be finite.")
+            leading.append(batch)
+        axes = np.broadcast_shapes(*leading)
         for name, array in arrays.items():
-            own = np.broadcast_to(array.copy(), (*axes, *tails[name]))
-            object.__setattr__(self, name, own)
+            object.__setattr__(self, name, np.broadcast_to(array, (*axes, *shapes[name])))
 
     @classmethod
     def at_rest(
@@ -72,19 +76,12 @@ class BodyMotion:
         position: Float[np.ndarray, "*#batch 3"] | None = None,
         rotation: Float[np.ndarray, "*#batch 3 3"] | None = None,
     ) -> BodyMotion:
-        """A trunk that stands still.
+        """Motion of a trunk at rest.
 
         Args:
             position: Origin of the body frame in the world [m], shape (..., 3); (0, 0, 0) by
                 default.
             rotation: ``R_world_body``, shape (..., 3, 3); level and facing x by default.
         """
-        zero = np.zeros(3)
-        return cls(
-            position=zero if position is None else position,
-            rotation=np.eye(3) if rotation is None else rotation,
-            velocity=zero,
-            angular_velocity=zero,
-            acceleration=zero,
-            angular_acceleration=zero,
-        )
+        position = np.zeros(3) if position is None else position
+        return cls(position, np.eye(3) if rotation is None else rotation, *[np.zeros(3)] * 4)

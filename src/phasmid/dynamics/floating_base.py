@@ -1,13 +1,14 @@
 """The whole robot's equation of motion in matrix form: mass matrix, bias, momentum, Jacobians.
 
-All are written for the generalised speeds (v, w, q'): velocity of the body frame's origin and
-angular velocity of the trunk, both in world axes, then the joint speeds leg by leg; 6 + 3 L in
-all for L legs. Generalised forces pair with them: force and moment on the trunk about that
-origin in world axes, then joint torques.
+The 6 + 3 L generalised speeds of a robot with L legs are (v, w, q'): velocity of the body frame's
+origin and angular velocity of the trunk, both in world axes, then the joint speeds leg by leg.
+Generalised forces are force and moment on the trunk about that origin in world axes, then joint
+torques.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +35,7 @@ class Momentum(NamedTuple):
 
 
 class Accelerations(NamedTuple):
-    """What forces make of a state.
+    """Accelerations of trunk and joints.
 
     Attributes:
         acceleration: Of the body frame's origin, world axes [m/s²], shape (..., 3).
@@ -60,9 +61,6 @@ def mass_matrix(
     Returns:
         The matrix M of the kinetic energy, half the form (v, w, q') M (v, w, q') [kg, kg·m,
         kg·m²], shape (..., 6 + 3 L, 6 + 3 L).
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
 
     Source: composite rigid bodies (Walker and Orin 1982), in body axes about the body's origin.
     """
@@ -109,7 +107,7 @@ def bias_force(
     *,
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch dof"]:
-    """Generalised forces that the velocities and gravity ask for: h of M a + h = force.
+    """Generalised forces of velocities and gravity: h in M a + h = force.
 
     Args:
         robot: The robot, L legs.
@@ -120,12 +118,10 @@ def bias_force(
 
     Returns:
         Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    _, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
-    return _generalised(robot, _coasting(body), q, qd, gravity)
+    still = np.zeros((len(robot.legs), 3))
+    torque, wrench = inverse_dynamics(robot, _coasting(body), q, qd, still, gravity=gravity)
+    return np.concatenate([wrench, torque.reshape(*torque.shape[:-2], -1)], axis=-1)
 
 
 def gravity_force(
@@ -146,13 +142,9 @@ def gravity_force(
     Returns:
         Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
         It is the gradient of `potential_energy`.
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    _, (q,) = joint_arrays(robot, body, q=q)
     still = BodyMotion.at_rest(body.position, body.rotation)
-    return _generalised(robot, still, q, np.zeros((len(robot.legs), 3)), gravity)
+    return bias_force(robot, still, q, np.zeros((len(robot.legs), 3)), gravity=gravity)
 
 
 def momentum(
@@ -168,9 +160,6 @@ def momentum(
         body: Pose and velocity of the trunk.
         q: Joint angles [rad], shape (..., L, 3).
         qd: Joint speeds [rad/s], shape (..., L, 3).
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
     batch, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
     M = mass_matrix(robot, body, q)
@@ -197,9 +186,6 @@ def foot_jacobian(
     Returns:
         One matrix per foot, shape (..., L, 3, 6 + 3 L). Its transpose times a force on the foot
         in world axes is that force's share of the generalised forces.
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
     batch, (q,) = joint_arrays(robot, body, q=q)
     count = len(robot.legs)
@@ -235,39 +221,24 @@ def forward_dynamics(
         foot_force: Force of the ground on each foot in world axes [N], shape (..., L, 3);
             none by default.
         gravity: Acceleration of free fall, downwards along the world's z [m/s²].
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
-    loads = {} if foot_force is None else {"foot_force": foot_force}
-    arrays = {"q": q, "qd": qd, "torque": torque, **loads}
-    batch, (q, qd, torque, *force) = joint_arrays(robot, body, **arrays)
-    held = inverse_dynamics(
-        robot,
-        _coasting(body),
-        q,
-        qd,
-        np.zeros((len(robot.legs), 3)),
-        foot_force=force[0] if force else None,
-        gravity=gravity,
+    still = np.zeros((len(robot.legs), 3))
+    force = still if foot_force is None else foot_force
+    batch, (q, qd, torque, force) = joint_arrays(
+        robot, body, q=q, qd=qd, torque=torque, foot_force=force
     )
-    missing = np.concatenate(
-        [
-            np.broadcast_to(-held.wrench, (*batch, 6)),
-            np.broadcast_to(torque - held.joint_torque, (*batch, len(robot.legs), 3)).reshape(
-                *batch, -1
-            ),
-        ],
-        axis=-1,
-    )
-    M = np.broadcast_to(mass_matrix(robot, body, q), (*batch, *2 * missing.shape[-1:]))
-    a = np.linalg.solve(M, missing[..., None])[..., 0]
+    h = inverse_dynamics(robot, _coasting(body), q, qd, still, foot_force=force, gravity=gravity)
+    wrench = np.broadcast_to(-h.wrench, (*batch, 6))
+    joints = np.broadcast_to(torque - h.joint_torque, (*batch, *still.shape)).reshape(*batch, -1)
+    unbalanced = np.concatenate([wrench, joints], axis=-1)
+    a = np.linalg.solve(mass_matrix(robot, body, q), unbalanced[..., None])[..., 0]
     return Accelerations(a[..., :3], a[..., 3:6], a[..., 6:].reshape(*batch, -1, 3))
 
 
 def _composites(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mass (L, 3), first (..., L, 3, 3) and second moment (..., L, 3, 3, 3) of each link with all
-    links beyond it, in body axes about the body's origin.
+    """Return mass, first and second moments of each link with all links beyond it.
+
+    In body axes about the body's origin; shapes (L, 3), (..., L, 3, 3), (..., L, 3, 3, 3).
     """
     arrays = robot.arrays
     frames = link_frames(robot, q)
@@ -282,23 +253,12 @@ def _composites(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np
 
 
 def _coasting(body: BodyMotion) -> BodyMotion:
-    """The same pose and velocity without acceleration."""
-    zero = np.zeros(3)
-    return BodyMotion(
-        body.position, body.rotation, body.velocity, body.angular_velocity, zero, zero
-    )
-
-
-def _generalised(
-    robot: Robot, body: BodyMotion, q: np.ndarray, qd: np.ndarray, gravity: float
-) -> np.ndarray:
-    rest = np.zeros((len(robot.legs), 3))
-    torque, wrench = inverse_dynamics(robot, body, q, qd, rest, gravity=gravity)
-    return np.concatenate([wrench, torque.reshape(*torque.shape[:-2], -1)], axis=-1)
+    """Return the same pose and velocity without acceleration."""
+    return replace(body, acceleration=np.zeros(3), angular_acceleration=np.zeros(3))
 
 
 def _into_world(M: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """The first six rows and columns from body axes to world axes."""
+    """Rotate the first six rows and columns from body axes to world axes."""
     for part in (slice(0, 3), slice(3, 6)):
         M[..., part, :] = rotation @ M[..., part, :]
         M[..., :, part] = M[..., :, part] @ np.swapaxes(rotation, -1, -2)
@@ -306,7 +266,7 @@ def _into_world(M: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def _skew(v: np.ndarray) -> np.ndarray:
-    """The matrix of the vector product with v from the left, shape (..., 3, 3)."""
+    """Return the matrix of the vector product with v from the left, shape (..., 3, 3)."""
     x, y, z = np.moveaxis(v, -1, 0)
     matrix = np.zeros((*x.shape, 3, 3))
     matrix[..., 0, 1], matrix[..., 0, 2] = -z, y

@@ -1,4 +1,4 @@
-"""Mass distribution about a frame's origin instead of the centre of mass."""
+"""Moments of mass about the origin of a frame."""
 
 from __future__ import annotations
 

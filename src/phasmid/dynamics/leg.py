@@ -10,9 +10,13 @@ from jaxtyping import Float
 
 from phasmid.dynamics.matrices import LegMatrices, hip_gravity, link_moments
 from phasmid.dynamics.printed import printed_leg_matrices, printed_leg_torque
-from phasmid.kinematics.arguments import as_printed, number, threes
+from phasmid.errors import InvalidInput
+from phasmid.kinematics.arguments import geometry, is_printed
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
+
+LEG_TORQUE_AXES = [-1, (), -1, (-2, -1), (-3, -2, -1), -1, *[(0, -1)] * 5]
+"""Core axes of the arguments of `leg_torque_ufunc`."""
 
 
 def leg_matrices(
@@ -28,31 +32,24 @@ def leg_matrices(
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
         q: Coxa, femur and tibia angles [rad], shape (..., 3).
         form: ``corrected``, or ``as-printed``: Eq. 10 with all its misprints, for study. The print
-            knows masses at mid-length and principal inertias only, whatever the leg has: on a leg
-            with others the two forms differ by more than the misprints, which
-            ``phasmid.robot.with_mass_model(robot, "mid-length")`` shows alone.
-        gravity: Acceleration of free fall, downwards along the body's z [m/s²]; the print
-            knows upright hips only, and has it along the hip's.
+            assumes masses at mid-length, principal inertias and upright hips;
+            ``phasmid.robot.with_mass_model(robot, "mid-length")`` makes a leg of that kind.
+        gravity: Acceleration of free fall, downwards along the body's z [m/s²].
 
     Returns:
         M, B, C and G, which depend on the angles alone.
-
-    Raises:
-        InvalidInput: It is no leg, the angles do not fit it, gravity is no finite number, or there
-            is no such form.
 
     Source: Eq. 10, corrected (docs/errata.md) and derived anew by Lagrange's equations for links
     with any centre of mass and any inertia; with centres at mid-length and diagonal inertias it
     is the paper's own form.
     """
-    if as_printed(form):
+    if is_printed(form):
         return printed_leg_matrices(leg, q, gravity=gravity)
-    from phasmid.dynamics.leg_kernels import each_leg_matrices
+    from phasmid.dynamics.leg_kernels import leg_matrices_ufunc
 
-    links = link_moments(leg)
-    (q,) = threes(leg, q=q)
-    gravity_hip = hip_gravity(leg, number("gravity", gravity))
-    return LegMatrices(*each_leg_matrices(*links, gravity_hip, q))
+    return LegMatrices(
+        *leg_matrices_ufunc(leg.lengths, *link_moments(leg), hip_gravity(leg, gravity), q)
+    )
 
 
 def leg_torque(
@@ -65,7 +62,7 @@ def leg_torque(
     form: str = "corrected",
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch 3"]:
-    """Joint torques that move a leg as given while the ground pushes its foot.
+    """Joint torques of a leg for a motion and a force of the ground on its foot.
 
     Args:
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
@@ -74,30 +71,28 @@ def leg_torque(
         qdd: Their accelerations [rad/s²], shape (..., 3).
         foot_force: Force of the ground on the foot in hip axes [N], shape (..., 3);
             none by default.
-        form: ``corrected``, or ``as-printed``: Eqs. 10 and 11 with all their misprints, for study.
-            The print knows masses at mid-length and principal inertias only, whatever the leg has:
-            on a leg with others the two forms differ by more than the misprints, which
-            ``phasmid.robot.with_mass_model(robot, "mid-length")`` shows alone.
-        gravity: Acceleration of free fall, downwards along the body's z [m/s²]; the print
-            knows upright hips only, and has it along the hip's.
+        form: ``corrected``, or ``as-printed``: Eqs. 10 and 11 with all their misprints, as for
+            `leg_matrices`.
+        gravity: Acceleration of free fall, downwards along the body's z [m/s²].
 
     Returns:
         Torques of coxa, femur and tibia [N·m], shape (..., 3).
 
-    Raises:
-        InvalidInput: It is no leg, an array does not fit it or the others, gravity is no finite
-            number, or there is no such form.
-
     Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
     """
-    if as_printed(form):
+    if is_printed(form):
         return printed_leg_torque(leg, q, qd, qdd, foot_force=foot_force, gravity=gravity)
-    from phasmid.dynamics.leg_kernels import each_leg_torque
+    from phasmid.dynamics.leg_kernels import leg_torque_ufunc
 
-    lengths, *links = link_moments(leg)
-    left = np.asarray(leg.lateral_offsets.sum(axis=-1))
-    loads = {} if foot_force is None else {"foot_force": foot_force}
-    arrays = threes(leg, q=q, qd=qd, qdd=qdd, **loads)
-    arrays += [] if loads else [np.zeros(3)]
-    gravity_hip = hip_gravity(leg, number("gravity", gravity))
-    return np.asarray(each_leg_torque(lengths, left, *links, gravity_hip, *arrays))
+    motion = q, qd, qdd, np.zeros(3) if foot_force is None else foot_force
+    if any(np.shape(array)[-1:] != (3,) for array in motion):
+        raise InvalidInput("q, qd, qdd and foot_force must end in 3: one number for each joint.")
+    samples = np.broadcast_arrays(*motion)
+    shape = np.broadcast_shapes(leg.lengths.shape, samples[0].shape)
+    # The kernel loops over the first axis, which a single sample lacks.
+    single = len(shape) == leg.lengths.ndim
+    samples = tuple(array[None] if single else array for array in samples)
+    torque = np.empty((1, *shape) if single else shape)
+    links = *geometry(leg), *link_moments(leg), hip_gravity(leg, gravity)
+    leg_torque_ufunc(*links, *samples, axes=LEG_TORQUE_AXES, out=torque)
+    return torque.reshape(shape)

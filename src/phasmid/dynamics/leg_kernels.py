@@ -1,6 +1,6 @@
-"""Compiled dynamics of one leg on a fixed trunk, and the same over arrays of samples.
+"""Compiled dynamics of one leg on a fixed trunk, as ufuncs that `dynamics.leg` calls.
 
-`dynamics.leg` validates and calls the functions over arrays. ``lengths``, ``mass``, ``first`` and
+``lengths``, ``mass``, ``first`` and
 ``second`` are the links' lengths [m], masses [kg], first moments [kg·m] and inertias [kg·m²] about
 the origins of their frames, these moved along the femur's axis into the leg's plane; ``left`` is
 the foot's offset from that plane, positive to the left [m]; ``gravity`` is the acceleration that
@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.compiled import broadcasting, compiled, inlined
-from phasmid.kinematics.leg_kernels import sincos
+from phasmid.compiled import gufunc, inlined
+from phasmid.kinematics.leg_kernels import Triple, sincos
 
 
 class Elevated(NamedTuple):
@@ -51,19 +51,26 @@ def vertical_inertia(xx: float, yy: float, xy: float, c: float, s: float) -> tup
 
 
 @inlined
+def into_coxa(x: float, y: float, z: float, s: float, c: float) -> Triple:
+    """Return a vector in the coxa's axes, which sine and cosine of its angle turn about z."""
+    return c * x + s * y, c * y - s * x, z
+
+
+@inlined
 def elevated(
     lengths: np.ndarray,
     mass: np.ndarray,
     first: np.ndarray,
     second: np.ndarray,
-    gravity: np.ndarray,
-    q: np.ndarray,
+    gravity: Triple,
+    elevation_2: tuple[float, float],
+    elevation_3: tuple[float, float],
 ) -> Elevated:
-    """Return the leg's dynamics in elevations.
+    """Return the leg's dynamics from gravity in the coxa's axes and (sine, cosine) of elevations.
 
     Source: Lagrange's equations for links with any centre of mass and any inertia.
     """
-    (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
+    (s2, c2), (s3, c3) = elevation_2, elevation_3
     cos_bend, sin_bend = c3 * c2 + s3 * s2, s3 * c2 - c3 * s2
     coxa, femur = lengths[0], lengths[1]
     x3, y3, z3 = first[2, 0], first[2, 1], first[2, 2]
@@ -83,7 +90,7 @@ def elevated(
     out = first[0, 0] + outer * coxa + out2 + out3
     # The coxa's y is the other two links' -z.
     left = first[0, 1] - first[1, 2] - z3
-    along, across = gravity[0] * c1 + gravity[1] * s1, gravity[1] * c1 - gravity[0] * s1
+    along, across, upwards = gravity
     return Elevated(
         second[0, 2, 2] + outer * coxa**2 + 2 * (coxa * out2 + knee * out3) + spin2 + spin3,
         xz2 * s2 + second[1, 1, 2] * c2,
@@ -97,13 +104,13 @@ def elevated(
         second[2, 0, 2] * c3 - second[2, 1, 2] * s3,
         -femur * (x3 * sin_bend + y3 * cos_bend),
         across * out - along * left,
-        gravity[2] * out2 - along * up2,
-        gravity[2] * out3 - along * up3,
+        upwards * out2 - along * up2,
+        upwards * out3 - along * up3,
     )
 
 
-@compiled
-def leg_torque(
+@gufunc("(n),(),(n),(n,n),(n,n,n),(n),(t,n),(t,n),(t,n),(t,n)->(t,n)")
+def leg_torque_ufunc(
     lengths: np.ndarray,
     left: float,
     mass: np.ndarray,
@@ -116,35 +123,42 @@ def leg_torque(
     foot_force: np.ndarray,
     torque: np.ndarray,
 ) -> None:
-    """Write the joint torques [N·m] for a motion and a force of the ground on the foot.
+    """Write the joint torques [N·m] for T samples of motion and of the ground's force on the foot.
+
+    The loop over samples is here, since NumPy's own takes a third more time.
 
     Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
     """
-    e = elevated(lengths, mass, first, second, gravity, q)
-    w1, w2, w3 = qd[0], qd[1], qd[1] + qd[2]
-    a1, a2, a3 = qdd[0], qdd[1], qdd[1] + qdd[2]
-    along_1 = (e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3)) + (
-        e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2 + e.g1
-    )
-    along_2 = (e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2) + (
-        e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
-    )
-    along_3 = (e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3) - (
-        e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
-    )
-    # The columns of the foot's Jacobian, in the axes of the coxa.
-    (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
-    out3, up3 = lengths[2] * c3, lengths[2] * s3
-    out, up = lengths[1] * c2 + out3, lengths[1] * s2 + up3
-    fx, fy, fz = foot_force[0], foot_force[1], foot_force[2]
-    ahead, aside = c1 * fx + s1 * fy, c1 * fy - s1 * fx
-    torque[0] = along_1 - ((lengths[0] + out) * aside - left * ahead)
-    torque[1] = along_2 + along_3 - (out * fz - up * ahead)
-    torque[2] = along_3 - (out3 * fz - up3 * ahead)
+    for t in range(len(q)):
+        fx, fy, fz = foot_force[t, 0], foot_force[t, 1], foot_force[t, 2]
+        s1, c1 = 0.0, 1.0
+        # Vertical forces are the same at every coxa angle, whose sine takes a fifth of the time.
+        if gravity[0] or gravity[1] or fx or fy:
+            s1, c1 = sincos(q[t, 0])
+        elevation_2, elevation_3 = sincos(q[t, 1]), sincos(q[t, 1] + q[t, 2])
+        g = into_coxa(gravity[0], gravity[1], gravity[2], s1, c1)
+        e = elevated(lengths, mass, first, second, g, elevation_2, elevation_3)
+        w1, w2, w3 = qd[t, 0], qd[t, 1], qd[t, 1] + qd[t, 2]
+        a1, a2, a3 = qdd[t, 0], qdd[t, 1], qdd[t, 1] + qdd[t, 2]
+        # Generalised forces of the coxa angle and the elevations.
+        tau1 = e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + e.g1
+        tau1 += w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3) + e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2
+        tau2 = e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2
+        tau2 += e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
+        tau3 = e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3
+        tau3 -= e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
+        # The columns of the foot's Jacobian, in the axes of the coxa.
+        (s2, c2), (s3, c3) = elevation_2, elevation_3
+        out3, up3 = lengths[2] * c3, lengths[2] * s3
+        out, up = lengths[1] * c2 + out3, lengths[1] * s2 + up3
+        fx, fy, fz = into_coxa(fx, fy, fz, s1, c1)
+        torque[t, 0] = tau1 - ((lengths[0] + out) * fy - left * fx)
+        torque[t, 1] = tau2 + tau3 - (out * fz - up * fx)
+        torque[t, 2] = tau3 - (out3 * fz - up3 * fx)
 
 
-@broadcasting("(n),(n),(n,n),(n,n,n),(n),(n)->(n,n),(n,n),(n,n),(n)")
-def each_leg_matrices(
+@gufunc("(n),(n),(n,n),(n,n,n),(n),(n)->(n,n),(n,n),(n,n),(n)")
+def leg_matrices_ufunc(
     lengths: np.ndarray,
     mass: np.ndarray,
     first: np.ndarray,
@@ -157,7 +171,9 @@ def each_leg_matrices(
     G: np.ndarray,
 ) -> None:
     """Write the matrices of Eq. 10, corrected, from `elevated`, for each sample."""
-    e = elevated(lengths, mass, first, second, gravity, q)
+    s1, c1 = sincos(q[0])
+    g = into_coxa(gravity[0], gravity[1], gravity[2], s1, c1)
+    e = elevated(lengths, mass, first, second, g, sincos(q[1]), sincos(q[1] + q[2]))
     m12, m23, m33 = e.h12 + e.h13, e.h23 + e.h33, e.h33
     rise = e.h11_by_2 + e.h11_by_3
     M[0, 0], M[0, 1], M[0, 2] = e.h11, m12, e.h13
@@ -170,7 +186,3 @@ def each_leg_matrices(
     C[1, 0], C[1, 2] = -rise / 2, e.h23_by_3
     C[2, 0], C[2, 1] = -e.h11_by_3 / 2, -e.h23_by_3
     G[0], G[1], G[2] = e.g1, e.g2 + e.g3, e.g3
-
-
-each_leg_torque = broadcasting("(n),(),(n),(n,n),(n,n,n),(n),(n),(n),(n),(n)->(n)")(leg_torque)
-"""Apply `leg_torque` to each sample."""

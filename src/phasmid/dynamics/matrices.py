@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.kinematics.arguments import check_leg
+from phasmid.kinematics.arguments import scalar
 from phasmid.robot import Leg, LegArrays
 
 
@@ -38,22 +38,17 @@ def hip_gravity(leg: Leg | LegArrays, gravity: float) -> Float[np.ndarray, "*leg
         gravity: Acceleration of free fall, downwards along the body's z [m/s²].
     """
     up = leg.R_body_hip[..., 2, :] if isinstance(leg, LegArrays) else leg.X_body_hip[2, :3]
-    return np.asarray(gravity * up)
+    return np.asarray(scalar("gravity", gravity) * up)
 
 
-def link_moments(
-    leg: Leg | LegArrays,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return lengths, masses, and first and second moments about the origins of the links' frames.
+def link_moments(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return masses, and first and second moments about the origins of the links' frames.
 
     These are moved along the femur's axis into the leg's plane, which makes lateral offsets a part
     of the centres of mass.
-
-    Raises:
-        InvalidInput: It is no leg.
     """
-    lengths, mass, com, inertia = link_arrays(leg)
-    return lengths, mass, *moments_about_origin(mass, com - in_plane(leg), inertia)
+    _, mass, com, inertia = link_arrays(leg)
+    return mass, *moments_about_origin(mass, com - in_plane(leg), inertia)
 
 
 def in_plane(leg: Leg | LegArrays) -> Float[np.ndarray, "*legs 3 3"]:
@@ -65,12 +60,7 @@ def in_plane(leg: Leg | LegArrays) -> Float[np.ndarray, "*legs 3 3"]:
 
 
 def link_arrays(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths, masses, centres of mass and inertias of the links, as in ``LegArrays``.
-
-    Raises:
-        InvalidInput: It is no leg.
-    """
-    check_leg(leg, Leg, LegArrays)
+    """Return lengths, masses, centres of mass and inertias of the links, as in ``LegArrays``."""
     if isinstance(leg, LegArrays):
         return leg.lengths, leg.mass, leg.com, leg.inertia
     mass = np.array([link.mass for link in leg.links])

@@ -1,6 +1,6 @@
-"""The paper's dynamics of a leg as printed, for study only; every misprint can be mended alone.
+"""The paper's dynamics of a leg as printed, for study only; each misprint can be corrected alone.
 
-The paper knows no lateral offsets: the prints ignore those of a leg.
+The paper has no lateral offsets: these functions ignore those of a leg.
 """
 
 from __future__ import annotations
@@ -13,19 +13,17 @@ from jaxtyping import Float
 
 from phasmid.dynamics.matrices import LegMatrices, link_arrays
 from phasmid.kinematics import jacobian
-from phasmid.kinematics.arguments import check_leg, number, threes
+from phasmid.kinematics.arguments import scalar
 from phasmid.kinematics.matrices import Samples, matrix
-from phasmid.kinematics.printed import chosen
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
 
 
 class LegMisprint(StrEnum):
-    """What is misprinted in Table 2, Eqs. 10 and 11; docs/errata.md tells each and its cost.
+    """Misprints of Table 2, Eqs. 10 and 11; docs/errata.md describes each.
 
-    `THETA_3_AS_FED` is no slip at one place: Eq. 9 gives a negative angle of the tibia, and
-    Eq. 10 wants it positive inside its sines and cosines. To feed the one into the other is the
-    worst thing that can be done with the print.
+    `THETA_3_AS_FED` is a sign convention: Eq. 9 gives a negative angle of the tibia, and Eq. 10
+    needs it positive inside its sines and cosines. No other misprint has a larger effect.
     """
 
     TABLE_2_UNIT = "table-2-unit"
@@ -63,46 +61,41 @@ def printed_leg_matrices(
     gravity: float = STANDARD_GRAVITY,
     misprints: Collection[str] = EQ_10,
 ) -> LegMatrices:
-    """Matrices of Eq. 10 as printed, or with some of their misprints mended.
+    """Matrices of Eq. 10 as printed, or with some of their misprints corrected.
 
-    The paper's form knows centres of mass at mid-length and principal inertias; where the links
-    lie otherwise, their offsets and products of inertia are ignored. Its θ3 is minus Table 1's
-    inside sines and cosines only: then, and only then, do the printed m23, m33, b23, c32 and G
-    hold, while speeds and accelerations keep Table 1's sign, since with a mirrored θ3' the
-    coupling m23 would be negative.
+    The paper's form assumes centres of mass at mid-length and principal inertias; other offsets
+    and products of inertia are ignored. Its θ3 is minus Table 1's inside sines and cosines only:
+    then, and only then, do the printed m23, m33, b23, c32 and G hold. Speeds and accelerations
+    keep Table 1's sign, since with a mirrored θ3' the coupling m23 would be negative.
 
     Args:
         leg: The leg, or a robot's ``arrays``; masses, lengths and principal inertias are used.
         q: Coxa, femur and tibia angles in Table 1's signs [rad], shape (..., 3).
         gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
-        misprints: Those left standing, by name (`LegMisprint`). With none it is the true
-            equation in the paper's form.
+        misprints: Those kept (`LegMisprint`). With none it is the correct equation in the
+            paper's form.
 
     Returns:
         M, B, C and G.
 
-    Raises:
-        InvalidInput: There is no misprint of such a name, it is no leg, an array does not fit, or
-            gravity is no finite number.
-
     Source: Eq. 10 as printed. A lower-case l is a length, I_{xx3-Iyy3} a difference; where a plus
     is missing, the factors that then stand side by side are multiplied, in SI.
     """
-    left = chosen(LegMisprint, misprints)
+    kept = frozenset(map(LegMisprint, misprints))
     lengths, mass, _, inertia = link_arrays(leg)
-    (q,), g = threes(leg, q=q), number("gravity", gravity)
-    t2, theta3 = q[..., 1], q[..., 2]
+    g = scalar("gravity", gravity)
+    _, t2, theta3 = np.moveaxis(q, -1, 0)
     L1, L2, L3 = np.moveaxis(lengths, -1, 0)
     m1, m2, m3 = np.moveaxis(mass, -1, 0)
     inertia = np.moveaxis(np.diagonal(inertia, axis1=-2, axis2=-1), (-2, -1), (0, 1))
-    if LegMisprint.TABLE_2_UNIT in left:
+    if LegMisprint.TABLE_2_UNIT in kept:
         inertia = UNIT_AS_PRINTED * inertia
     (_, _, Izz1), (Ixx2, Iyy2, Izz2), (Ixx3, Iyy3, Izz3) = inertia
-    t3 = theta3 if LegMisprint.THETA_3_AS_FED in left else -theta3
+    t3 = theta3 if LegMisprint.THETA_3_AS_FED in kept else -theta3
     cos, sin = np.cos, np.sin
 
     def pick(misprint: LegMisprint, *, printed: Samples, right: Samples) -> Samples:
-        return printed if misprint in left else right
+        return printed if misprint in kept else right
 
     one = np.ones(np.broadcast(t2, L1).shape)
     zero = 0 * one
@@ -193,7 +186,7 @@ def printed_leg_torque(
     gravity: float = STANDARD_GRAVITY,
     misprints: Collection[str] = EQ_11,
 ) -> Float[np.ndarray, "*batch 3"]:
-    """Joint torques of Eq. 11 as printed, or with some of its misprints mended.
+    """Joint torques of Eq. 11 as printed, or with some of its misprints corrected.
 
     Args:
         leg: The leg, or a robot's ``arrays``; masses, lengths and principal inertias are used.
@@ -203,27 +196,20 @@ def printed_leg_torque(
         foot_force: Force of the ground on the foot in hip axes [N], shape (..., 3);
             none by default.
         gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
-        misprints: Those left standing, by name (`LegMisprint`).
+        misprints: Those kept (`LegMisprint`).
 
     Returns:
         Torques of coxa, femur and tibia [N·m], shape (..., 3).
 
-    Raises:
-        InvalidInput: There is no misprint of such a name, it is no leg, an array does not fit, or
-            gravity is no finite number.
-
     Source: Eqs. 10 and 11 as printed.
     """
-    left = chosen(LegMisprint, misprints)
-    check_leg(leg, Leg, LegArrays)
-    loads = {} if foot_force is None else {"foot_force": foot_force}
-    _, speed, acceleration, *force = threes(leg, q=q, qd=qd, qdd=qdd, **loads)
-    w1, w2, w3 = np.moveaxis(speed, -1, 0)
-    M, B, C, torque = printed_leg_matrices(leg, q, gravity=gravity, misprints=left)
+    kept = frozenset(map(LegMisprint, misprints))
+    w1, w2, w3 = np.moveaxis(qd, -1, 0)
+    M, B, C, torque = printed_leg_matrices(leg, q, gravity=gravity, misprints=kept)
     products = np.stack([w1 * w2, w1 * w3, w2 * w3], axis=-1)
-    for each, by in ((M, acceleration), (B, products), (C, speed**2)):
+    for each, by in ((M, qdd), (B, products), (C, np.square(qd))):
         torque = torque + np.einsum("...ij,...j->...i", each, by)
-    if not force:
+    if foot_force is None:
         return np.asarray(torque)
-    sign = 1 if LegMisprint.EQ_11_SIGN in left else -1
-    return np.asarray(torque + sign * np.einsum("...ij,...i->...j", jacobian(leg, q), force[0]))
+    sign = 1 if LegMisprint.EQ_11_SIGN in kept else -1
+    return np.asarray(torque + sign * np.einsum("...ij,...i->...j", jacobian(leg, q), foot_force))

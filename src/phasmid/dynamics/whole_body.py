@@ -7,18 +7,17 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.dynamics.matrices import link_moments
 from phasmid.kinematics import centre_of_mass, link_frames
-from phasmid.kinematics.arguments import check_robot, lead, number, numbers, shared_axes
+from phasmid.kinematics.arguments import geometry, per_leg, scalar
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
 
 class JointTorqueAndWrench(NamedTuple):
-    """What a motion needs.
+    """Joint torques and wrench on the trunk that a motion requires.
 
     Attributes:
         joint_torque: Torques of coxa, femur and tibia [N·m], shape (..., L, 3).
@@ -40,7 +39,7 @@ def inverse_dynamics(
     foot_force: Float[np.ndarray, "*#batch legs 3"] | None = None,
     gravity: float = STANDARD_GRAVITY,
 ) -> JointTorqueAndWrench:
-    """Joint torques, and what must hold the trunk, for a given motion of trunk and legs.
+    """Joint torques and wrench on the trunk for a motion of trunk and legs.
 
     Args:
         robot: The robot, L legs.
@@ -53,31 +52,24 @@ def inverse_dynamics(
         gravity: Acceleration of free fall, downwards along the world's z [m/s²].
 
     Returns:
-        Joint torques, and the wrench that something must exert on the trunk besides the given
-        foot forces. Without foot forces it is what all feet together have to give.
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, an array does not fit, or gravity is
-            no finite number.
+        Joint torques, and the wrench on the trunk besides the foot forces. Without foot forces
+        it is the wrench that all feet together must give.
 
     Source: the recursive Newton-Euler algorithm (Luh, Walker, Paul 1980) on a moving base;
     gravity enters as an acceleration of the base upwards. For one leg on a base at rest it
     equals Eq. 11, corrected.
     """
-    from phasmid.dynamics.whole_body_kernels import each_inverse_dynamics
+    from phasmid.dynamics.whole_body_kernels import inverse_dynamics_ufunc
 
-    loads = {} if foot_force is None else {"foot_force": foot_force}
-    batch, (q, qd, qdd, *force) = joint_arrays(robot, body, q=q, qd=qd, qdd=qdd, **loads)
-    gravity = number("gravity", gravity)
+    force = np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force
+    batch, arrays = joint_arrays(robot, body, q=q, qd=qd, qdd=qdd, foot_force=force)
     # Gravity acts as if everything accelerated upwards.
-    free_fall = body.acceleration + np.array([0.0, 0.0, gravity])
+    free_fall = body.acceleration + np.array([0.0, 0.0, scalar("gravity", gravity)])
     trunk = np.array(robot.body.mass)
     torque, wrench = np.empty((*batch, len(robot.legs), 3)), np.empty((*batch, 6))
-    lengths, *links = link_moments(robot.arrays)
-    each_inverse_dynamics(
-        lengths,
-        robot.arrays.lateral_offsets.sum(axis=-1),
-        *links,
+    inverse_dynamics_ufunc(
+        *geometry(robot.arrays),
+        *link_moments(robot.arrays),
         robot.arrays.R_body_hip,
         robot.arrays.p_body_hip,
         trunk,
@@ -86,10 +78,7 @@ def inverse_dynamics(
         body.angular_velocity,
         body.angular_acceleration,
         free_fall,
-        q,
-        qd,
-        qdd,
-        force[0] if force else np.zeros((len(robot.legs), 3)),
+        *arrays,
         out=(torque, wrench[..., :3], wrench[..., 3:]),
     )
     return JointTorqueAndWrench(torque, wrench)
@@ -111,9 +100,6 @@ def kinetic_energy(
 
     Returns:
         Energy [J], shape (...).
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
     """
     _, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
     arrays, (R, p) = robot.arrays, link_frames(robot, q)
@@ -162,28 +148,16 @@ def potential_energy(
 
     Returns:
         Energy [J], shape (...).
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, the angles do not fit, or gravity is
-            no finite number.
     """
     _, (q,) = joint_arrays(robot, body, q=q)
-    gravity = number("gravity", gravity)
     lift = np.sum(body.rotation[..., 2, :] * centre_of_mass(robot, q), axis=-1)
-    return np.asarray(robot.mass * gravity * (body.position[..., 2] + lift))
+    return np.asarray(robot.mass * scalar("gravity", gravity) * (body.position[..., 2] + lift))
 
 
 def joint_arrays(
     robot: Robot, body: BodyMotion, **arrays: object
 ) -> tuple[tuple[int, ...], list[np.ndarray]]:
-    """The leading axes that trunk and legs share, and the legs' arrays as floats.
-
-    Raises:
-        InvalidInput: It is no robot or no motion of a trunk, or an array does not fit.
-    """
-    check_robot(robot)
-    check_type("body", body, (BodyMotion,), "a BodyMotion", "dynamics.BodyMotion.at_rest()")
-    given = numbers(**arrays)
-    tail = (len(robot.legs), 3)
-    leads = {name: lead(name, array, tail) for name, array in given.items()}
-    return shared_axes({"body": body.position.shape[:-1], **leads}), list(given.values())
+    """Return the leading axes that trunk and legs share, and the legs' arrays as floats."""
+    found = per_leg(robot, **arrays)
+    shapes = [array.shape[:-2] for array in found]
+    return np.broadcast_shapes(body.position.shape[:-1], *shapes), found

@@ -1,7 +1,7 @@
-"""Compiled inverse dynamics of the whole robot at one instant, and over arrays of samples.
+"""Compiled inverse dynamics of the whole robot at one instant, and a ufunc of it.
 
-`dynamics.whole_body` validates and calls the function over arrays. Vectors are tuples of three
-numbers, so that the compiler keeps them in registers.
+`dynamics.whole_body` calls the ufunc, the controller the function of one instant. Vectors are
+tuples of three numbers, so that the compiler keeps them in registers.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.compiled import broadcasting, compiled, internal
+from phasmid.compiled import compiled, gufunc, internal
 from phasmid.kinematics.leg_kernels import sincos
 
 Vector = tuple[float, float, float]
@@ -224,11 +224,11 @@ def inverse_dynamics(
     moment[0], moment[1], moment[2] = rotate(R_world_body, total_moment)
 
 
-@broadcasting(
+@gufunc(
     "(l,n),(l),(l,n),(l,n,n),(l,n,n,n),(l,n,n),(l,n),(),(n),(n,n),"
     "(n,n),(n),(n),(n),(l,n),(l,n),(l,n),(l,n)->(l,n),(n),(n)"
 )
-def each_inverse_dynamics(
+def inverse_dynamics_ufunc(
     lengths: np.ndarray,
     left: np.ndarray,
     mass: np.ndarray,
@@ -240,9 +240,9 @@ def each_inverse_dynamics(
     trunk_first: np.ndarray,
     trunk_second: np.ndarray,
     R_world_body: np.ndarray,
-    angular_velocity: np.ndarray,
-    angular_acceleration: np.ndarray,
-    acceleration: np.ndarray,
+    w: np.ndarray,
+    dw: np.ndarray,
+    a: np.ndarray,
     q: np.ndarray,
     qd: np.ndarray,
     qdd: np.ndarray,
@@ -251,20 +251,8 @@ def each_inverse_dynamics(
     force: np.ndarray,
     moment: np.ndarray,
 ) -> None:
-    """Apply `inverse_dynamics` to each sample."""
+    """Apply `inverse_dynamics` to each sample; arguments in its order."""
     trunk = trunk_mass, trunk_first, trunk_second
     robot = RobotMoments(lengths, left, mass, first, second, R_body_hip, p_body_hip, *trunk)
-    inverse_dynamics(
-        robot,
-        R_world_body,
-        angular_velocity,
-        angular_acceleration,
-        acceleration,
-        q,
-        qd,
-        qdd,
-        foot_force,
-        torque,
-        force,
-        moment,
-    )
+    motion = R_world_body, w, dw, a, q, qd, qdd
+    inverse_dynamics(robot, *motion, foot_force, torque, force, moment)

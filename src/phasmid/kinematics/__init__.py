@@ -1,6 +1,5 @@
-"""Where the feet are: closed-form leg kinematics, frames, and how far the legs go."""
+"""Closed-form leg kinematics, frames and workspace."""
 
-from phasmid.kinematics.arguments import HasLengths
 from phasmid.kinematics.frames import (
     LinkFrames,
     angular_motion,
@@ -28,7 +27,6 @@ from phasmid.kinematics.leg import (
 from phasmid.kinematics.workspace import longest_stride, reach, within_reach
 
 __all__ = [
-    "HasLengths",
     "LinkFrames",
     "angular_motion",
     "body_from_hip",

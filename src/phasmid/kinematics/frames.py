@@ -7,23 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type
-from phasmid.errors import InvalidInput
-from phasmid.kinematics.arguments import (
-    alike,
-    as_printed,
-    check_robot,
-    lead,
-    numbers,
-    per_leg,
-    threes,
-)
+from phasmid.kinematics.arguments import is_printed, per_leg
 from phasmid.kinematics.matrices import dh_matrix, matrix
 from phasmid.kinematics.printed import printed_body_rotation, printed_dh_transform
 from phasmid.robot import Leg, Robot
 
-X_AHEAD = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""From the paper's axes, y forward and x to the right, to ours, x forward and y to the left."""
+R_OURS_PAPER = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+"""Rotation from the paper's axes, y forward, to ours, x forward."""
 
 
 class LinkFrames(NamedTuple):
@@ -58,14 +48,11 @@ def dh_transform(
     Returns:
         ``X_previous_next``, shape (..., 4, 4).
 
-    Raises:
-        InvalidInput: The shapes do not broadcast, or there is no such form.
-
     Source: Eq. 1 with its entry (1,4) corrected to a.
     """
-    if as_printed(form):
+    if is_printed(form):
         return printed_dh_transform(alpha, a, d, theta)
-    return dh_matrix(*alike(alpha=alpha, a=a, d=d, theta=theta))
+    return dh_matrix(alpha, a, d, theta)
 
 
 def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 4 4 4"]:
@@ -79,13 +66,8 @@ def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, 
         ``X_hip_coxa``, ``X_hip_femur``, ``X_hip_tibia`` and ``X_hip_foot``,
         shape (..., 4, 4, 4), the frames along the third axis from the end.
 
-    Raises:
-        InvalidInput: It is no single leg, or the angles do not fit it.
-
     Source: Table 1, Eq. 2 with its row 3 corrected.
     """
-    check_type("leg", leg, (Leg,), "a Leg", "robot.legs[0]")
-    (q,) = threes(leg, q=q)
     q1, q2, q3 = np.moveaxis(q, -1, 0)
     zero, right = np.float64(0.0), np.float64(np.pi / 2)
     coxa, femur, tibia = leg.lengths
@@ -120,14 +102,10 @@ def rotation_rpy(
     Returns:
         ``R_world_body``, shape (..., 3, 3).
 
-    Raises:
-        InvalidInput: The shapes do not broadcast, or there is no such form.
-
     Source: T_B^G, corrected, with x forward (the paper's forward axis is y).
     """
-    roll, pitch, yaw = alike(roll=roll, pitch=pitch, yaw=yaw)
-    if as_printed(form):
-        return X_AHEAD @ printed_body_rotation(roll, -pitch, yaw) @ X_AHEAD.T
+    if is_printed(form):
+        return R_OURS_PAPER @ printed_body_rotation(roll, np.negative(pitch), yaw) @ R_OURS_PAPER.T
     cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
     cy, sy = np.cos(yaw), np.sin(yaw)
     return matrix(
@@ -141,7 +119,7 @@ def quaternion_rotation(
     quaternion: Float[np.ndarray, "*batch 4"],
 ) -> Float[np.ndarray, "*batch 3 3"]:
     """Rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = _entries(quaternion)
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
     return matrix(
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
@@ -150,9 +128,9 @@ def quaternion_rotation(
 
 
 def yaw_quaternion(yaw: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch 4"]:
-    """Quaternion (w, x, y, z) of a turn about the vertical [rad]."""
-    half = numbers(yaw=yaw)["yaw"] / 2
-    zero = np.zeros(half.shape)
+    """Quaternion (w, x, y, z) of a rotation about the vertical [rad]."""
+    half = np.divide(yaw, 2)
+    zero = np.zeros_like(half)
     return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
 
 
@@ -162,7 +140,7 @@ def rpy_quaternion(
     yaw: Float[np.ndarray, "*batch"],
 ) -> Float[np.ndarray, "*batch 4"]:
     """Quaternion (w, x, y, z) of the rotation that `rotation_rpy` makes of these angles [rad]."""
-    halves = [angle / 2 for angle in alike(roll=roll, pitch=pitch, yaw=yaw)]
+    halves = np.divide(np.broadcast_arrays(roll, pitch, yaw), 2)
     (cr, cp, cy), (sr, sp, sy) = (tuple(f(half) for half in halves) for f in (np.cos, np.sin))
     return np.stack(
         [
@@ -205,14 +183,14 @@ def angular_motion(
 
 def quaternion_yaw(quaternion: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*batch"]:
     """Heading of a body pose: the angle of its x axis about the vertical [rad]."""
-    w, x, y, z = _entries(quaternion)
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
     return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
 def body_from_hip(
     robot: Robot, p_hip: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
-    """One point per leg from the hip frames to the body frame [m], shape (..., L, 3)."""
+    """Transform one point per leg from hip frames to the body frame [m], shape (..., L, 3)."""
     (p,) = per_leg(robot, p_hip=p_hip)
     arrays = robot.arrays
     return np.einsum("lij,...lj->...li", arrays.R_body_hip, p) + arrays.p_body_hip
@@ -221,27 +199,23 @@ def body_from_hip(
 def hip_from_body(
     robot: Robot, p_body: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
-    """One point per leg from the body frame to the hip frames [m], shape (..., L, 3)."""
+    """Transform one point per leg from the body frame to hip frames [m], shape (..., L, 3)."""
     (p,) = per_leg(robot, p_body=p_body)
     arrays = robot.arrays
     return np.einsum("lji,...lj->...li", arrays.R_body_hip, p - arrays.p_body_hip)
 
 
 def neutral_feet(robot: Robot) -> Float[np.ndarray, "legs 3"]:
-    """Where the feet stand at rest, in the body frame [m], shape (L, 3)."""
-    check_robot(robot)
+    """Neutral feet in the body frame [m], shape (L, 3)."""
     return body_from_hip(robot, robot.arrays.neutral_foot)
 
 
 def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFrames:
-    """Frames of all links of all legs, those of Table 1, seen from the body.
+    """Frames of all links in the body frame, axes as in Table 1.
 
     Args:
         robot: The robot, L legs.
         q: Joint angles [rad], shape (..., L, 3).
-
-    Raises:
-        InvalidInput: It is no robot, or the angles do not fit it.
     """
     (q,) = per_leg(robot, q=q)
     arrays = robot.arrays
@@ -273,9 +247,6 @@ def centre_of_mass(
     Args:
         robot: The robot, L legs.
         q: Joint angles [rad], shape (..., L, 3).
-
-    Raises:
-        InvalidInput: It is no robot, or the angles do not fit it.
     """
     frames = link_frames(robot, q)
     arrays = robot.arrays
@@ -287,20 +258,16 @@ def centre_of_mass(
 def step_pose(
     step: Float[np.ndarray, "3"], steps: Float[np.ndarray, "*batch"]
 ) -> Float[np.ndarray, "*batch 3"]:
-    """Pose on the plane after a number of equal steps, whole or not, along one arc.
+    """Pose on the plane after a number of equal steps along one arc.
 
     Args:
-        step: Displacement of one step in the frame before it: forward [m], left [m], turn [rad].
-        steps: How many steps, shape (...).
+        step: Displacement of one step in the frame before it: forward [m], left [m], yaw [rad].
+        steps: Number of steps, whole or not, shape (...).
 
     Returns:
         x [m], y [m] and heading [rad] in the frame of the start, shape (..., 3).
-
-    Raises:
-        InvalidInput: The step is not made of three real numbers, or the steps of none.
     """
-    (counts,) = numbers(steps=steps).values()
-    twist = step_twist(step)
+    counts, twist = np.asarray(steps), step_twist(step)
     heading = twist[2] * counts
     # sin(h)/w and (1 - cos h)/w, which tend to the number of steps and to zero.
     along = counts * np.sinc(heading / np.pi)
@@ -314,26 +281,13 @@ def step_twist(step: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
     """Constant velocity in body axes that makes one step in unit time.
 
     Args:
-        step: Displacement of one step in the frame before it: forward [m], left [m], turn [rad].
+        step: Displacement of one step in the frame before it: forward [m], left [m], yaw [rad].
 
     Returns:
-        Forward [m], left [m] and turn [rad] per step, shape (3,).
-
-    Raises:
-        InvalidInput: The step is not made of three real numbers.
+        Forward [m], left [m] and yaw [rad] per step, shape (3,).
     """
-    (given,) = numbers(step=step).values()
-    if given.shape != (3,):
-        raise InvalidInput(f"step has shape {given.shape}; it must be forward, left and turn.")
-    x, y, turn = given
-    along = np.sinc(turn / np.pi)
-    across = np.sinc(turn / (2 * np.pi)) * np.sin(turn / 2)
+    x, y, yaw = step
+    along = np.sinc(yaw / np.pi)
+    across = np.sinc(yaw / (2 * np.pi)) * np.sin(yaw / 2)
     forward, left = np.linalg.solve([[along, -across], [across, along]], [x, y])
-    return np.array([forward, left, turn])
-
-
-def _entries(quaternion: np.ndarray) -> np.ndarray:
-    """The four numbers of quaternions, in front."""
-    (array,) = numbers(quaternion=quaternion).values()
-    lead("quaternion", array, (4,))
-    return np.moveaxis(array, -1, 0)
+    return np.array([forward, left, yaw])

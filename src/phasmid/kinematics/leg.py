@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import Unreachable
-from phasmid.kinematics.arguments import HasLengths, as_printed, check_leg, geometry, threes
+from phasmid.kinematics.arguments import geometry, is_printed
 from phasmid.kinematics.printed import printed_joint_angles
+from phasmid.robot import Leg, LegArrays
 
 STRETCH_TOLERANCE = 1e-12
 """By this part of its length a leg may be over-stretched: the round-off of a target computed at
@@ -20,7 +21,7 @@ full stretch."""
 
 
 def foot_position(
-    leg: HasLengths, q: Float[np.ndarray, "*batch 3"]
+    leg: Leg | LegArrays, q: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 3"]:
     """Foot of a leg for given joint angles.
 
@@ -31,20 +32,15 @@ def foot_position(
     Returns:
         Foot in the leg's hip frame [m], shape (..., 3).
 
-    Raises:
-        InvalidInput: It is no leg, or the angles do not fit it.
-
     Source: Table 1 and Eqs. 1-2, corrected (docs/errata.md).
     """
-    from phasmid.kinematics.leg_kernels import each_foot
+    from phasmid.kinematics.leg_kernels import foot_position_ufunc
 
-    check_leg(leg)
-    (q,) = threes(leg, q=q)
-    return np.asarray(each_foot(*geometry(leg), q))
+    return np.asarray(foot_position_ufunc(*geometry(leg), q))
 
 
 def joint_angles(
-    leg: HasLengths, p_hip_foot: Float[np.ndarray, "*batch 3"], *, form: str = "corrected"
+    leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"], *, form: str = "corrected"
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint angles that place the foot at a point, knee up and leg outwards.
 
@@ -59,25 +55,22 @@ def joint_angles(
 
     Raises:
         Unreachable: A point is nearer or farther than the leg can go; carries the first such point.
-        InvalidInput: It is no leg, the points do not fit it, or there is no such form.
+        InvalidInput: There is no such form.
 
-    Source: Eqs. 3-9, corrected (docs/errata.md). The law of cosines of Eqs. 6 and 8 is taken by
-    half angles, which keep full precision at full stretch.
+    Source: Eqs. 3-9, corrected (docs/errata.md).
     """
-    if as_printed(form):
+    if is_printed(form):
         return printed_joint_angles(leg, p_hip_foot)
-    check_leg(leg)
-    (p,) = threes(leg, p_hip_foot=p_hip_foot)
-    q, margin = angles_and_margin(leg, p)
+    q, margin = angles_and_margin(leg, p_hip_foot)
     # Written so that NaN counts as unreachable.
     reachable = margin >= -STRETCH_TOLERANCE * (leg.lengths[..., 1] + leg.lengths[..., 2]) ** 2
     if not np.all(reachable):
-        raise unreachable(leg, p, tuple(map(int, np.argwhere(~reachable)[0])))
+        raise unreachable(leg, p_hip_foot, tuple(map(int, np.argwhere(~reachable)[0])))
     return q
 
 
 def angles_and_margin(
-    leg: HasLengths, p_hip_foot: Float[np.ndarray, "*batch 3"]
+    leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"]
 ) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch"]]:
     """Joint angles [rad] as `joint_angles`, and a margin [m²].
 
@@ -87,22 +80,22 @@ def angles_and_margin(
         leg: The leg, or a robot's ``arrays``.
         p_hip_foot: Foot in the hip frame [m], shape (..., 3).
     """
-    from phasmid.kinematics.leg_kernels import each_inverse
+    from phasmid.kinematics.leg_kernels import inverse_kinematics_ufunc
 
-    q, margin = each_inverse(*geometry(leg), p_hip_foot)
+    q, margin = inverse_kinematics_ufunc(*geometry(leg), p_hip_foot)
     return q, np.asarray(margin)
 
 
 def unreachable(
-    leg: HasLengths, p: Float[np.ndarray, "*batch 3"], index: tuple[int, ...]
+    leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"], index: tuple[int, ...]
 ) -> Unreachable:
     """Return the error of one point out of many; its distance is along the leg's plane."""
-    point, lengths = (v[index] for v in np.broadcast_arrays(p, leg.lengths))
-    offset = np.broadcast_to(leg.lateral_offsets, (*np.shape(p)[:-1], 3))[index].sum()
-    (x, y, z), (coxa, femur, tibia) = map(float, point), map(float, lengths)
-    outward = math.sqrt(max(x * x + y * y - float(offset) ** 2, 0.0))
+    lengths, left = geometry(leg)
+    point, lengths, side = np.broadcast_arrays(p_hip_foot, lengths, left[..., None])
+    (x, y, z), (coxa, femur, tibia) = point[index].tolist(), lengths[index].tolist()
+    outward = math.sqrt(max(x * x + y * y - float(side[index][0]) ** 2, 0.0))
     return Unreachable(
-        getattr(leg, "name", str(index[-1] + 1) if index else ""),
+        leg.name if isinstance(leg, Leg) else str(index[-1] + 1),
         (x, y, z),
         distance=math.hypot(outward - coxa, z),
         reach=(abs(femur - tibia), femur + tibia),
@@ -110,7 +103,9 @@ def unreachable(
     )
 
 
-def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
+def jacobian(
+    leg: Leg | LegArrays, q: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 3 3"]:
     """Jacobian of the foot: its velocity in hip axes for unit joint speeds.
 
     Args:
@@ -120,25 +115,20 @@ def jacobian(leg: HasLengths, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndar
     Returns:
         d foot / d q [m/rad], shape (..., 3, 3): rows x, y, z; columns coxa, femur, tibia.
 
-    Raises:
-        InvalidInput: It is no leg, or the angles do not fit it.
-
     Source: the derivative of Table 1; J of Eq. 11.
     """
-    from phasmid.kinematics.leg_kernels import each_jacobian
+    from phasmid.kinematics.leg_kernels import foot_jacobian_ufunc
 
-    check_leg(leg)
-    (q,) = threes(leg, q=q)
-    return np.asarray(each_jacobian(*geometry(leg), q))
+    return np.asarray(foot_jacobian_ufunc(*geometry(leg), q))
 
 
 def joint_motion(
-    leg: HasLengths,
+    leg: Leg | LegArrays,
     q: Float[np.ndarray, "*batch 3"],
     v_hip_foot: Float[np.ndarray, "*batch 3"],
     a_hip_foot: Float[np.ndarray, "*batch 3"],
 ) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch 3"]]:
-    """Joint speeds and accelerations that move the foot as given.
+    """Joint speeds and accelerations that give the foot a velocity and an acceleration.
 
     Args:
         leg: The leg, or a robot's ``arrays``.
@@ -149,14 +139,9 @@ def joint_motion(
     Returns:
         Joint speeds [rad/s] and accelerations [rad/s²], each of shape (..., 3).
 
-    Raises:
-        InvalidInput: It is no leg, or an array does not fit it or the others.
-
     Source: Table 1, differentiated twice in cylindrical coordinates about the coxa axis.
     """
-    from phasmid.kinematics.leg_kernels import each_joint_motion
+    from phasmid.kinematics.leg_kernels import joint_motion_ufunc
 
-    check_leg(leg)
-    arrays = threes(leg, q=q, v_hip_foot=v_hip_foot, a_hip_foot=a_hip_foot)
-    qd, qdd = each_joint_motion(*geometry(leg), *arrays)
+    qd, qdd = joint_motion_ufunc(*geometry(leg), q, v_hip_foot, a_hip_foot)
     return qd, qdd

@@ -1,6 +1,6 @@
-"""Compiled kinematics of one leg at one instant, and the same over arrays of samples.
+"""Compiled kinematics of one leg at one instant, and ufuncs that apply it to arrays of samples.
 
-`kinematics.leg` validates and calls the functions over arrays; the controller calls the others.
+`kinematics.leg` calls the ufuncs, the controller the functions of one instant.
 Lengths are those of coxa, femur and tibia [m]; ``left`` is the foot's offset from the leg's plane,
 positive to the left [m]; angles are in rad; points are in the hip frame [m].
 """
@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import broadcasting, compiled, inlined
+from phasmid.compiled import compiled, gufunc, inlined
 
 Triple = tuple[float, float, float]
 
@@ -44,9 +44,9 @@ def inverse_kinematics(
     Args:
         lengths: Link lengths, shape (3+,).
         left: Offset of the foot from the leg's plane.
-        x: Foot.
-        y: The same.
-        z: The same.
+        x: Foot, forward.
+        y: Foot, to the left.
+        z: Foot, up.
         stretch: Share of the leg's full length at which the margin is zero.
 
     Source: Eqs. 3-9, corrected. The law of cosines of Eqs. 6 and 8 is taken by half angles, which
@@ -125,25 +125,25 @@ def joint_motion(
     qdd[0], qdd[1], qdd[2] = d1, d2, d3 - d2
 
 
-@broadcasting("(n),(),(n)->(n)")
-def each_foot(lengths: np.ndarray, left: float, q: np.ndarray, foot: np.ndarray) -> None:
+@gufunc("(n),(),(n)->(n)")
+def foot_position_ufunc(lengths: np.ndarray, left: float, q: np.ndarray, foot: np.ndarray) -> None:
     """Apply `forward_kinematics` to each sample."""
     foot[0], foot[1], foot[2] = forward_kinematics(lengths, left, q[0], q[1], q[2])
 
 
-@broadcasting("(n),(),(n)->(n),()")
-def each_inverse(
+@gufunc("(n),(),(n)->(n),()")
+def inverse_kinematics_ufunc(
     lengths: np.ndarray, left: float, p: np.ndarray, q: np.ndarray, margin: np.ndarray
 ) -> None:
     """Apply `inverse_kinematics` to each sample."""
     q[0], q[1], q[2], margin[0] = inverse_kinematics(lengths, left, p[0], p[1], p[2], 1.0)
 
 
-@broadcasting("(n),(),(n)->(n,n)")
-def each_jacobian(lengths: np.ndarray, left: float, q: np.ndarray, J: np.ndarray) -> None:
+@gufunc("(n),(),(n)->(n,n)")
+def foot_jacobian_ufunc(lengths: np.ndarray, left: float, q: np.ndarray, J: np.ndarray) -> None:
     """Apply `foot_jacobian` to each sample."""
     foot_jacobian(lengths, left, q[0], q[1], q[2], J)
 
 
-each_joint_motion = broadcasting("(n),(),(n),(n),(n)->(n),(n)")(joint_motion)
+joint_motion_ufunc = gufunc("(n),(),(n),(n),(n)->(n),(n)")(joint_motion)
 """Apply `joint_motion` to each sample."""

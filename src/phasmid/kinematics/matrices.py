@@ -1,4 +1,4 @@
-"""Matrices out of entries that are themselves arrays over samples."""
+"""Matrices of samples from their entries."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ Samples = np.ndarray | np.float64
 
 
 def matrix(*rows: Sequence[Samples | float]) -> np.ndarray:
-    """A matrix per sample from its rows of entries, which broadcast, shape (..., rows, columns)."""
-    shapes = {getattr(entry, "shape", ()) for row in rows for entry in row}
+    """Return one matrix per sample from rows of entries that broadcast, shape (..., R, C)."""
+    shapes = {np.shape(entry) for row in rows for entry in row}
     shape = shapes.pop() if len(shapes) == 1 else np.broadcast_shapes(*shapes)
     filled = np.empty((*shape, len(rows), len(rows[0])))
     for i, row in enumerate(rows):
@@ -22,7 +22,7 @@ def matrix(*rows: Sequence[Samples | float]) -> np.ndarray:
 
 
 def dh_matrix(alpha: Samples, a: Samples, d: Samples, theta: Samples) -> np.ndarray:
-    """Eq. 1, corrected, over samples that broadcast; arguments as in ``frames.dh_transform``."""
+    """Return the transform of Eq. 1, corrected; arguments as in ``frames.dh_transform``."""
     ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
     return matrix(
         [ct, -st, 0.0, a],

@@ -1,39 +1,27 @@
-"""The paper's kinematics as printed, for study only; every misprint can be mended alone.
+"""The paper's kinematics as printed, for study only; each misprint can be corrected alone.
 
 The prints mix lengths with angles and with squares of lengths, so that their results depend on
-the unit; they are computed in the units of Table 1, millimetres and degrees. The paper knows no
-lateral offsets: the prints ignore those of a leg.
+the unit; they are computed in the units of Table 1, millimetres and degrees. The paper has no
+lateral offsets: these functions ignore those of a leg.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from enum import StrEnum
-from typing import TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, nearest
-from phasmid.kinematics.arguments import (
-    HasLengths,
-    alike,
-    check_leg,
-    lead,
-    numbers,
-    shared_axes,
-    threes,
-)
 from phasmid.kinematics.matrices import Samples, dh_matrix, matrix
+from phasmid.robot import Leg, LegArrays
 from phasmid.units import UNITS
 
 MM, DEG = UNITS["mm"], UNITS["deg"]
 
-Kind = TypeVar("Kind", bound=StrEnum)
-
 
 class KinematicMisprint(StrEnum):
-    """What is misprinted in Eqs. 1 to 9 and in T_B^G; docs/errata.md tells each and its cost."""
+    """Misprints of Eqs. 1 to 9 and of T_B^G; docs/errata.md describes each."""
 
     EQ_1_OFFSET = "eq-1-offset"
     EQ_2_HEIGHT = "eq-2-height"
@@ -50,70 +38,41 @@ AS_PRINTED = frozenset(KinematicMisprint)
 """Every misprint of the paper's kinematics."""
 
 
-def chosen(kind: type[Kind], misprints: Iterable[str]) -> frozenset[Kind]:
-    """The misprints of these names.
-
-    Raises:
-        InvalidInput: There is no misprint of such a name, or no collection of names.
-    """
-    known = [str(each) for each in kind]
-    if isinstance(misprints, str) or not isinstance(misprints, Iterable):
-        one = isinstance(misprints, str)
-        given = f'the one text "{misprints}"' if one else repr(misprints)
-        raise InvalidInput(
-            f"misprints is {given}; it must be a collection of names.",
-            hint=f'["{nearest(misprints, known) or misprints}"]' if one else f'["{known[0]}"]',
-        )
-    misprints = list(misprints)
-    for name in misprints:
-        if name not in known:
-            raise InvalidInput(
-                f'no misprint called "{name}"; it must be one of {", ".join(known)}.',
-                hint=nearest(str(name), known),
-            )
-    return frozenset(map(kind, misprints))
-
-
 def printed_joint_angles(
-    leg: HasLengths,
+    leg: Leg | LegArrays,
     p_hip_foot: Float[np.ndarray, "*batch 3"],
     *,
     misprints: Collection[str] = AS_PRINTED,
 ) -> Float[np.ndarray, "*batch 3"]:
-    """Joint angles of Eqs. 3 to 9 as printed, or with some of their misprints mended.
+    """Joint angles of Eqs. 3 to 9 as printed, or with some of their misprints corrected.
 
     Args:
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
         p_hip_foot: Foot in the leg's hip frame [m], shape (..., 3).
-        misprints: Those left standing; with none it is the knee-up solution.
+        misprints: Those kept; with none it is the knee-up solution.
 
     Returns:
         Coxa, femur and tibia angles in Table 1's signs [rad], shape (..., 3); NaN where an equation
         gives no angle.
 
-    Raises:
-        InvalidInput: There is no misprint of such a name, it is no leg, or the points do not fit.
-
     Source: Eqs. 3-9 as printed. Z_offset is the body height, positive over a foot below the hip,
     where Eq. 7 needs the height of the foot; L1 is read as Eq. 10 and Table 2 (L_i) read it,
     as the coxa's length, where Fig. 5 needs the distance of the foot from the coxa axis.
     """
-    left = chosen(KinematicMisprint, misprints)
-    check_leg(leg)
-    (p,) = threes(leg, p_hip_foot=p_hip_foot)
-    x4, y4, z4 = MM.per_si * np.moveaxis(p, -1, 0)
+    kept = frozenset(map(KinematicMisprint, misprints))
+    x4, y4, z4 = MM.per_si * np.moveaxis(p_hip_foot, -1, 0)
     Lc, LF, LT = MM.per_si * np.moveaxis(leg.lengths, -1, 0)
 
     def arctan(y: Samples, x: Samples, misprint: KinematicMisprint) -> Samples:
-        if misprint not in left:
+        if misprint not in kept:
             return np.arctan2(y, x)
         return np.arctan(y / x)
 
     def root(square: Samples, misprint: KinematicMisprint) -> Samples:
-        return np.sqrt(square) if misprint in left else square
+        return np.sqrt(square) if misprint in kept else square
 
-    height = np.abs(z4) if KinematicMisprint.EQ_7_HEIGHT in left else z4
-    L1 = Lc + 0 * x4 if KinematicMisprint.EQ_4_DISTANCE in left else np.hypot(x4, y4)
+    height = np.abs(z4) if KinematicMisprint.EQ_7_HEIGHT in kept else z4
+    L1 = Lc + 0 * x4 if KinematicMisprint.EQ_4_DISTANCE in kept else np.hypot(x4, y4)
     # A print without an angle shows as a division by zero or a cosine beyond one.
     with np.errstate(divide="ignore", invalid="ignore"):
         theta1 = arctan(y4, x4, KinematicMisprint.EQ_3_QUADRANT)
@@ -139,19 +98,15 @@ def printed_dh_transform(
         a: Distance between the joint axes, along the previous x [m].
         d: Offset along the joint axis [m].
         theta: Joint angle [rad].
-        misprints: Those left standing.
+        misprints: Those kept.
 
     Returns:
         ``X_previous_next``, shape (..., 4, 4); as printed, a degree of alpha counts as a
         millimetre.
 
-    Raises:
-        InvalidInput: There is no misprint of such a name, or the shapes do not broadcast.
-
     Source: Eq. 1 as printed.
     """
-    wrong = KinematicMisprint.EQ_1_OFFSET in chosen(KinematicMisprint, misprints)
-    alpha, a, d, theta = alike(alpha=alpha, a=a, d=d, theta=theta)
+    wrong = KinematicMisprint.EQ_1_OFFSET in map(KinematicMisprint, misprints)
     return dh_matrix(alpha, alpha * (DEG.per_si / MM.per_si) if wrong else a, d, theta)
 
 
@@ -166,22 +121,16 @@ def printed_leg_pose(
     Args:
         p_body_hip: Hip in the body frame [m], shape (..., 3).
         yaw: Direction of the leg in the body frame [rad], shape (...).
-        misprints: Those left standing.
+        misprints: Those kept.
 
     Returns:
         ``X_body_hip``, shape (..., 4, 4); as printed it is no rigid motion.
 
-    Raises:
-        InvalidInput: There is no misprint of such a name, or a shape does not fit.
-
     Source: Eq. 2 as printed.
     """
-    wrong = KinematicMisprint.EQ_2_HEIGHT in chosen(KinematicMisprint, misprints)
-    given = numbers(p_body_hip=p_body_hip, yaw=yaw)
-    hip, angle = given.values()
-    shared_axes({"p_body_hip": lead("p_body_hip", hip, (3,)), "yaw": angle.shape})
-    x, y, z = np.moveaxis(hip, -1, 0)
-    c, s = np.cos(angle), np.sin(angle)
+    wrong = KinematicMisprint.EQ_2_HEIGHT in map(KinematicMisprint, misprints)
+    x, y, z = np.moveaxis(p_body_hip, -1, 0)
+    c, s = np.cos(yaw), np.sin(yaw)
     third = [0.0, 0.0, 0.0, 0.0] if wrong else [0.0, 0.0, 1.0, z]
     return matrix([c, -s, 0.0, x], [s, c, 0.0, y], third, [0.0, 0.0, 0.0, 1.0])
 
@@ -199,18 +148,14 @@ def printed_body_rotation(
         roll: Angle about the forward axis y [rad].
         pitch: Angle about the axis x, to the right [rad].
         yaw: Angle about the vertical [rad].
-        misprints: Those left standing; with none it is Rz(yaw) Rx(pitch) Ry(roll).
+        misprints: Those kept; with none it is Rz(yaw) Rx(pitch) Ry(roll).
 
     Returns:
         ``R_world_body``, shape (..., 3, 3); as printed it is no rotation.
 
-    Raises:
-        InvalidInput: There is no misprint of such a name, or the shapes do not broadcast.
-
     Source: T_B^G as printed.
     """
-    wrong = KinematicMisprint.BODY_ROTATION in chosen(KinematicMisprint, misprints)
-    roll, pitch, yaw = alike(roll=roll, pitch=pitch, yaw=yaw)
+    wrong = KinematicMisprint.BODY_ROTATION in map(KinematicMisprint, misprints)
     ca, sa, cb, sb = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
     cg, sg = np.cos(yaw), np.sin(yaw)
     return matrix(

@@ -1,4 +1,4 @@
-"""How far the feet can go."""
+"""Workspace of the feet: reach of a leg, reachable targets, longest stride."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type
-from phasmid.kinematics.arguments import number, per_leg
+from phasmid.kinematics.arguments import per_leg
 from phasmid.kinematics.frames import hip_from_body, neutral_feet
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import Leg, Robot
@@ -27,12 +26,7 @@ def reach(leg: Leg, height: float) -> tuple[float, float]:
 
     Returns:
         Nearest and farthest distance [m]; both NaN where the leg cannot reach that height.
-
-    Raises:
-        InvalidInput: It is no single leg, or the height is no finite number.
     """
-    check_type("leg", leg, (Leg,), "a Leg", "robot.legs[0]")
-    height = number("height", height)
     coxa, femur, tibia = map(float, leg.lengths)
     left = float(leg.lateral_offsets.sum())
     if abs(height) > femur + tibia:
@@ -46,7 +40,7 @@ def reach(leg: Leg, height: float) -> tuple[float, float]:
 def within_reach(
     robot: Robot, p_hip_feet: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs"]:
-    """Whether each foot target can be reached within the joint limits.
+    """Check which foot targets are reachable within the joint limits.
 
     Args:
         robot: The robot, L legs.
@@ -54,9 +48,6 @@ def within_reach(
 
     Returns:
         Ones where a target is reachable, else zeros, shape (..., L).
-
-    Raises:
-        InvalidInput: It is no robot, or the targets do not fit it.
     """
     (p,) = per_leg(robot, p_hip_feet=p_hip_feet)
     arrays = robot.arrays
@@ -75,11 +66,7 @@ def longest_stride(robot: Robot, direction: float = 0.0) -> float:
 
     Returns:
         Length of the longest step on level ground, feet at neutral height [m].
-
-    Raises:
-        InvalidInput: It is no robot, or the direction is no finite number.
     """
-    direction = number("direction", direction)
     away = np.array([math.cos(direction), math.sin(direction), 0.0])
     centre = neutral_feet(robot)
 

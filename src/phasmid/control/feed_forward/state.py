@@ -175,7 +175,7 @@ def parameters_of(
     cost, cost_option = settings.cost()
     return Parameters(
         np.column_stack(geometry(arrays)),
-        *link_moments(arrays)[1:],
+        *link_moments(arrays),
         arrays.R_body_hip,
         arrays.p_body_hip,
         body.mass,
