@@ -106,14 +106,13 @@ def kinetic_energy(
     R_body_world = np.swapaxes(body.rotation, -1, -2)
     w, v = (_apply(R_body_world, each) for each in (body.angular_velocity, body.velocity))
     # Each link turns as the one before it and about its own axis, which is its z.
-    base = np.broadcast_to(w[..., None, None, :], (*w.shape[:-1], len(robot.legs), 1, 3))
-    turn = base + np.cumsum(R[..., :, 2] * qd[..., None], axis=-2)
-    before = np.concatenate([np.broadcast_to(base, (*turn.shape[:-2], 1, 3)), turn[..., :2, :]], -2)
-    steps = np.diff(p, axis=-2, prepend=0.0)
-    velocity = v[..., None, None, :] + np.cumsum(np.cross(before, steps), axis=-2)
-    velocity = velocity + np.cross(turn, _apply(R, arrays.com))
-    turn = _apply(np.swapaxes(R, -1, -2), turn)
-    legs = _rigid_energy(arrays.mass, arrays.inertia, velocity, turn).sum(axis=(-2, -1))
+    own = R[..., :, 2] * qd[..., None]
+    w_link = w[..., None, None, :] + np.cumsum(own, axis=-2)
+    steps = np.cross(w_link - own, np.diff(p, axis=-2, prepend=0.0))
+    velocity = v[..., None, None, :] + np.cumsum(steps, axis=-2)
+    velocity = velocity + np.cross(w_link, _apply(R, arrays.com))
+    w_link = _apply(np.swapaxes(R, -1, -2), w_link)
+    legs = _rigid_energy(arrays.mass, arrays.inertia, velocity, w_link).sum(axis=(-2, -1))
     trunk = robot.body
     v = v + np.cross(w, trunk.com)
     return np.asarray(_rigid_energy(np.array(trunk.mass), trunk.inertia, v, w) + legs)
@@ -124,11 +123,11 @@ def _apply(matrix: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def _rigid_energy(
-    mass: np.ndarray, inertia: np.ndarray, velocity: np.ndarray, turn: np.ndarray
+    mass: np.ndarray, inertia: np.ndarray, velocity: np.ndarray, w: np.ndarray
 ) -> np.ndarray:
-    """Kinetic energy of rigid bodies from the velocities of their centres of mass."""
+    """Return the kinetic energy of rigid bodies from the velocities of their centres of mass."""
     linear = mass * np.sum(velocity**2, axis=-1)
-    return np.asarray((linear + np.sum(turn * _apply(inertia, turn), axis=-1)) / 2)
+    return np.asarray((linear + np.sum(w * _apply(inertia, w), axis=-1)) / 2)
 
 
 def potential_energy(
