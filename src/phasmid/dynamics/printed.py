@@ -188,18 +188,8 @@ def printed_leg_torque(
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint torques of Eq. 11 as printed, or with some of its misprints corrected.
 
-    Args:
-        leg: The leg, or a robot's ``arrays``; masses, lengths and principal inertias are used.
-        q: Coxa, femur and tibia angles in Table 1's signs [rad], shape (..., 3).
-        qd: Their speeds [rad/s], shape (..., 3).
-        qdd: Their accelerations [rad/s²], shape (..., 3).
-        foot_force: Force of the ground on the foot in hip axes [N], shape (..., 3);
-            none by default.
-        gravity: Acceleration of free fall, downwards along the hip's z [m/s²].
-        misprints: Those kept (`LegMisprint`).
-
-    Returns:
-        Torques of coxa, femur and tibia [N·m], shape (..., 3).
+    Arguments and result are those of `leg_torque`, with gravity along the hip's z, and
+    ``misprints`` those kept, by name (`LegMisprint`).
 
     Source: Eqs. 10 and 11 as printed.
     """

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 
 from phasmid.errors import InvalidInput
-from phasmid.robot import Leg, LegArrays, Robot
+from phasmid.robot import Robot
 
 
-def geometry(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray]:
+class LegGeometry(Protocol):
+    """A leg, or the arrays of several legs."""
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Lengths of coxa, femur and tibia [m], shape (..., 3)."""
+
+    @property
+    def lateral_offsets(self) -> np.ndarray:
+        """Lateral offsets of coxa, femur and tibia [m], shape (..., 3)."""
+
+
+def geometry(leg: LegGeometry) -> tuple[np.ndarray, np.ndarray]:
     """Return a leg's lengths, shape (..., 3), and its foot's offset from its plane, shape (...)."""
     return leg.lengths, np.asarray(leg.lateral_offsets.sum(axis=-1))
 

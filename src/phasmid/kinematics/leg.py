@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import Unreachable
-from phasmid.kinematics.arguments import geometry, is_printed
+from phasmid.kinematics.arguments import LegGeometry, geometry, is_printed
 from phasmid.kinematics.printed import printed_joint_angles
 from phasmid.robot import Leg, LegArrays
 
@@ -70,7 +70,7 @@ def joint_angles(
 
 
 def angles_and_margin(
-    leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"]
+    leg: LegGeometry, p_hip_foot: Float[np.ndarray, "*batch 3"]
 ) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch"]]:
     """Joint angles [rad] as `joint_angles`, and a margin [m²].
 

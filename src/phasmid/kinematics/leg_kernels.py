@@ -39,15 +39,8 @@ def inverse_kinematics(
 ) -> tuple[float, float, float, float]:
     """Return the joint angles that place the foot, knee up and leg outwards, and a margin [m²].
 
-    The margin is negative, or NaN, where the leg cannot reach.
-
-    Args:
-        lengths: Link lengths, shape (3+,).
-        left: Offset of the foot from the leg's plane.
-        x: Foot, forward.
-        y: Foot, to the left.
-        z: Foot, up.
-        stretch: Share of the leg's full length at which the margin is zero.
+    The margin is negative, or NaN, where the leg cannot reach, and zero where it is stretched to
+    the share ``stretch`` of its full length.
 
     Source: Eqs. 3-9, corrected. The law of cosines of Eqs. 6 and 8 is taken by half angles, which
     keep full precision at full stretch.

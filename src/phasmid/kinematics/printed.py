@@ -93,16 +93,8 @@ def printed_dh_transform(
 ) -> Float[np.ndarray, "*batch 4 4"]:
     """Transform between neighbouring frames as printed: the angle alpha stands for the length a.
 
-    Args:
-        alpha: Angle between the joint axes, about the previous x [rad].
-        a: Distance between the joint axes, along the previous x [m].
-        d: Offset along the joint axis [m].
-        theta: Joint angle [rad].
-        misprints: Those kept.
-
-    Returns:
-        ``X_previous_next``, shape (..., 4, 4); as printed, a degree of alpha counts as a
-        millimetre.
+    Arguments and result are those of `dh_transform`, ``misprints`` those kept. A degree of alpha
+    counts as a millimetre.
 
     Source: Eq. 1 as printed.
     """
