@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from phasmid import load_robot
 from phasmid.control import Command, Observation, Posture
 from phasmid.control.command import LegCommand
-from phasmid.control.sequences import Sequencer, SequenceSettings, Stage, packing
+from phasmid.control.sequences import Sequencer, Stage, packing
 from phasmid.control.sequences.ground import (
     belly_ground,
     knees_and_feet,
     resting_ground,
     solve_feet,
 )
+from phasmid.control.sequences.joint_path import ACCELERATION, largest_speed
 from phasmid.control.sequences.posture import fold_legs, leg_gaps
 from phasmid.control.sequences.stance import neutral_stance
 from sequence_runs import DT, Still, run
@@ -26,7 +27,6 @@ ROBOTS = {
     name: load_robot(name)
     for name in ("phantomx-paper", "phantomx-ax", "phantomx-mk4", "quadruped", "octopod")
 }
-SETTINGS = SequenceSettings()
 UP = Command(posture=Posture.STANDING)
 DOWN = Command(posture=Posture.PACKED)
 
@@ -46,16 +46,16 @@ def check_smooth(robot, told, first):
     the path's own accelerations do not jump, so its change in a step is bounded by the jerk, for
     which the quintic's 60 / T³ with the shortest time that its acceleration allows stands.
     """
-    speed = SETTINGS.speed(robot)
+    speed = largest_speed(robot)
     q = np.concatenate([first[None], told.q])
     assert np.abs(told.qd).max() <= speed * (1 + 1e-9)
     assert np.abs(np.diff(q, axis=0)).max() <= speed * DT * (1 + 1e-9)
     acceleration = np.diff(q, 2, axis=0) / DT**2
-    assert np.abs(acceleration).max() <= SETTINGS.acceleration * (1 + 1e-6)
+    assert np.abs(acceleration).max() <= ACCELERATION * (1 + 1e-6)
     # The velocities that are told are the positions' derivatives: central differences are off by
     # a sixth of the jerk times the step squared.
     middle = (q[2:] - q[:-2]) / (2 * DT)
-    assert np.abs(middle - told.qd[:-1]).max() < SETTINGS.acceleration * DT / 2
+    assert np.abs(middle - told.qd[:-1]).max() < ACCELERATION * DT / 2
 
 
 @any_robot
@@ -81,7 +81,7 @@ def test_feet_stay_above_the_ground_on_which_the_body_lies_until_they_carry_it(n
     A knot every fortieth of a way leaves the spline between them within a tenth of a millimetre.
     """
     robot = ROBOTS[name]
-    packed = packing(robot, SETTINGS).folded
+    packed = packing(robot).folded
     told = run(Sequencer(Still(), robot), packed, [UP] * 2000, until=Stage.STANDING)
     knees, feet = knees_and_feet(robot, told.q)
     ground = belly_ground(robot)
@@ -102,7 +102,7 @@ def test_feet_stay_above_the_ground_on_which_the_body_lies_until_they_carry_it(n
 @settings(max_examples=3)
 def test_a_change_of_mind_at_any_moment_is_answered_smoothly(name, times):
     robot = ROBOTS[name]
-    packed = packing(robot, SETTINGS).folded
+    packed = packing(robot).folded
     commands = [c for k, n in enumerate(times) for c in [DOWN if k % 2 else UP] * n]
     commands += [DOWN] * 1500
     sequencer = Sequencer(Still(), robot)
@@ -240,7 +240,7 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
 def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(name, seed):
     """All knees and feet begin above the ground; half a millimetre is not worth a way round."""
     robot = ROBOTS[name]
-    ground, goal = belly_ground(robot), packing(robot, SETTINGS).folded
+    ground, goal = belly_ground(robot), packing(robot).folded
     rng, limits = np.random.default_rng(seed), robot.arrays.joint_limits
     first = goal.copy()
     for _ in range(200):
@@ -248,12 +248,12 @@ def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(name, seed
         points = np.stack(knees_and_feet(robot, trial))
         above = (ground.height(points) > 0).all(axis=0)
         first[above] = trial[above]
-    paths = fold_legs(robot, first, goal, ground, SETTINGS)
+    paths = fold_legs(robot, first, goal, ground)
     assert np.array_equal(paths[0].at(0.0).position, first)
-    assert np.abs(paths[-1].at(1.0).position - goal).max() < 1e-12
+    assert np.abs(paths[-1].at(paths[-1].duration).position - goal).max() < 1e-12
     for before, after in pairwise(paths):
-        assert np.abs(before.at(1.0).position - after.at(0.0).position).max() < 1e-12
-    q = np.array([path.at(s).position for path in paths for s in np.linspace(0, 1, 41)])
+        assert np.abs(before.at(before.duration).position - after.at(0.0).position).max() < 1e-12
+    q = np.array([path.spline(s) for path in paths for s in np.linspace(0, 1, 41)])
     assert ground.height(np.stack(knees_and_feet(robot, q))).min() > -1e-3
     gap = leg_gaps(robot, q)
     assert (gap > np.minimum(0.02, 0.9 * np.minimum(gap[0], gap[-1]))).all()

@@ -10,7 +10,7 @@ from phasmid.control.player import Player
 from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
 from phasmid.control.safety_filter import SafetyFilter
 from phasmid.control.script import CommandScript, load_script, script_from_text
-from phasmid.control.sequences import Sequencer, SequenceSettings
+from phasmid.control.sequences import Sequencer
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
@@ -33,6 +33,5 @@ __all__ = [
     "script_from_text",
     "SafetyFilter",
     "SafetySettings",
-    "SequenceSettings",
     "Sequencer",
 ]

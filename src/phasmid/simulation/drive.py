@@ -23,7 +23,7 @@ from phasmid.control import (
     SafetySettings,
     Sequencer,
 )
-from phasmid.control.sequences import SequenceSettings, packing
+from phasmid.control.sequences import packing
 from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput
 from phasmid.forces.servo_verdict import verdict_text
@@ -173,7 +173,7 @@ class DriveExperiment(Experiment):
         else:
             robot = scenario.load_robot()
             if start is None and scenario.simulation.start_posture == "packed":
-                start = packing(robot, SequenceSettings()).folded
+                start = packing(robot).folded
             self.begin = standing(scenario, robot, start)
         check_time_step(scenario, self.begin)
         check_start(scenario, self.begin)

@@ -22,7 +22,6 @@ from phasmid.control import (
     SafetyFilter,
     SafetySettings,
     Sequencer,
-    SequenceSettings,
     script_from_text,
 )
 from phasmid.control.estimation.settings import EstimatorSettings
@@ -47,7 +46,6 @@ SETTINGS = {
         EstimatorSettings,
         Gait,
         SafetySettings,
-        SequenceSettings,
     )
 }
 """Types of recorded settings, beside numbers, texts and lists of them."""
@@ -235,7 +233,7 @@ def controller_attributes(controller: Controller) -> dict[str, str]:
             around.append(_to_json(inner.monitor.settings))
             inner = inner.controller
         else:
-            around.append(_to_json(inner.settings))
+            around.append(Sequencer.__name__)
             inner = inner.walker
     kind = type(inner)
     attributes = {"controller": f"{kind.__module__}.{kind.__qualname__}"}
@@ -270,8 +268,8 @@ def _controller(recording: Recording, scenario: Scenario) -> Controller | None:
         motion = _motion(recording, scenario)
         controller = Player(motion, rate=settings["rate"], lead=settings["lead"])
     for outer in reversed(around):
-        if controller and isinstance(outer, SequenceSettings):
-            controller = Sequencer(controller, robot, outer)
+        if controller and outer == Sequencer.__name__:
+            controller = Sequencer(controller, robot)
         elif controller and isinstance(outer, SafetySettings):
             controller = SafetyFilter(controller, robot, outer)
         else:

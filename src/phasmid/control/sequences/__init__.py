@@ -2,6 +2,5 @@
 
 from phasmid.control.sequences.posture import Packing, packing
 from phasmid.control.sequences.sequencer import Sequencer, Stage
-from phasmid.control.sequences.settings import SequenceSettings
 
-__all__ = ["Packing", "SequenceSettings", "Sequencer", "Stage", "packing"]
+__all__ = ["Packing", "Sequencer", "Stage", "packing"]

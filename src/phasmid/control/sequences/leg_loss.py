@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 
 import numpy as np
@@ -10,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from phasmid.control.observation import Observation
 from phasmid.control.sequences.posture import leg_poses
-from phasmid.control.sequences.settings import SequenceSettings
+from phasmid.control.sequences.stance import STEP_HEIGHT
 from phasmid.robot import Robot
 
 LOSS_TIME = 0.2
@@ -68,7 +67,6 @@ def lifted_leg(
     robot: Robot,
     leg: int,
     height: float,
-    settings: SequenceSettings,
     dead: Collection[int],
     q: Float[np.ndarray, "3"],
 ) -> tuple[Float[np.ndarray, "3"], float]:
@@ -81,20 +79,17 @@ def lifted_leg(
     Returns:
         Joint angles [rad], shape (3,), and the least height of knee and foot [m].
     """
-    limits = robot.arrays.joint_limits
-    low, high = limits[..., 0] + settings.limit_margin, limits[..., 1] - settings.limit_margin
-    low[:, 2] = np.maximum(low[:, 2], settings.knee_fold - math.pi)
-    poses, points, extent = leg_poses(robot, low, high, ANGLES)
+    poses, points, extent = leg_poses(robot, ANGLES)
     lowest = points[..., leg, 2].min(axis=0) + height
     limp = tuple(joint - 1 for joint in (1, 2) if joint in dead)
     if limp:
         cost = -np.broadcast_to(lowest.min(axis=limp, keepdims=True), lowest.shape)
         clearance = float(-cost.min())
     else:
-        enough = min(2 * settings.step_height, float(lowest.max()))
+        enough = min(2 * STEP_HEIGHT, float(lowest.max()))
         cost = np.where(lowest >= enough, extent[..., leg], np.inf)
         clearance = float(lowest.flat[np.argmin(cost)])
-    pose = poses.reshape(-1, *limits.shape[:2])[np.argmin(cost), leg].copy()
+    pose = poses[..., leg, :].reshape(-1, 3)[np.argmin(cost)].copy()
     dead = list(dead)
     if np.isfinite(q).all():
         pose[dead] = q[dead]

@@ -9,10 +9,12 @@ from jaxtyping import Float
 
 from phasmid.control.command import LegCommand
 from phasmid.control.sequences.ground import knees_and_feet, solve_feet
-from phasmid.control.sequences.settings import SequenceSettings
-from phasmid.control.sequences.stance import SMOOTH, Stance, StancePlanner
+from phasmid.control.sequences.stance import SMOOTH, STEP_HEIGHT, Stance, StancePlanner
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Robot
+
+LEG_CLEARANCE = 0.005
+"""Least height of foot and knee of a manual leg over the ground [m]."""
 
 
 class ManualLegs:
@@ -29,7 +31,7 @@ class ManualLegs:
 
     def __init__(self, plan: StancePlanner, numbers: Collection[int]) -> None:
         self.numbers, self.stance, self.paths = tuple(numbers), plan.stance, plan.paths
-        self._robot, self._clearance = plan.robot, plan.settings.clearance / 2
+        self._robot, self._clearance = plan.robot, LEG_CLEARANCE
         self._up = rotation_rpy(*plan.stance.pose[3:, None])[0][2]
         self._reported: set[str] = set()
 
@@ -74,14 +76,13 @@ def lift_legs(
     robot: Robot,
     stance: Stance,
     numbers: Collection[int],
-    settings: SequenceSettings,
     lost: Collection[int],
 ) -> ManualLegs | None:
     """Plan to lift legs of a standing robot; None if the others would not support it.
 
     The support must hold with these legs as they are lifted, and stretched outwards.
     """
-    plan = StancePlanner(robot, stance, settings, lost)
+    plan = StancePlanner(robot, stance, lost)
     feet, legs = np.repeat(stance.feet[None], len(SMOOTH), axis=0), [n - 1 for n in numbers]
-    feet[:, legs, 2] += settings.step_height * SMOOTH[:, 0]
+    feet[:, legs, 2] += STEP_HEIGHT * SMOOTH[:, 0]
     return ManualLegs(plan, numbers) if plan.swing(legs, feet, stretched=True) else None

@@ -11,7 +11,6 @@ from jaxtyping import Float
 
 from phasmid.control.sequences.ground import GroundPlane, belly_ground, knees_and_feet, solve_feet
 from phasmid.control.sequences.joint_path import JointPath
-from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.control.sequences.stance import (
     ARC,
     SAMPLES,
@@ -33,6 +32,12 @@ PLACES = np.concatenate([[1.0], *([1 + d, 1 - d] for d in np.arange(0.05, 0.65, 
 
 RISE = np.linspace(0.0, 1.0, 25)[:, None]
 """Heights between lying and standing at which a foot must be within reach."""
+
+CLEARANCE = 0.010
+"""Height of feet and knees over the ground on their paths [m]."""
+
+LIMIT_MARGIN, KNEE_FOLD = np.radians([2, 35])
+"""Distance of resting poses from the joint limits, and least angle of a folded knee [rad]."""
 
 LIFTS = 0.0, 1.0, 2.0, 4.0
 """Heights of the arc to try when feet are put down, relative to the clearance."""
@@ -65,7 +70,7 @@ class Packing:
     feet: Float[np.ndarray, "legs 3"]
 
 
-def packing(robot: Robot, settings: SequenceSettings) -> Packing:
+def packing(robot: Robot) -> Packing:
     """Search the pose in which a robot lies: legs folded closely, clear of the ground.
 
     Raises:
@@ -80,7 +85,7 @@ def packing(robot: Robot, settings: SequenceSettings) -> Packing:
         p = np.repeat(feet[None], len(RISE), axis=0)
         p[..., :2] = hips[:, :2] + place * (standing - hips)[:, :2]
         p[..., 2] = belly + RISE * (standing[:, 2] - belly)
-        reached = solve_feet(robot, p, settings.limit_margin / 2)[1].all(axis=0)
+        reached = solve_feet(robot, p, LIMIT_MARGIN / 2)[1].all(axis=0)
         feet[missing & reached] = p[0, missing & reached]
         missing &= ~reached
     if missing.any():
@@ -90,12 +95,10 @@ def packing(robot: Robot, settings: SequenceSettings) -> Packing:
             "reach and joint limits all the way up.",
             where="robot",
         )
-    return Packing(_folded(robot, settings), feet)
+    return Packing(_folded(robot), feet)
 
 
-def leg_poses(
-    robot: Robot, low: Angles, high: Angles, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def leg_poses(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return poses of all legs on a grid of femur and tibia angles, the coxa near neutral.
 
     Returns:
@@ -103,6 +106,10 @@ def leg_poses(
         shape (2, count, count, L, 3); and the extent of each pose, as seen from above, with a
         part of its height [m], shape (count, count, L).
     """
+    limits = robot.arrays.joint_limits
+    low, high = limits[..., 0] + LIMIT_MARGIN, limits[..., 1] - LIMIT_MARGIN
+    low[:, 2] = np.maximum(low[:, 2], KNEE_FOLD - np.pi)
+    high[:, 2] = np.minimum(high[:, 2], np.pi - KNEE_FOLD)
     femur, tibia = (np.linspace(low[:, i], high[:, i], count) for i in (1, 2))
     q = np.empty((count, count, len(robot.legs), 3))
     q[..., 0] = np.clip(0.0, low[:, 0], high[:, 0])
@@ -112,14 +119,12 @@ def leg_poses(
     return q, points, distance + 0.5 * points[1, ..., 2] + 0.25 * points[0, ..., 2]
 
 
-def _folded(robot: Robot, settings: SequenceSettings) -> Angles:
-    """Search the most compact pose of each leg that is clear of ground, trunk and itself."""
-    limits, legs = robot.arrays.joint_limits, len(robot.legs)
-    low, high = limits[..., 0] + settings.limit_margin, limits[..., 1] - settings.limit_margin
-    q, points, extent = leg_poses(robot, low, high, FOLD_ANGLES)
-    allowed = (belly_ground(robot).height(points) >= settings.clearance).all(axis=0)
-    allowed &= np.abs(q[..., 2]) <= np.pi - settings.knee_fold
+def _folded(robot: Robot) -> Angles:
+    """Search the most compact pose of each leg that is clear of ground and trunk."""
+    q, points, extent = leg_poses(robot, FOLD_ANGLES)
+    allowed = (belly_ground(robot).height(points) >= CLEARANCE).all(axis=0)
     allowed &= hip_distance(robot, points[1]) >= robot.arrays.lengths[:, 0]
+    legs = len(robot.legs)
     cost = np.where(allowed, extent, np.inf).reshape(-1, legs)
     impossible = np.isinf(cost.min(axis=0))
     if impossible.any():
@@ -142,7 +147,6 @@ def hip_distance(
 def get_up(
     robot: Robot,
     packed: Packing,
-    settings: SequenceSettings,
     lost: Mapping[int, Float[np.ndarray, "3"]],
 ) -> list[JointPath]:
     """Plan paths from folded legs on the belly to the neutral stance; lying down reverses them.
@@ -153,21 +157,21 @@ def get_up(
     Raises:
         InfeasibleWalk: The other legs cannot carry the body there.
     """
-    down = _put_down(robot, packed, settings)
+    down = _put_down(robot, packed)
     for leg, q in lost.items():
         down[:, leg] = q
     pose = np.array([0.0, 0.0, float(robot.body.size[2]) / 2, 0.0, 0.0, 0.0])
     feet = packed.feet + pose[:3]
-    plan = StancePlanner(robot, Stance(pose, feet, down[-1]), settings, lost)
+    plan = StancePlanner(robot, Stance(pose, feet, down[-1]), lost)
     if not plan.move_body(neutral_stance(robot).pose) or plan.present_margin < 0:
         raise InfeasibleWalk("the legs that are left cannot raise the body.", where="robot")
-    rest = to_neutral(robot, plan.stance, settings, lost=lost)
+    rest = to_neutral(robot, plan.stance, lost=lost)
     if rest is None:
         raise InfeasibleWalk("the feet cannot step to their neutral places.", where="robot")
-    return [JointPath.through(down, robot, settings), *plan.paths, *rest.paths]
+    return [JointPath.through(down, robot), *plan.paths, *rest.paths]
 
 
-def _put_down(robot: Robot, packed: Packing, settings: SequenceSettings) -> np.ndarray:
+def _put_down(robot: Robot, packed: Packing) -> np.ndarray:
     """Return poses that put the feet down beside the body: over the ground, then straight down."""
     start = knees_and_feet(robot, packed.folded)[1]
     goal = solve_feet(robot, packed.feet)[0]
@@ -175,7 +179,7 @@ def _put_down(robot: Robot, packed: Packing, settings: SequenceSettings) -> np.n
     for lift in LIFTS:
         feet = start + SMOOTH * (packed.feet - start)
         feet[..., 2] = (packed.feet + SMOOTH[::-1] * (start - packed.feet))[..., 2]
-        feet[..., 2] += lift * settings.clearance * ARC[..., 0]
+        feet[..., 2] += lift * CLEARANCE * ARC[..., 0]
         q, reached = solve_feet(robot, feet)
         if not reached.all():
             continue
@@ -186,9 +190,7 @@ def _put_down(robot: Robot, packed: Packing, settings: SequenceSettings) -> np.n
     return best
 
 
-def fold_legs(
-    robot: Robot, q: Angles, goal: Angles, ground: GroundPlane, settings: SequenceSettings
-) -> list[JointPath]:
+def fold_legs(robot: Robot, q: Angles, goal: Angles, ground: GroundPlane) -> list[JointPath]:
     """Plan paths from any joint angles to folded legs, past the ground and past each other.
 
     All joints move straight where nothing is in the way. Otherwise each leg is drawn in with its
@@ -198,7 +200,7 @@ def fold_legs(
     if np.array_equal(q, goal):
         return []
     if _depth(robot, ground, q, goal).max() <= GRAZE and _leg_clearance(robot, [q, goal]) >= 0:
-        return [JointPath.through([q, goal], robot, settings)]
+        return [JointPath.through([q, goal], robot)]
     drawn = np.concatenate([q[:, :1], goal[:, 1:]], axis=1)
     paths, here = [], q
     for poses in ([q, *_vias(robot, ground, q, drawn), drawn], [drawn, goal]):
@@ -206,7 +208,7 @@ def fold_legs(
             for pose in poses[1:]:
                 there = _with_legs(here, legs, pose)
                 if not np.array_equal(here, there):
-                    paths.append(JointPath.through([here, there], robot, settings))
+                    paths.append(JointPath.through([here, there], robot))
                 here = there
     return paths
 

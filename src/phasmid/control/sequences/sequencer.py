@@ -19,11 +19,10 @@ from phasmid.control.sequences.ground import (
     resting_ground,
     up_direction,
 )
-from phasmid.control.sequences.joint_path import JointPath, Route, SetpointFilter
+from phasmid.control.sequences.joint_path import JointPath, Route, SetpointFilter, largest_speed
 from phasmid.control.sequences.leg_loss import LegFaultDetector, lifted_leg
 from phasmid.control.sequences.manual_leg import ManualLegs, lift_legs
 from phasmid.control.sequences.posture import Packing, fold_legs, get_up, packing
-from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.control.sequences.stance import neutral_stance, stance_on, to_neutral
 from phasmid.control.targets import JointTargets
 from phasmid.errors import InfeasibleWalk
@@ -69,24 +68,20 @@ class Sequencer:
     Args:
         walker: The walking controller; it is reset in the neutral stance.
         robot: The robot, L legs.
-        settings: Speeds and margins; None: the defaults.
 
     Attributes:
         events: Times [s] and sentences since `reset`, those of the walking controller included.
         stage: Present stage.
     """
 
-    def __init__(
-        self, walker: Controller, robot: Robot, settings: SequenceSettings | None = None
-    ) -> None:
+    def __init__(self, walker: Controller, robot: Robot) -> None:
         self.walker, self.robot = walker, robot
-        self.settings = settings or SequenceSettings()
         self.events: list[tuple[float, str]] = []
         self._faults = LegFaultDetector(robot)
         self._neutral = neutral_stance(robot)
         self._packing: Packing | None = None
         try:
-            self._packing = packing(robot, self.settings)
+            self._packing = packing(robot)
         except InfeasibleWalk as error:
             self._packing_error = error.what
         self._clear(0.0)
@@ -124,12 +119,12 @@ class Sequencer:
         if _on_feet(ground, up, observation.contact):
             if ground.contact.all() and self._at_home(SAG):
                 ends = [q, self._neutral.q]
-                path = JointPath.through(ends, self.robot, self.settings, loaded=True)
+                path = JointPath.through(ends, self.robot, loaded=True)
                 self._begin([path], Stage.GATHERING)
                 return
             if self._gather(observation, ground):
                 return
-        paths = fold_legs(self.robot, q, self._packing.folded, ground, self.settings)
+        paths = fold_legs(self.robot, q, self._packing.folded, ground)
         if paths:
             self._begin(paths, Stage.GATHERING, Stage.LYING)
 
@@ -196,7 +191,7 @@ class Sequencer:
         for leg in sorted({leg for leg, _ in lost}):
             dead = np.flatnonzero(self._faults.lost[leg]).tolist()
             height, measured = float(self._neutral.pose[2]), observation.joint_position[leg]
-            q, clearance = lifted_leg(self.robot, leg, height, self.settings, dead, measured)
+            q, clearance = lifted_leg(self.robot, leg, height, dead, measured)
             if clearance <= 0:
                 self._report(f"leg {names[leg]} may drag on the ground.")
             self._call_walker("fold", leg, q)
@@ -282,12 +277,9 @@ class Sequencer:
         self._targets = self._route.advance(dt, forward=forward)
         if not self._route.finished:
             return
-        # A reversal that came too late for the limits has not happened.
-        forward = self._route.forward
         if self._end is Stage.MANUAL_LEG and forward:
             self.stage = Stage.MANUAL_LEG
-            speed, acceleration = self.settings.speed(self.robot), self.settings.acceleration
-            self._filter = SetpointFilter(self._targets.position, speed, acceleration)
+            self._filter = SetpointFilter(self._targets.position, largest_speed(self.robot))
         elif self._end is Stage.LYING or (self.stage is Stage.GETTING_UP and not forward):
             self.stage = Stage.LYING
         elif self.stage is Stage.GATHERING and self._request[0]:
@@ -299,7 +291,7 @@ class Sequencer:
         """Begin to step to the neutral stance; return whether that is possible."""
         stance = stance_on(self.robot, self._targets.position, ground)
         lifted = np.flatnonzero(~ground.contact).tolist()
-        plan = to_neutral(self.robot, stance, self.settings, lifted=lifted, lost=self._lost)
+        plan = to_neutral(self.robot, stance, lifted=lifted, lost=self._lost)
         if plan is None:
             return False
         if plan.paths:
@@ -313,10 +305,10 @@ class Sequencer:
         if not paths:
             self._walk_on(observation)
             return
-        ends = [paths[-1].at(1.0).position, self._targets.position]
+        ends = [paths[-1].at(paths[-1].duration).position, self._targets.position]
         if not np.array_equal(ends[0], ends[1]):
             # The walking controller rests within a millimetre of the neutral stance.
-            paths.append(JointPath.through(ends, self.robot, self.settings, loaded=True))
+            paths.append(JointPath.through(ends, self.robot, loaded=True))
         self._begin(paths, Stage.GETTING_UP, backwards=True)
 
     def _rising_paths(self) -> list[JointPath]:
@@ -326,7 +318,7 @@ class Sequencer:
             return []
         held = {leg: self._targets.position[leg] for leg in self._lost}
         try:
-            return get_up(self.robot, self._packing, self.settings, held)
+            return get_up(self.robot, self._packing, held)
         except InfeasibleWalk as error:
             self._refuse(error.what)
             return []
@@ -345,7 +337,7 @@ class Sequencer:
         known = [number for number in numbers if 1 <= number <= len(names)]
         self._manual = None
         if known == numbers and not {number - 1 for number in known} & set(self._lost):
-            self._manual = lift_legs(self.robot, stance, numbers, self.settings, self._lost)
+            self._manual = lift_legs(self.robot, stance, numbers, self._lost)
         if self._manual is None:
             why, lost = "the other legs would not hold the robot", [i + 1 for i in self._lost]
             named = known

@@ -11,7 +11,6 @@ from jaxtyping import Float
 
 from phasmid.control.sequences.ground import GroundPlane, knees_and_feet, solve_feet
 from phasmid.control.sequences.joint_path import JointPath
-from phasmid.control.sequences.settings import SequenceSettings
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, neutral_feet, rotation_rpy
 from phasmid.robot import Robot
@@ -24,6 +23,12 @@ SMOOTH = SAMPLES**2 * (3 - 2 * SAMPLES)
 
 ARC = 16 * SAMPLES**2 * (1 - SAMPLES) ** 2
 """Quartic from 0 up to 1 and back at `SAMPLES`, with zero slope at both ends."""
+
+STEP_HEIGHT = 0.030
+"""Height to which a foot lifts for a step [m]."""
+
+SUPPORT_MARGIN = 0.012
+"""Least support margin while legs are in the air [m]."""
 
 SHIFTS = np.linspace(0.0, 1.0, 6)[:, None]
 """Shifts of the body to try before legs lift, relative to that of the best support."""
@@ -69,7 +74,6 @@ class StancePlanner:
     Args:
         robot: The robot, L legs.
         stance: Where it begins.
-        settings: Margins, speeds and heights.
         lost: Indices of legs that stay in the air at their present angles.
 
     Attributes:
@@ -81,10 +85,9 @@ class StancePlanner:
         self,
         robot: Robot,
         stance: Stance,
-        settings: SequenceSettings,
         lost: Collection[int] = (),
     ) -> None:
-        self.robot, self.stance, self.settings = robot, stance, settings
+        self.robot, self.stance = robot, stance
         self.paths: list[JointPath] = []
         self._lost = list(lost)
 
@@ -120,7 +123,7 @@ class StancePlanner:
         goal = self.stance.feet.copy()
         goal[legs] = places[legs]
         feet = self.stance.feet + SMOOTH * (goal - self.stance.feet)
-        feet[:, legs, 2] += self.settings.step_height * ARC[:, 0]
+        feet[:, legs, 2] += STEP_HEIGHT * ARC[:, 0]
         return self.swing(legs, feet)
 
     def swing(
@@ -140,7 +143,7 @@ class StancePlanner:
                 poses = np.concatenate([q, q[-1:]])
                 poses[-1, legs, 1:] = 0.0
             margin = self.margin(pose, poses, legs).min()
-            if margin >= self.settings.support_margin and self.move_body(pose):
+            if margin >= SUPPORT_MARGIN and self.move_body(pose):
                 self._add(pose, feet[-1], q)
                 return True
         return False
@@ -180,7 +183,7 @@ class StancePlanner:
     ) -> None:
         # The present angles differ from the solution by round-off.
         q[0] = self.stance.q
-        self.paths.append(JointPath.through(q, self.robot, self.settings, loaded=loaded))
+        self.paths.append(JointPath.through(q, self.robot, loaded=loaded))
         self.stance = Stance(pose, feet, q[-1])
 
 
@@ -212,7 +215,6 @@ def margin_at(
 def to_neutral(
     robot: Robot,
     stance: Stance,
-    settings: SequenceSettings,
     *,
     lifted: Collection[int] = (),
     lost: Collection[int] = (),
@@ -221,7 +223,7 @@ def to_neutral(
 
     Feet of lifted legs are put down, lost legs stay in the air. None if it is infeasible.
     """
-    plan, neutral = StancePlanner(robot, stance, settings, lost), neutral_stance(robot)
+    plan, neutral = StancePlanner(robot, stance, lost), neutral_stance(robot)
     # Upright above the present place of the body.
     goal = neutral.pose.copy()
     goal[:2] = stance.pose[:2]
