@@ -8,8 +8,7 @@ import pytest
 
 from phasmid import load_robot
 from phasmid.control import Command, JointTargets, Observation, Posture
-from phasmid.control.loads import AMBIENT
-from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
+from phasmid.control.safety import AMBIENT, Mode, SafetyMonitor, SafetySettings, tipping
 from phasmid.control.safety_filter import BRAKING, SafetyFilter
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.kinematics import rpy_quaternion
@@ -89,12 +88,12 @@ CASES = {
     "an orientation that is not finite": (
         lambda t: {"orientation": np.full(4, math.nan) if t > 1 else None},
         Mode.FREE,
-        "orientation is not finite and is left out.",
+        "orientation is not valid and is left out.",
     ),
     "speeds that are not finite": (
         lambda t: {"joint_velocity": NAN if t > 1 else None},
         Mode.FREE,
-        "joint velocity is not finite and is left out.",
+        "joint velocity is not valid and is left out.",
     ),
     "a body that tilts": (
         lambda t: {"orientation": tilted(40 if t > 1 else 0)},
@@ -132,11 +131,11 @@ def test_each_reason_has_its_answer_and_its_event(case):
 def test_the_tilt_that_counts_is_the_one_that_a_turning_body_will_have():
     """Tilted by 20 degrees and turning at w it is where 20 degrees plus w times the time are."""
     monitor = SafetyMonitor(ROBOT)
-    time = monitor.tip_time
-    rate = np.array([0.5 / time, 0.0, 0.0])
-    _, tilt = monitor._validate(HOME, HOME, HOME, tilted(20), rate, time)
+    monitor.reset(Observation(0.0, HOME))
+    rate = np.array([0.5 / tipping(ROBOT)[1], 0.0, 0.0])
+    monitor.check(Observation(DT, HOME, orientation=tilted(20), angular_velocity=rate), AHEAD)
     # The vertical goes along its tangent.
-    assert tilt == pytest.approx(math.radians(20) + math.atan(0.5), abs=1e-12)
+    assert monitor.state.tilt == pytest.approx(math.radians(20) + math.atan(0.5), abs=1e-12)
 
 
 def test_a_velocity_is_taken_back_over_the_set_time_and_given_back_likewise():

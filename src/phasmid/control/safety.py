@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields, replace
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import check_number
-from phasmid.compiled import compiled
 from phasmid.control.command import Command, Posture
-from phasmid.control.loads import AMBIENT, HEAT_STEP, add_loads, heating
 from phasmid.control.observation import Observation
+from phasmid.control.records import fill, record_of, view_of
 from phasmid.errors import InvalidInput
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
@@ -21,6 +20,9 @@ from phasmid.robot import JOINTS, Robot
 
 GRAVITY = 9.81
 """Acceleration of free fall, for the time in which a robot tips over [m/s²]."""
+
+AMBIENT = 25.0
+"""Initial temperature of servos [°C]."""
 
 LARGEST_LEAN = math.radians(60)
 """Largest roll, pitch and yaw of a commanded pose [rad]."""
@@ -80,6 +82,54 @@ class SafetySettings:
                 )
 
 
+class Signal(IntFlag):
+    """Finding of `safety_kernels.check_signals`: invalid values, large tilt, overload or heat."""
+
+    JOINT_POSITION = 1
+    JOINT_VELOCITY = 2
+    JOINT_LOAD = 4
+    ORIENTATION = 8
+    ANGULAR_VELOCITY = 16
+    TILT = 32
+    OVERLOAD = 64
+    HEAT = 128
+
+
+OPTIONAL = "joint_velocity", "joint_load", "orientation", "angular_velocity"
+"""Sensor values that a controller does without where they are invalid."""
+
+
+@dataclass(eq=False)
+class MonitorState:
+    """State of the compiled part of the safety monitor; L legs."""
+
+    squared_load: Float[np.ndarray, "legs 3"]  # integral of the squared servo output [s]
+    overload_time: Float[np.ndarray, "legs 3"]  # [s]
+    temperature: Float[np.ndarray, "legs 3"]  # of the servos [°C]
+    load_interval: float  # time of the integral [s]
+    hot: int  # 1 while a servo has not cooled down
+    tilt: float  # predicted angle of the body's z axis to the vertical [rad]
+
+
+@dataclass(eq=False)
+class MonitorParameters:
+    """Thresholds of the compiled part of the safety monitor, and the robot's servo."""
+
+    tip_time: float  # time of the prediction of the tilt [s]
+    tilt: float  # largest tilt [rad]
+    load_share: float  # largest servo output, as a share
+    load_time: float  # for that time [s]
+    hot: float  # highest temperature [°C]
+    cool: float  # temperature to which a hot servo must cool down [°C]
+    power: float  # servo at full output [W]; 0: unknown
+    thermal_resistance: float  # [K/W]
+    heat_capacity: float  # [J/K]
+
+
+MONITOR_STATE, MONITOR_PARAMETERS = record_of(MonitorState), record_of(MonitorParameters)
+"""Records of these classes."""
+
+
 @dataclass(slots=True)
 class _Restriction:
     """Restriction by one cause; it ends `clear_time` after the cause was last seen."""
@@ -114,45 +164,62 @@ class SafetyMonitor:
         mode: Restriction of the controller.
         events: Times [s] and sentences since `reset`.
         tip_angle: Tilt at which the robot tips over its neutral feet [rad].
-        tip_time: Time in which it would tip over [s].
         time: Time of the last observation [s].
-        loads: Of each servo: integral of its squared output [s], time of overload [s], temperature
-            [°C], shape (3, L, 3).
+        dt: Time since the one before [s].
+        state: Servo loads and tilt.
     """
 
     def __init__(self, robot: Robot, settings: SafetySettings | None = None) -> None:
-        self.settings = settings or SafetySettings()
+        self.settings = set_ = settings or SafetySettings()
         self.events: list[tuple[float, str]] = []
-        self.tip_angle, self.tip_time = tipping(robot)
-        legs, reach = len(robot.legs), robot.arrays.lengths.sum(axis=1)
-        fastest = robot.servo.no_load_speed * float(reach.max())
+        self.tip_angle, tip_time = tipping(robot)
+        servo, legs = robot.servo, len(robot.legs)
+        reach = float(robot.arrays.lengths.sum(axis=1).max())
+        fastest = servo.no_load_speed * reach
         nearest_hip = float(np.hypot(*robot.arrays.p_body_hip[:, :2].T).min())
         self._largest_velocity = (fastest, fastest, fastest / max(nearest_hip, 0.01))
-        self._largest_pose = (float(reach.max()),) * 3 + (LARGEST_LEAN,) * 3
-        self._legs = frozenset(range(1, legs + 1))
-        self._zero, self.loads = np.zeros((legs, 3)), np.zeros((3, legs, 3))
-        self._heating = heating(robot.servo, self.settings.load_share)
-        self._heat_limit = math.inf
-        if robot.servo.stall_current is not None:
-            self._heat_limit = robot.servo.temperature_limit - self.settings.heat_margin
+        self._largest_pose = (reach,) * 3 + (LARGEST_LEAN,) * 3
+        self._legs, self._zero = frozenset(range(1, legs + 1)), np.zeros((legs, 3))
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
-        self._validate, self._add_loads = compiled(validate_signals), compiled(add_loads)
+        known = servo.stall_current is not None
+        hot = servo.temperature_limit - set_.heat_margin if known else math.inf
+        self._states = np.zeros(1, MONITOR_STATE)
+        self._parameters = np.zeros(1, MONITOR_PARAMETERS)
+        self.state = view_of(self._states, MonitorState, legs)
+        fill(
+            view_of(self._parameters, MonitorParameters, legs),
+            MonitorParameters(
+                tip_time,
+                set_.tilt_share * self.tip_angle,
+                set_.load_share,
+                set_.load_time,
+                hot,
+                hot - set_.heat_margin,
+                servo.rated_voltage * (servo.stall_current or 0.0),
+                servo.thermal_resistance,
+                servo.heat_capacity,
+            ),
+        )
+        # Lazy import: numba takes 0.6 s.
+        from phasmid.control.safety_kernels import check_signals
+
+        self._check_signals = check_signals
         self.reset(None)
 
     def reset(self, observation: Observation | None) -> None:
         """Forget all events, causes and loads."""
         self.events.clear()
-        self.mode = Mode.FREE
+        self.mode, self.dt = Mode.FREE, 0.0
         self._restrictions: dict[str, _Restriction] = {}
-        self._factor, self._crouch, self._load_interval = 1.0, 0.0, 0.0
-        self.time = observation.time if observation else math.nan
-        self._q = self._zero.copy()
-        self.loads[:2], self.loads[2] = 0.0, AMBIENT
+        self._factor, self._crouch = 1.0, 0.0
+        self._states[:] = np.zeros((), MONITOR_STATE)
+        self.state.temperature[:] = AMBIENT
         self._checked: Command | None = None
         self._command, self._sent = Command(), Command()
+        self.time, self._q = math.nan, self._zero
         if observation is not None:
-            finite = np.isfinite(observation.joint_position)
-            self._q[finite] = observation.joint_position[finite]
+            q = observation.joint_position
+            self.time, self._q = observation.time, np.where(np.isfinite(q), q, 0.0)
 
     def check(self, observation: Observation, command: Command) -> tuple[Observation, Command]:
         """Return what a controller may use of an observation and a command.
@@ -164,97 +231,85 @@ class SafetyMonitor:
         Returns:
             Both unchanged where nothing is wrong.
         """
-        time, set_ = observation.time, self.settings
-        dt = time - self.time
-        if not dt <= set_.observation_time:
-            if not math.isfinite(time):
-                time = self.time
-            elif math.isfinite(dt):
-                what = f"sensors told nothing for {dt:.2g} s"
-                self._restrict("gap", Mode.SLOW, 0.0, time, what)
+        time = observation.time if math.isfinite(observation.time) else self.time
+        gap = time - self.time
         # Observations may repeat, or arrive out of order.
-        dt = max(time - self.time, 0.0) if math.isfinite(time - self.time) else 0.0
-        self.time = time
+        self.time, self.dt = time, max(0.0, gap)
+        if gap > self.settings.observation_time:
+            self._restrict("gap", Mode.SLOW, 0.0, f"sensors told nothing for {gap:.2g} s")
         load, rate = observation.joint_load, observation.angular_velocity
-        invalid, tilt = self._validate(
+        signals = self._check_signals(
+            self._states,
+            self._parameters,
+            -1.0 if load is None else self.dt,
             observation.joint_position,
             self._zero if observation.joint_velocity is None else observation.joint_velocity,
             self._zero if load is None else load,
             _UPRIGHT if observation.orientation is None else observation.orientation,
             self._zero[0] if rate is None else rate,
-            self.tip_time,
         )
-        if invalid:
-            observation = self._repaired(observation, time)
-        if not invalid & 1:
-            self._q = observation.joint_position
-        if tilt > set_.tilt_share * self.tip_angle:
-            mode = Mode.HOLD if tilt > set_.hold_share * self.tip_angle else Mode.SLOW
-            now, most = math.degrees(tilt), math.degrees(self.tip_angle)
-            what = f"the body tilts, soon by {now:.0f}°, and tips over at {most:.0f}°"
-            self._restrict("tilt", mode, 0.0, time, what)
-        if load is not None and not invalid & 4:
-            self.loads[0] += dt * load * load
-            self._load_interval += dt
-            if self._load_interval >= HEAT_STEP:
-                self._check_loads(load, time)
+        if signals:
+            observation = self._respond(observation, Signal(signals))
+        self._q = observation.joint_position
         if command is not self._checked:
-            self._checked, self._command = command, self._in_range(command, time)
-        age = 0.0 if self._command.time is None else time - self._command.time
-        if age > set_.command_time:
-            sit = age > set_.sit_time
-            what = f"no command for {set_.sit_time if sit else set_.command_time:g} s"
-            self._restrict("command", Mode.SIT if sit else Mode.SLOW, 0.0, time, what)
+            self._checked, self._command = command, self._in_range(command)
+        if self._command.time is not None:
+            self._check_age(time - self._command.time)
         if self._restrictions or self._factor < 1.0 or self._crouch > 0.0:
-            return observation, self._restricted(self._command, time, dt)
+            return observation, self._restricted(self._command)
         return observation, self._command
 
-    def _restrict(self, cause: str, mode: Mode, factor: float, time: float, what: str) -> None:
+    def _respond(self, observation: Observation, signals: Signal) -> Observation:
+        """Restrict by signals; return the observation with the last finite joint angles."""
+        set_, state = self.settings, self.state
+        changes: dict[str, object] = {}
+        if Signal.JOINT_POSITION in signals:
+            finite = np.isfinite(observation.joint_position)
+            names = [name for name, good in zip(self._names, finite.flat, strict=True) if not good]
+            shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
+            self._restrict("joints", Mode.SLOW, 0.0, f"no angle is known of {shown}")
+            changes["joint_position"] = np.where(finite, observation.joint_position, self._q)
+        for name in OPTIONAL:
+            if Signal[name.upper()] in signals:
+                words = name.replace("_", " ")
+                self._restrict(name, Mode.FREE, 1.0, f"{words} is not valid and is left out")
+                changes[name] = None
+        if Signal.TILT in signals:
+            mode = Mode.HOLD if state.tilt > set_.hold_share * self.tip_angle else Mode.SLOW
+            now, most = math.degrees(state.tilt), math.degrees(self.tip_angle)
+            what = f"the body tilts, soon by {now:.0f}°, and tips over at {most:.0f}°"
+            self._restrict("tilt", mode, 0.0, what)
+        if Signal.OVERLOAD in signals:
+            name = self._names[int(np.argmax(state.overload_time))]
+            what = f"servo {name} gives more than {set_.load_share:.0%} for {set_.load_time:g} s"
+            self._restrict("load", Mode.SLOW, set_.slow_factor, what)
+        if Signal.HEAT in signals:
+            worst = int(np.argmax(state.temperature))
+            temperature = state.temperature.flat[worst]
+            what = f"servo {self._names[worst]} is as warm as {temperature:.0f} °C"
+            self._restrict("heat", Mode.SIT, 0.0, what)
+        return replace(observation, **changes)  # type: ignore[arg-type]
+
+    def _check_age(self, age: float) -> None:
+        """Restrict by the age of the command [s]."""
+        set_ = self.settings
+        if age > set_.sit_time:
+            self._restrict("command", Mode.SIT, 0.0, f"no command for {set_.sit_time:g} s")
+        elif age > set_.command_time:
+            self._restrict("command", Mode.SLOW, 0.0, f"no command for {set_.command_time:g} s")
+
+    def _restrict(self, cause: str, mode: Mode, factor: float, what: str) -> None:
         """Restrict by a cause; an event is added where it is new or worse."""
         before = self._restrictions.get(cause)
         if before is None or mode > before.mode:
             stops = mode is Mode.SLOW and factor == 0.0
             action = "the robot stops" if stops else _ACTION.get(mode)
-            self.events.append((time, f"{what}: {action}." if action else f"{what}."))
+            self.events.append((self.time, f"{what}: {action}." if action else f"{what}."))
         else:
             mode, factor = before.mode, min(before.factor, factor)
-        self._restrictions[cause] = _Restriction(mode, factor, time + self.settings.clear_time)
+        self._restrictions[cause] = _Restriction(mode, factor, self.time + self.settings.clear_time)
 
-    def _repaired(self, observation: Observation, time: float) -> Observation:
-        """Return an observation with the last finite joint angles and only finite other values."""
-        changes: dict[str, object] = {}
-        q = observation.joint_position
-        finite = np.isfinite(q)
-        if not finite.all():
-            names = [name for name, good in zip(self._names, finite.flat, strict=True) if not good]
-            shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
-            self._restrict("joints", Mode.SLOW, 0.0, time, f"no angle is known of {shown}")
-            changes["joint_position"] = self._q = np.where(finite, q, self._q)
-        for name in ("joint_velocity", "joint_load", "orientation", "angular_velocity"):
-            value = getattr(observation, name)
-            if value is not None and not np.isfinite(value).all():
-                what = f"{name.replace('_', ' ')} is not finite and is left out"
-                self._restrict(name, Mode.FREE, 1.0, time, what)
-                changes[name] = None
-        return replace(observation, **changes)  # type: ignore[arg-type]
-
-    def _check_loads(self, load: Float[np.ndarray, "legs 3"], time: float) -> None:
-        set_ = self.settings
-        self._add_loads(load, self._load_interval, self.loads, self._heating)
-        self._load_interval = 0.0
-        _, overload, temperature = self.loads
-        if overload.max() > set_.load_time:
-            name = self._names[int(np.argmax(overload))]
-            what = f"servo {name} gives more than {set_.load_share:.0%} for {set_.load_time:g} s"
-            self._restrict("load", Mode.SLOW, set_.slow_factor, time, what)
-        # Hysteresis: a hot servo must cool down by the margin.
-        limit = self._heat_limit - (set_.heat_margin if "heat" in self._restrictions else 0.0)
-        if temperature.max() > limit:
-            worst = int(np.argmax(temperature))
-            what = f"servo {self._names[worst]} is as warm as {temperature.flat[worst]:.0f} °C"
-            self._restrict("heat", Mode.SIT, 0.0, time, what)
-
-    def _in_range(self, command: Command, time: float) -> Command:
+    def _in_range(self, command: Command) -> Command:
         """Return a command within what a robot of this size can do."""
         changes: dict[str, object] = {
             "velocity": _clipped(command.velocity, self._largest_velocity),
@@ -266,22 +321,20 @@ class SafetyMonitor:
         if not changes:
             return command
         what = " and ".join(name.replace("_", " ") for name in changes)
-        self._restrict(
-            f"range of {what}", Mode.FREE, 1.0, time, f"{what} of a command out of range"
-        )
+        self._restrict(f"range of {what}", Mode.FREE, 1.0, f"{what} of a command out of range")
         return replace(command, **changes)  # type: ignore[arg-type]
 
-    def _restricted(self, command: Command, time: float, dt: float) -> Command:
+    def _restricted(self, command: Command) -> Command:
         """Return the command under the present restrictions, which take effect gradually."""
         set_ = self.settings
-        for cause in [key for key, one in self._restrictions.items() if time > one.until]:
+        for cause in [key for key, one in self._restrictions.items() if self.time > one.until]:
             if self._restrictions.pop(cause).mode is not Mode.FREE:
-                self.events.append((time, f"{_ENDED.get(cause, cause)}: all is well again."))
+                self.events.append((self.time, f"{_ENDED[cause]}: all is well again."))
         present = self._restrictions.values()
         self.mode = max((one.mode for one in present), default=Mode.FREE)
         goal = min((one.factor for one in present), default=1.0)
         low = set_.crouch if "tilt" in self._restrictions else 0.0
-        step = dt / set_.slow_time
+        step = self.dt / set_.slow_time
         self._factor += min(max(goal - self._factor, -step), step)
         step *= set_.crouch
         self._crouch += min(max(low - self._crouch, -step), step)
@@ -327,48 +380,3 @@ def tipping(robot: Robot) -> tuple[float, float]:
     margin = max(float(support_margin(feet[:, :2], every, com[:2])), 0.0)
     height = float(com[2] - feet[:, 2].mean())
     return math.atan2(margin, height), math.sqrt(math.hypot(margin, height) / GRAVITY)
-
-
-def validate_signals(
-    q: np.ndarray,
-    qd: np.ndarray,
-    load: np.ndarray,
-    orientation: np.ndarray,
-    rate: np.ndarray,
-    tip_time: float,
-) -> tuple[int, float]:
-    """Return which signals are not finite, one bit each, and the predicted tilt [rad].
-
-    Args:
-        q: Joint angles [rad].
-        qd: Joint speeds [rad/s].
-        load: Outputs of the servos.
-        orientation: Orientation of the body, w x y z.
-        rate: Its angular velocity, body axes [rad/s].
-        tip_time: Time of the prediction [s].
-    """
-    invalid = 0
-    for leg in range(q.shape[0]):
-        for joint in range(3):
-            if not math.isfinite(q[leg, joint]):
-                invalid |= 1
-            if not math.isfinite(qd[leg, joint]):
-                invalid |= 2
-            if not math.isfinite(load[leg, joint]):
-                invalid |= 4
-    w, x, y, z = orientation[0], orientation[1], orientation[2], orientation[3]
-    size = w * w + x * x + y * y + z * z
-    spin = rate[0] + rate[1] + rate[2]
-    if not math.isfinite(size) or size < 0.25:
-        return invalid | 8, 0.0
-    # The vertical in body axes; it turns against the body.
-    a, b = 2 * (x * z - w * y) / size, 2 * (y * z + w * x) / size
-    c = (w * w - x * x - y * y + z * z) / size
-    if math.isfinite(spin):
-        da = (b * rate[2] - c * rate[1]) * tip_time
-        db = (c * rate[0] - a * rate[2]) * tip_time
-        dc = (a * rate[1] - b * rate[0]) * tip_time
-        a, b, c = a + da, b + db, c + dc
-    else:
-        invalid |= 8
-    return invalid, math.atan2(math.sqrt(a * a + b * b), c)
