@@ -23,9 +23,11 @@ SPEED_SHARE, LOADED_SHARE = 0.5, 0.2
 ACCELERATION = 30.0
 """Largest joint acceleration [rad/s²]."""
 
-QUINTIC_SPEED, QUINTIC_ACCELERATION = 15 / 8, 6.69
-"""Largest speed and acceleration of the quintic from rest to rest in unit time, while its rate
-changes by 1 or less: maxima of 30 u² (1 - u)², and of 60 u (1 - u) |1 - 2u| plus that."""
+QUINTIC_SPEED, QUINTIC_ACCELERATION = 15 / 8, 10 / math.sqrt(3)
+"""Largest speed and acceleration of the quintic from rest to rest in unit time."""
+
+REVERSAL_SHARE = 0.9
+"""Share of the remaining acceleration for reversals; the rest allows for finite steps."""
 
 FILTER_PEAK, FILTER_SPEED = 4 * math.exp(-2), 0.98
 """Of `SetpointFilter`: largest acceleration per pole and unit speed of its input, and speed of the
@@ -71,9 +73,13 @@ class JointPath:
 
         knots = np.linspace(0.0, 1.0, len(q))
         spline = CubicSpline(knots, np.asarray(q))
-        slope, curvature, jerk = (float(np.abs(spline(knots, i)).max()) for i in (1, 2, 3))
-        # Between two knots the slope is a parabola.
-        slope += jerk * knots[1] ** 2 / 8
+        curvature = float(np.abs(spline(knots, 2)).max())
+        # The slope of a cubic is largest at an end of its piece or at its turning point.
+        c3, c2, c1, _ = spline.c
+        turn = np.clip(-c2 / np.where(c3 == 0, 1.0, 3 * c3), 0.0, knots[1])
+        slope = max(
+            float(np.abs(c1 + x * (2 * c2 + 3 * c3 * x)).max()) for x in (0.0, turn, knots[1])
+        )
         bound = slope * QUINTIC_ACCELERATION + curvature * QUINTIC_SPEED**2
         shortest = slope * QUINTIC_SPEED / largest_speed(robot, loaded=loaded)
         return cls(spline, float(max(shortest, math.sqrt(bound / ACCELERATION))))
@@ -88,8 +94,8 @@ class JointPath:
 class Route:
     """Motions one after another, run forwards and backwards.
 
-    The rate at which the route runs changes gradually between 1 and -1, by 1 in the duration of a
-    path. Therefore the direction may change at any time; paths begin and end at rest at any rate.
+    The direction may change at any time: the rate at which the motions run then changes between
+    1 and -1 as fast as the largest acceleration permits.
 
     Args:
         paths: Each begins where the one before it ends.
@@ -105,21 +111,30 @@ class Route:
         self._time = float(self._starts[-1]) if backwards else 0.0
         self._rate = -1.0 if backwards else 1.0
 
-    def _present(self) -> tuple[JointPath, float]:
-        """Return the present path, and the time on it [s]."""
-        index = int(np.searchsorted(self._starts[1:-1], self._time, side="right"))
-        return self._paths[index], self._time - self._starts[index]
+    def _at(self, time: float) -> tuple[JointPath, float]:
+        """Return the path at a time [s] of the route, and the time on it [s]."""
+        index = int(np.searchsorted(self._starts[1:-1], time, side="right"))
+        return self._paths[index], time - float(self._starts[index])
+
+    def _largest_change(self, time: float, direction: float) -> float:
+        """Return how fast the rate may change in a direction at a time of the route [1/s]."""
+        path, elapsed = self._at(time)
+        u = min(max(elapsed / path.duration, 0.0), 1.0)
+        speed, acceleration = 30 * (u * (1 - u)) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
+        rest = QUINTIC_ACCELERATION - max(direction * acceleration, 0.0)
+        return REVERSAL_SHARE * rest / (max(speed, 1e-9) * path.duration)
 
     def advance(self, dt: float, *, forward: bool = True) -> JointTargets:
         """Advance by a time step [s] in a direction, or towards a change of direction."""
-        before, goal = self._rate, 1.0 if forward else -1.0
-        change = dt / self._present()[0].duration
-        self._rate += min(max(goal - before, -change), change)
-        end = float(self._starts[-1])
+        before, goal, end = self._rate, 1.0 if forward else -1.0, float(self._starts[-1])
+        if goal != before:
+            steps = self._time, self._time + dt * before
+            change = dt * min(self._largest_change(time, goal) for time in steps)
+            self._rate += min(max(goal - before, -change), change)
         self._time = min(max(self._time + dt * (before + self._rate) / 2, 0.0), end)
         self.finished = self._time == (end if forward else 0.0)
-        path, time = self._present()
-        return path.at(time, self._rate)
+        path, elapsed = self._at(self._time)
+        return path.at(elapsed, self._rate)
 
 
 class SetpointFilter:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.control.observation import Observation
-from phasmid.control.sequences.posture import leg_poses
+from phasmid.control.sequences.posture import KNEE_FOLD, leg_poses, resting_limits
 from phasmid.control.sequences.stance import STEP_HEIGHT
 from phasmid.robot import Robot
 
@@ -79,7 +80,9 @@ def lifted_leg(
     Returns:
         Joint angles [rad], shape (3,), and the least height of knee and foot [m].
     """
-    poses, points, extent = leg_poses(robot, ANGLES)
+    low, high = resting_limits(robot)
+    low[:, 2] = np.maximum(low[:, 2], KNEE_FOLD - math.pi)
+    poses, points, extent = leg_poses(robot, low, high, ANGLES)
     lowest = points[..., leg, 2].min(axis=0) + height
     limp = tuple(joint - 1 for joint in (1, 2) if joint in dead)
     if limp:

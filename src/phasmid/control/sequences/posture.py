@@ -98,7 +98,15 @@ def packing(robot: Robot) -> Packing:
     return Packing(_folded(robot), feet)
 
 
-def leg_poses(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def resting_limits(robot: Robot) -> tuple[Angles, Angles]:
+    """Return lowest and highest joint angles of resting poses [rad], each of shape (L, 3)."""
+    limits = robot.arrays.joint_limits
+    return limits[..., 0] + LIMIT_MARGIN, limits[..., 1] - LIMIT_MARGIN
+
+
+def leg_poses(
+    robot: Robot, low: Angles, high: Angles, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return poses of all legs on a grid of femur and tibia angles, the coxa near neutral.
 
     Returns:
@@ -106,10 +114,6 @@ def leg_poses(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.ndar
         shape (2, count, count, L, 3); and the extent of each pose, as seen from above, with a
         part of its height [m], shape (count, count, L).
     """
-    limits = robot.arrays.joint_limits
-    low, high = limits[..., 0] + LIMIT_MARGIN, limits[..., 1] - LIMIT_MARGIN
-    low[:, 2] = np.maximum(low[:, 2], KNEE_FOLD - np.pi)
-    high[:, 2] = np.minimum(high[:, 2], np.pi - KNEE_FOLD)
     femur, tibia = (np.linspace(low[:, i], high[:, i], count) for i in (1, 2))
     q = np.empty((count, count, len(robot.legs), 3))
     q[..., 0] = np.clip(0.0, low[:, 0], high[:, 0])
@@ -120,9 +124,10 @@ def leg_poses(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def _folded(robot: Robot) -> Angles:
-    """Search the most compact pose of each leg that is clear of ground and trunk."""
-    q, points, extent = leg_poses(robot, FOLD_ANGLES)
+    """Search the most compact pose of each leg that is clear of ground, trunk and itself."""
+    q, points, extent = leg_poses(robot, *resting_limits(robot), FOLD_ANGLES)
     allowed = (belly_ground(robot).height(points) >= CLEARANCE).all(axis=0)
+    allowed &= np.abs(q[..., 2]) <= np.pi - KNEE_FOLD
     allowed &= hip_distance(robot, points[1]) >= robot.arrays.lengths[:, 0]
     legs = len(robot.legs)
     cost = np.where(allowed, extent, np.inf).reshape(-1, legs)
