@@ -12,13 +12,11 @@ from __future__ import annotations
 
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from control_study.pace import STAGES, update_time
 
 from phasmid.control import Command, EngineBatch, Observation
-from phasmid.control.update import update_many
 from phasmid.errors import PhasmidError
 from phasmid.robot import Robot, load_robot, preset_names
 
@@ -43,10 +41,10 @@ def many_time(robot: Robot, threads: int, count: int = 64, updates: int = 200) -
         seen = Observation(0.0, engine.state.q.copy(), contact=legs)
         engine.reset(seen)
         engine.prepare(seen, command)
-    pool, best = ThreadPoolExecutor(threads), np.inf
+    best = np.inf
     for _ in range(updates):
         began = time.perf_counter()
-        update_many(batch.records, batch.engines[0].settings.update_period, pool, threads)
+        batch.advance()
         best = min(best, time.perf_counter() - began)
     return best / count
 
@@ -63,7 +61,7 @@ def main() -> int:
         print(f"update, {name}: {', '.join(told)}", flush=True)
         one, two = many_time(robot, 1), many_time(robot, 2)
         figures = f"{1e6 * one:.1f} us on one thread, {1e6 * two:.1f} us on two"
-        print(f"update_many, {name}: {figures}, {one / two:.2f} x", flush=True)
+        print(f"batch, {name}: {figures}, {one / two:.2f} x", flush=True)
     return 0
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any
+
+import numpy as np
 
 from phasmid.arguments import check_type
 from phasmid.control.command import Command
@@ -24,6 +27,7 @@ class EngineBatch:
     Attributes:
         engines: The engines; each is also a controller of its own.
         records: Records of all engines.
+        results: What `phasmid.control.update.update` returned for each, shape (N, 2).
     """
 
     def __init__(
@@ -58,8 +62,14 @@ class EngineBatch:
             LocomotionEngine(robot, settings, records=self.records.of(i), **keywords)
             for i in range(count)
         ]
-        self._parts = min(cores() if threads is None else threads, count)
-        self._threads = ThreadPoolExecutor(self._parts)
+        self.results = np.zeros((count, 2), np.int64)
+        threads = min(cores() if threads is None else threads, count)
+        bounds = pairwise(np.linspace(0, count, threads + 1).astype(int))
+        self._parts = [
+            (Records(*(array[i:j] for array in self.records)), self.results[i:j]) for i, j in bounds
+        ]
+        # The calling thread takes the first part.
+        self._threads = ThreadPoolExecutor(max(threads - 1, 1))
 
     def reset(self, observations: Sequence[Observation]) -> None:
         """Reset every engine with its observation."""
@@ -78,15 +88,24 @@ class EngineBatch:
         Raises:
             InvalidInput: A command is infeasible for its robot; no robot is updated.
         """
-        from phasmid.control.update import update_many
-
         for engine, observation, command in zip(self.engines, observations, commands, strict=True):
             engine.prepare(observation, command)
-        dt = self.engines[0].settings.update_period
-        results = update_many(self.records, dt, self._threads, self._parts)
+        self.advance()
         return [
             engine.finish(command, *result)
             for engine, command, result in zip(
-                self.engines, commands, results.tolist(), strict=True
+                self.engines, commands, self.results.tolist(), strict=True
             )
         ]
+
+    def advance(self) -> None:
+        """Advance the records of all engines by an update period, each thread a part of them."""
+        # Lazy import: numba takes 0.6 s.
+        from phasmid.control.update import update_range
+
+        dt = self.engines[0].settings.update_period
+        (records, results), *others = self._parts
+        running = [self._threads.submit(update_range, part, dt, out) for part, out in others]
+        update_range(records, dt, results)
+        for part in running:
+            part.result()

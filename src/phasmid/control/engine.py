@@ -1,15 +1,14 @@
-"""The locomotion engine: walks wherever it is told to, at once and without a jump."""
+"""The locomotion engine: a controller that follows commands of velocity, pose and gait smoothly."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import fields
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.body_clearance import BodyClearance
 from phasmid.control.command import Command
@@ -44,7 +43,7 @@ class LocomotionEngine:
         robot: The robot, four to eight legs.
         settings: Settings of the engine.
         records: Records of one engine of a batch; None for new ones.
-        keywords: Fields of the settings, instead of `settings`.
+        keywords: Fields of the settings that replace those of `settings`.
 
     Attributes:
         memory: Records of the engine, and views of them.
@@ -69,20 +68,7 @@ class LocomotionEngine:
         records: Records | None = None,
         **keywords: Any,
     ) -> None:
-        check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-ax")')
-        if settings is not None:
-            check_type("settings", settings, (EngineSettings,), "EngineSettings")
-        if settings is None:
-            known = [field.name for field in fields(EngineSettings)]
-            for name in keywords:
-                if name not in known:
-                    raise InvalidInput(
-                        f'there is no setting "{name}" of the locomotion engine.',
-                        hint=", ".join(known),
-                    )
-            settings = EngineSettings(**keywords)
-        elif keywords:
-            raise InvalidInput("settings are given as a whole or as keywords, not both.")
+        settings = replace(settings or EngineSettings(), **keywords)
         if len(robot.legs) > MAX_LEGS:
             raise InvalidInput(
                 f"the robot has {len(robot.legs)} legs; the locomotion engine walks robots with "
@@ -294,7 +280,7 @@ class LocomotionEngine:
         self.reference.ground_height = 0.0
         state.foot[:] = feet - [0.0, 0.0, ground]
         state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
-        if self._place() != 0:
+        if not self._place():
             raise InvalidInput("a foot stands where its leg cannot walk from.")
 
     def fold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
@@ -341,14 +327,10 @@ class LocomotionEngine:
 
     # Reference of a command
 
-    def _place(self) -> int:
-        """Solve body motion and joint angles for the feet of the state; 0 if they are reachable."""
+    def _place(self) -> bool:
+        """Solve body motion and joint angles at rest; return whether all feet are reachable."""
         memory = self.memory
-        return int(
-            self._update.advance_engine(
-                memory.states, memory.references, memory.models, memory.parameter_records, 0.0
-            )
-        )
+        return bool(self._update.place(memory.states, memory.models, memory.parameter_records))
 
     def _start(self) -> None:
         self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -1,9 +1,11 @@
-"""One update of the engine: all its parts, and the governor that slows them down together."""
+"""The compiled update of the locomotion engine.
+
+`LocomotionEngine` and `EngineBatch` call `update` and `update_range` on `Records`.
+"""
 
 from __future__ import annotations
 
 import math
-from concurrent.futures import Executor
 
 import numpy as np
 
@@ -38,31 +40,31 @@ OFFSET_SPEED = 0.1
 """Largest speed at which offsets of feet are followed [m/s]."""
 
 LEAST = 0.5
-"""Share of the margin of a lift below which the trunk may not take the centre of mass."""
+"""Share of the support margin of a lift that the motion of the trunk must keep."""
 
 STRAIGHT = -0.2
-"""A knee that is bent less than this turns too fast for the foot's speed [rad]."""
+"""Knee angle beyond which a knee turns too fast for the foot's speed [rad]."""
 
 STALE = 1e-3
-"""Where a foot may stand is looked at anew once body, ground or foot are off by this [m]."""
+"""Change of body, ground or foot after which a foothold region is computed anew [m]."""
 
 RETURN_SPEED = 0.06
-"""Of the body that comes back from where a foot has found no ground [m/s]."""
+"""Speed of the body that returns from where a foot has found no ground [m/s]."""
 
 STUCK = 1e-3
-"""A slow-down to less than this does not end by itself."""
+"""Time scale below which a slow-down does not end by itself."""
 
 RECOVERY = 2.0
-"""How fast the slow-down ends, per second."""
+"""Rate at which the time scale recovers [1/s]."""
 
 
 @internal
 def return_velocity(state: State, velocity: np.ndarray) -> None:
-    """Write the velocity at which the body comes back with feet that go back to where they stood.
+    """Write the velocity of the body while feet return to their last footholds.
 
     Args:
-        state: Where the engine is.
-        velocity: Written: ahead, left [m/s] and turn [rad/s], shape (3,).
+        state: State of the engine.
+        velocity: Written: vx, vy [m/s] and wz [rad/s], shape (3,).
     """
     x, y = 0.0, 0.0
     for leg in range(state.leg_count):
@@ -80,7 +82,7 @@ def return_velocity(state: State, velocity: np.ndarray) -> None:
 def advance_body(
     state: State, model: Model, reference: Reference, parameters: Parameters, h: float
 ) -> None:
-    """Let the path's velocity, the path, the pose and the sway follow what is asked."""
+    """Advance velocity, path, pose and ground plane towards the reference."""
     clock, speed, pose = state.clock, state.velocity_filter, state.pose_filter
     probing, looking, returns = False, False, False
     for leg in range(state.leg_count):
@@ -95,10 +97,10 @@ def advance_body(
     if reference.gait_pending:
         share = min(share, clock.velocity_share * math.exp(-4 * h))
     if not returns and (looking or (clock.lift_wait > 0.0 and not probing)):
-        # A lift that waits for the ground alone lets the body go on, as far as its feet do.
+        # While a lift waits only for a probing foot, the body goes on as far as its feet allow.
         share = 0.0
     if reference.sway > 0.0:
-        # A body that does not sway yet would leave its feet behind before one may lift.
+        # A body that does not sway yet would move beyond its feet before one may lift.
         share *= clock.sway_share
     clock.velocity_share = 0.0 if returns else share
     target, old = np.empty(3), np.empty(3)
@@ -153,11 +155,7 @@ def advance_sway(
 
 @internal
 def solve_leg_ik(state: State, model: Model, parameters: Parameters, h: float) -> bool:
-    """Write the joint angles, speeds and accelerations that put the feet where they are.
-
-    Returns:
-        Whether all feet can be reached.
-    """
+    """Write joint angles, speeds and accelerations for body and feet; return whether all reach."""
     R = state.R_odom_body
     p, v, a = np.empty(3), np.empty(3), np.empty(3)
     rp, rv, ra, hip = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -192,7 +190,7 @@ def solve_leg_ik(state: State, model: Model, parameters: Parameters, h: float) -
         for i in range(3):
             rp[i] -= model.p_body_hip[leg, i]
         to_hip(R_hip, rp, hip)
-        # One that looks for the ground may come out of a swing that has yielded.
+        # A probing foot may come from a swing that was softened at the joint limits.
         swings = state.leg_phase[leg] in (LegPhase.SWING, LegPhase.PROBING)
         room = joint_limit_margin(model, parameters, leg, hip, state.q[leg])
         bent = state.q[leg, 2] < STRAIGHT
@@ -214,7 +212,7 @@ def solve_leg_ik(state: State, model: Model, parameters: Parameters, h: float) -
 
 @internal
 def measure_support(state: State) -> float:
-    """Support margin of the whole robot now [m]."""
+    """Return the present support margin of the whole robot [m]."""
     R, com, trunk = state.R_odom_body, state.com, state.body_position
     standing = np.zeros(state.leg_count, dtype=np.int64)
     for leg in range(state.leg_count):
@@ -228,7 +226,7 @@ def measure_support(state: State) -> float:
 def change_gait(
     state: State, model: Model, reference: Reference, next_reference: Reference
 ) -> None:
-    """Change to the pending gait as soon as no foot would leave its region in it."""
+    """Change to the pending gait as soon as all feet stay in their foothold regions in it."""
     if not reference.gait_pending:
         return
     found = np.empty(2)
@@ -258,15 +256,15 @@ def change_gait(
 def advance(
     state: State, model: Model, reference: Reference, parameters: Parameters, h: float, held: bool
 ) -> bool:
-    """Let everything go on by a step of time; whether all feet can be reached there.
+    """Advance the whole motion by a time step; return whether all feet are reachable.
 
     Args:
-        state: Where the engine is, changed.
+        state: State of the engine, changed.
         model: The robot.
-        reference: What is to be done.
-        parameters: The margins.
-        h: Step of time [s].
-        held: Whether the trunk stays where it is.
+        reference: Reference of the motion.
+        parameters: The settings.
+        h: Time step [s].
+        held: Whether the trunk stays at rest.
     """
     if not held:
         advance_body(state, model, reference, parameters, h)
@@ -284,7 +282,7 @@ def advance(
 
 @internal
 def scale_stages(stages: np.ndarray, share: float) -> None:
-    """Leave a share of what a filter's stages differ from its last one."""
+    """Scale the differences of a filter's stages to its last one."""
     last = len(stages) - 1
     for i in range(stages.shape[1]):
         for k in range(last):
@@ -293,7 +291,7 @@ def scale_stages(stages: np.ndarray, share: float) -> None:
 
 @internal
 def brake(state: State, share: float) -> None:
-    """Take from the trunk's motion all but a share of its speed, at once."""
+    """Scale the speed of the trunk's motion at once."""
     for i in range(3):
         for k in range(3):
             state.velocity_filter[k, i] *= share
@@ -303,13 +301,13 @@ def brake(state: State, share: float) -> None:
 
 @internal
 def update_region(state: State, model: Model, leg: int) -> None:
-    """Bound anew where one leg's foot may stand, if body, ground or foot are off by `STALE`."""
+    """Compute a foothold region anew if body, ground or foot have changed by `STALE`."""
     g, posed, slope = state.ground_filter[3], state.region_pose[leg], np.empty(3)
     c, s = math.cos(state.path[2]), math.sin(state.path[2])
     slope[0], slope[1] = c * g[1] + s * g[2], c * g[2] - s * g[1]
     foot = state.touchdown[leg]
     slope[2] = foot[2] - g[0] - g[1] * foot[0] - g[2] * foot[1]
-    # By how much foot and body are about elsewhere, turns counted by how far they move a foot.
+    # Angles count by the distance that they move a foot.
     away = abs(slope[2] - posed[8])
     for i in range(3):
         away = max(away, abs(state.pose_filter[3, i] - posed[i]))
@@ -326,37 +324,56 @@ def update_region(state: State, model: Model, leg: int) -> None:
 
 @internal
 def stop_manoeuvre(state: State, leg: int) -> None:
-    """Note that a foot was stopped on its manoeuvre; one that was rising draws back next."""
+    """Set the manoeuvre of a stopped foot; a foot that was rising draws back next."""
     if state.manoeuvre[leg] == Manoeuvre.DRAW_BACK:
         state.manoeuvre[leg] = Manoeuvre.STOPPED
     elif state.manoeuvre[leg] == Manoeuvre.RISE:
         state.manoeuvre[leg] = Manoeuvre.DRAW_BACK
 
 
-@inlined
-def advance_within_limits(
-    states: np.ndarray,
-    model: Model,
-    reference: Reference,
-    next_reference: Reference,
-    parameters: Parameters,
-    dt: float,
-) -> int:
-    """One update of the engine.
+@compiled
+def place(states: np.ndarray, models: np.ndarray, parameter_records: np.ndarray) -> bool:
+    """Compute regions, body motion and joint angles at rest; return whether all feet are reachable.
 
     Args:
-        states: Where it is, changed, and a state to try in, shape (2,).
-        model: The robot.
-        reference: What is to be done.
-        next_reference: The same with the pending gait.
-        parameters: The margins.
-        dt: Time from the last update [s].
+        states: State of the engine, changed, and one for trials, shape (2,).
+        models: The robot, shape (1,).
+        parameter_records: The settings, shape (1,).
+    """
+    state, model, parameters = states[0], models[0], parameter_records[0]
+    for leg in range(state.leg_count):
+        update_region(state, model, leg)
+    set_body_motion(state, model, parameters)
+    if not solve_leg_ik(state, model, parameters, 0.0):
+        return False
+    state.clock.support_margin = measure_support(state)
+    return True
+
+
+@compiled
+def advance_engine(
+    states: np.ndarray,
+    references: np.ndarray,
+    models: np.ndarray,
+    parameter_records: np.ndarray,
+    dt: float,
+) -> int:
+    """Advance the motion by an update period, slower where a limit demands it.
+
+    Args:
+        states: State of the engine, changed, and one for trials, shape (2,).
+        references: Reference, and the same with the pending gait, shape (2,).
+        models: The robot, shape (1,).
+        parameter_records: The settings, shape (1,).
+        dt: Update period [s].
 
     Returns:
-        0; 1: slowed for a joint's speed; 2: the trunk was braked or stopped, since a leg could not
-        follow or the feet would not have held it; 3: nothing could be moved at all.
+        0; 1: slowed, for the speed of a joint; 2: the trunk was braked, since a foot was out of
+        reach or the support margin too small; 3: nothing could move.
     """
     state, trial = states[0], states[1]
+    reference, next_reference = references[0], references[1]
+    model, parameters = models[0], parameter_records[0]
     clock = state.clock
     change_gait(state, model, reference, next_reference)
     state.clock.region_leg = (state.clock.region_leg + 1) % state.leg_count
@@ -393,15 +410,15 @@ def advance_within_limits(
         said = max(said, 1)
         if slow < STUCK:
             break
-    # Nothing of what was tried can be done: stay. Feet in the air go on from rest, straight.
+    # No trial was feasible: stay. Feet in the air continue from rest, straight.
     brake(state, 0.0)
     arm = np.empty(3)
     for leg in range(state.leg_count):
         if state.leg_phase[leg] != LegPhase.STANCE and state.leg_phase[leg] != LegPhase.HELD:
-            # Where the joints are, and not where the curve is, is surely within reach.
+            # The joints' position is within reach; that of the swing curve may not be.
             foot_at_joints(state, model, leg, arm)
         swings = state.leg_phase[leg] == LegPhase.SWING
-        # One that draws back goes straight before it is stopped.
+        # A foot that draws back goes straight before it is stopped.
         stopped = (
             swings
             and state.swing_height[leg] == 0.0
@@ -410,13 +427,13 @@ def advance_within_limits(
         if state.leg_phase[leg] in (LegPhase.STANCE, LegPhase.PROBING, LegPhase.SETTLING) or (
             stopped and reference.contact[leg] == 1
         ):
-            # Farther down it may not reach, and straight on it does not go either: it stands.
+            # It reaches neither farther down nor straight on: it stands.
             stop_foot(state, leg)
             state.leg_phase[leg] = LegPhase.STANCE
             end_of_swing(state, leg)
             end_search(state, leg, reference.contact[leg] == 1)
         elif stopped:
-            # It looks for the ground where it is.
+            # It probes for ground here.
             land_here(state, model, reference, parameters, leg)
         elif swings:
             state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
@@ -430,31 +447,6 @@ def advance_within_limits(
     state.qd[:] = 0.0
     state.qdd[:] = 0.0
     return 3
-
-
-@compiled
-def advance_engine(
-    states: np.ndarray,
-    references: np.ndarray,
-    models: np.ndarray,
-    parameter_records: np.ndarray,
-    dt: float,
-) -> int:
-    """One update of the engine in a `Memory`; see `update`.
-
-    With no time from the last update everything is only put where its numbers say, from the feet
-    and the body to the joints: 1 where a foot cannot be reached there, 0 elsewhere.
-    """
-    state, model, parameters = states[0], models[0], parameter_records[0]
-    if dt == 0.0:
-        for leg in range(state.leg_count):
-            update_region(state, model, leg)
-        set_body_motion(state, model, parameters)
-        if not solve_leg_ik(state, model, parameters, 0.0):
-            return 1
-        state.clock.support_margin = measure_support(state)
-        return 0
-    return advance_within_limits(states, model, references[0], references[1], parameters, dt)
 
 
 @compiled
@@ -502,21 +494,3 @@ def update_range(records: Records, dt: float, results: np.ndarray) -> None:
             records.stages[i],
         )
         results[i, 0], results[i, 1] = update(one, dt)
-
-
-def update_many(records: Records, dt: float, threads: Executor, count: int) -> np.ndarray:
-    """Advance N engines by an update period on several threads.
-
-    Args:
-        records: Records of the engines.
-        dt: Update period [s].
-        threads: Executor of the threads.
-        count: Number of parts into which the engines are divided.
-
-    Returns:
-        What `update` returns for each engine, shape (N, 2).
-    """
-    results = np.zeros((len(records.states), 2), np.int64)
-    parts = [np.array_split(array, count) for array in (*records, results)]
-    list(threads.map(lambda *part: update_range(Records(*part[:-1]), dt, part[-1]), *parts))
-    return results
