@@ -162,12 +162,9 @@ class Sequencer:
 
     def take_events(self) -> list[tuple[float, str]]:
         """Return the events since the last call, and clear them."""
-        self._collect_events()
+        self.events += self._call_walker("take_events") or []
         events, self.events = self.events, []
         return events
-
-    def _collect_events(self) -> None:
-        self.events += getattr(self.walker, "take_events", list)()
 
     def _report(self, sentence: str) -> None:
         self.events.append((self._time, sentence))
@@ -206,22 +203,21 @@ class Sequencer:
             self._merged = command, lost, merged
         return self._merged[2]
 
-    def _call_walker(self, method: str, *args: Any) -> None:
-        """Call a method that the walking controller may have."""
+    def _call_walker(self, method: str, *args: Any) -> Any:
+        """Call a method that the walking controller may have; return its result, or None."""
         function = getattr(self.walker, method, None)
-        if function is not None:
-            function(*args)
+        return None if function is None else function(*args)
 
     # Stages
 
     def _walk(self, observation: Observation, command: Command) -> JointTargets:
         self._targets = self.walker.update(observation, command)
-        self._collect_events()
+        self.events += self._call_walker("take_events") or []
         return self._targets
 
     def _walk_on(self, observation: Observation) -> None:
         """Hand over to the walking controller, at rest."""
-        self._collect_events()
+        self.events += self._call_walker("take_events") or []
         self.stage, self._route = Stage.STANDING, None
         q = self._targets.position.copy()
         if hasattr(self.walker, "hold"):
@@ -332,23 +328,21 @@ class Sequencer:
     # Manual legs
 
     def _lift(self, numbers: list[int], ground: GroundPlane) -> None:
-        """Begin to lift legs with commands of their own, or refuse."""
-        names, stance = self.robot.leg_names, stance_on(self.robot, self._targets.position, ground)
-        known = [number for number in numbers if 1 <= number <= len(names)]
+        """Begin to lift manual legs, or refuse."""
         self._manual = None
-        if known == numbers and not {number - 1 for number in known} & set(self._lost):
+        legs, lost = range(1, len(self.robot.legs) + 1), [leg + 1 for leg in self._lost]
+        why, refused = "there is no such leg", [n for n in numbers if n not in legs]
+        if not refused:
+            why, refused = "it is lost", [n for n in numbers if n in lost]
+        if not refused:
+            stance = stance_on(self.robot, self._targets.position, ground)
             self._manual = lift_legs(self.robot, stance, numbers, self._lost)
-        if self._manual is None:
-            why, lost = "the other legs would not hold the robot", [i + 1 for i in self._lost]
-            named = known
-            if known != numbers:
-                why, named = "there is no such leg", [n for n in numbers if n not in known]
-            elif set(known) & set(lost):
-                why, named = "it is lost", [n for n in known if n in lost]
-            label = " and ".join(names[n - 1] if n in known else str(n) for n in named)
-            self._refuse(f"leg {label} cannot be moved by hand: {why}.")
-        else:
-            self._begin(self._manual.paths, Stage.LIFTING, Stage.MANUAL_LEG)
+            if self._manual is not None:
+                self._begin(self._manual.paths, Stage.LIFTING, Stage.MANUAL_LEG)
+                return
+            why, refused = "the other legs would not hold the robot", numbers
+        names = [self.robot.leg_names[n - 1] if n in legs else str(n) for n in refused]
+        self._refuse(f"leg {' and '.join(names)} cannot be moved by hand: {why}.")
 
     def _move_legs(self, command: Command | None, dt: float) -> None:
         """Move lifted legs as commanded; without a command return to where they were lifted."""
