@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import astuple, dataclass, fields, replace
 from enum import IntEnum, IntFlag
 
 import numpy as np
@@ -12,7 +12,7 @@ from jaxtyping import Float
 from phasmid.arguments import check_number
 from phasmid.control.command import Command, Posture
 from phasmid.control.observation import Observation
-from phasmid.control.records import fill, record_of, view_of
+from phasmid.control.records import record_of, view_of
 from phasmid.errors import InvalidInput
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
@@ -156,7 +156,7 @@ _ENDED = {
 
 
 class SafetyMonitor:
-    """Checks each observation and command, and restricts the command where something is wrong.
+    """Safety monitor: checks each observation and command, and restricts the command.
 
     Each cause adds an event when it begins and one when it has ended.
 
@@ -184,22 +184,19 @@ class SafetyMonitor:
         known = servo.stall_current is not None
         hot = servo.temperature_limit - set_.heat_margin if known else math.inf
         self._states = np.zeros(1, MONITOR_STATE)
-        self._parameters = np.zeros(1, MONITOR_PARAMETERS)
         self.state = view_of(self._states, MonitorState, legs)
-        fill(
-            view_of(self._parameters, MonitorParameters, legs),
-            MonitorParameters(
-                tip_time,
-                set_.tilt_share * self.tip_angle,
-                set_.load_share,
-                set_.load_time,
-                hot,
-                hot - set_.heat_margin,
-                servo.rated_voltage * (servo.stall_current or 0.0),
-                servo.thermal_resistance,
-                servo.heat_capacity,
-            ),
+        parameters = MonitorParameters(
+            tip_time,
+            set_.tilt_share * self.tip_angle,
+            set_.load_share,
+            set_.load_time,
+            hot,
+            hot - set_.heat_margin,
+            servo.rated_voltage * (servo.stall_current or 0.0),
+            servo.thermal_resistance,
+            servo.heat_capacity,
         )
+        self._parameters = np.array([astuple(parameters)], MONITOR_PARAMETERS)
         # Lazy import: numba takes 0.6 s.
         from phasmid.control.safety_kernels import check_signals
 
@@ -241,7 +238,7 @@ class SafetyMonitor:
         signals = self._check_signals(
             self._states,
             self._parameters,
-            -1.0 if load is None else self.dt,
+            0.0 if load is None else self.dt,
             observation.joint_position,
             self._zero if observation.joint_velocity is None else observation.joint_velocity,
             self._zero if load is None else load,

@@ -84,7 +84,7 @@ def check_signals(
     Args:
         states: `MonitorState`, changed, shape (1,).
         parameter_records: `MonitorParameters`, shape (1,).
-        dt: Time since the last observation [s].
+        dt: Time since the last observation [s]; 0 without measured loads.
         q: Joint angles [rad], shape (L, 3).
         qd: Joint speeds [rad/s], shape (L, 3).
         load: Outputs of the servos, shape (L, 3).
