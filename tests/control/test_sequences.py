@@ -18,7 +18,7 @@ from phasmid.control.sequences.ground import (
     resting_ground,
     solve_feet,
 )
-from phasmid.control.sequences.joint_path import ACCELERATION, largest_speed
+from phasmid.control.sequences.joint_path import ACCELERATION, JointPath, Route, largest_speed
 from phasmid.control.sequences.posture import fold_legs, leg_gaps
 from phasmid.control.sequences.stance import neutral_stance
 from sequence_runs import DT, Still, run
@@ -110,6 +110,22 @@ def test_a_change_of_mind_at_any_moment_is_answered_smoothly(name, times):
     assert sequencer.stage is Stage.LYING
     assert np.abs(told.q[-1] - packed).max() < 1e-12
     check_smooth(robot, told, packed)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-2, 0.1, 1.0])
+def test_a_route_keeps_the_limits_wherever_it_turns_round(size):
+    """Paths of a few steps and of many; a second difference is a mean acceleration."""
+    robot, rng = ROBOTS["phantomx-ax"], np.random.default_rng(0)
+    for _ in range(10):
+        poses = np.cumsum(rng.normal(0.0, size, (5, 6, 3)), axis=0)
+        paths = [JointPath.through(pair, robot) for pair in pairwise(poses)]
+        route, forward, told = Route(paths), True, []
+        for turns in rng.random(500) < 0.05:
+            forward = forward != turns
+            told.append(route.advance(DT, forward=forward))
+        q, qd = np.array([t.position for t in told]), np.array([t.velocity for t in told])
+        assert np.abs(qd).max() <= largest_speed(robot) * (1 + 1e-9)
+        assert np.abs(np.diff(q, 2, axis=0)).max() <= ACCELERATION * DT**2
 
 
 @any_robot
