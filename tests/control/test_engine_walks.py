@@ -8,7 +8,7 @@ import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
-from phasmid.control.feet import land_here
+from phasmid.control.leg_phases import land_here
 from phasmid.control.types import LegPhase
 from phasmid.control.update import advance_engine
 from phasmid.errors import InvalidInput
@@ -160,9 +160,9 @@ def test_well_beyond_the_largest_velocity_something_binds(gait):
     for direction in DIRECTIONS[:4]:
         limit = engine.largest_velocity(direction, gait=gait)
         asked = tuple(1.15 * v for v in limit.velocity)
-        engine._pattern.write(engine._next_reference, gait, None, frozenset())
+        engine._gaits.write(engine._next_reference, gait, None, frozenset())
         engine._next_reference.step_height = engine.settings.step_height
-        assert engine._share(engine._next_reference, np.array(asked), 1.0) < 0.9
+        assert engine._scale(engine._next_reference, np.array(asked))[0] < 0.9
 
 
 def test_a_robot_walks_on_five_legs_and_on_six_again():
