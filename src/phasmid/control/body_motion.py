@@ -67,13 +67,9 @@ def point_velocity(path: Path, velocity: np.ndarray, x: float, y: float) -> tupl
 def follow(stages: np.ndarray, omega: float, h: float) -> None:
     """Advance a chain of n equal first-order lags, exactly, while its input stays constant.
 
-    The last output is a weighted mean of past inputs, so it never leaves their range. Its first
-    n - 1 derivatives are continuous.
-
-    Args:
-        stages: The input and the lags' outputs, shape (1 + n, k).
-        omega: Bandwidth of each lag [1/s].
-        h: Time step [s].
+    Rows of `stages` are the input and the lags' outputs, `omega` is their bandwidth [1/s]. The last
+    output is a weighted mean of past inputs, so it never leaves their range. Its first n - 1
+    derivatives are continuous.
     """
     x = omega * h
     decay = math.exp(-x)
@@ -101,14 +97,9 @@ def lag_motion(stages: np.ndarray, omega: float, i: int) -> Triple:
 def approach(
     reference: np.ndarray, target: np.ndarray, first: int, scale: float, most: float
 ) -> None:
-    """Move three numbers of a reference straight towards a target, by a limited length.
+    """Move three numbers of a reference straight towards a target, by `most` at most.
 
-    Args:
-        reference: Changed, shape (k,).
-        target: Target, shape (k,).
-        first: Index of the first of the three.
-        scale: Weight of the third in that length.
-        most: Largest length.
+    They begin at index `first`; the third counts `scale` times in that length.
     """
     dx = target[first] - reference[first]
     dy = target[first + 1] - reference[first + 1]
@@ -138,11 +129,7 @@ def integrate_twist(path: Path, twist: np.ndarray, time: float) -> Triple:
 def sway_wave(model: Model, reference: Reference, phase: float, out: np.ndarray) -> None:
     """Write the gait's sway and its two derivatives by phase: see `phasmid.gait.sway`.
 
-    Args:
-        model: The robot.
-        reference: Gait.
-        phase: Phase of the cycle.
-        out: Written: forward and left [m], shape (3, 2).
+    Each is a displacement forward and left [m]; `out` has shape (3, 2).
     """
     out[:] = 0.0
     if reference.sway == 0.0:
@@ -168,6 +155,23 @@ def sway_wave(model: Model, reference: Reference, phase: float, out: np.ndarray)
         out[1, 1] -= rate * s * y
         out[2, 0] -= rate * rate * c * x
         out[2, 1] -= rate * rate * c * y
+
+
+@internal
+def place_body(
+    state: State,
+    model: Model,
+    path: Path,
+    pose: np.ndarray,
+    x: float,
+    y: float,
+    R: np.ndarray,
+    body: np.ndarray,
+) -> None:
+    """Write rotation and place of a body with a pose relative to a path, and (x, y) beside it."""
+    rotation(pose[3], pose[4], pose[5] + path[2], R)
+    body[0], body[1] = in_odom(path, x + pose[0], y + pose[1])
+    body[2] = ground_height(state, path[0], path[1]) + model.height + pose[2]
 
 
 @internal

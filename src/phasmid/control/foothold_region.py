@@ -21,14 +21,7 @@ STEPS, NEAR = 8, 1e-4
 
 @internal
 def region_edge(model: Model, leg: int, start: np.ndarray, ray: np.ndarray) -> float:
-    """Return the distance along a ray in the hip frame up to which the leg reaches [m].
-
-    Args:
-        model: The robot.
-        leg: Index of the leg.
-        start: Beginning of the ray [m], shape (3,).
-        ray: Its direction; its length scales the distance, shape (3,).
-    """
+    """Return the distance along a ray of the hip frame up to which the leg reaches [m]."""
     x, y, z, a, b, c = start[0], start[1], start[2], ray[0], ray[1], ray[2]
     step = (model.lengths[leg, 1] + model.lengths[leg, 2]) / STEPS
     low, high = 0.0, 0.0
@@ -109,12 +102,7 @@ def region_share(region: np.ndarray, dx: float, dy: float) -> float:
 
 
 def foothold_regions(model: np.void, pose: tuple[float, ...]) -> np.ndarray:
-    """Return the foothold regions of all legs on level ground, shape (L, K, 3).
-
-    Args:
-        model: Record of the robot.
-        pose: Pose of the body relative to its path [m, rad], six numbers.
-    """
+    """Return the foothold regions of all legs on level ground at a pose, shape (L, K, 3)."""
     regions = np.zeros((model["leg_count"], DIRECTIONS, 3))
     for leg, region in enumerate(regions):
         bound_region(model, leg, np.array(pose), np.zeros(3), region)

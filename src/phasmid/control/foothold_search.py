@@ -79,8 +79,8 @@ def is_free(state: State, leg: int, x: float, y: float) -> bool:
 
 
 @internal
-def choose_return(state: State, leg: int) -> bool:
-    """Write the last foothold as a foot's search goal; return False if it may not go there."""
+def return_to_foothold(state: State, leg: int) -> bool:
+    """Make the last foothold the goal of a foot's search; return False if it may not go there."""
     tried = is_returning(state, leg)
     attempts = state.return_attempts[leg] + 1 if tried else 0
     distance = distance_from_foothold(state, leg)
@@ -95,6 +95,7 @@ def choose_return(state: State, leg: int) -> bool:
         if is_free(state, leg, goal[0], goal[1]):
             state.return_attempts[leg] = attempts
             state.clock.search_changes += tried
+            set_search(state, leg, SearchStage.RETURNING)
             return True
     return False
 
@@ -120,7 +121,10 @@ def start_search(state: State, reference: Reference, leg: int) -> bool:
     elif stage == SearchStage.NONE:
         x, y = point_velocity(path, v, foot[0], foot[1])
         speed = math.sqrt(x * x + y * y)
-        x, y = (x / speed, y / speed) if speed > 1e-9 else (math.cos(path[2]), math.sin(path[2]))
+        if speed > 1e-9:
+            x, y = x / speed, y / speed
+        else:
+            x, y = math.cos(path[2]), math.sin(path[2])
         # Goals are mirrored about the first place; this is the mirror image of the first one.
         goal[0], goal[1], goal[2] = foot[0] - FAR * x, foot[1] - FAR * y, foot[2]
     while stage < LOOKS:
@@ -128,12 +132,11 @@ def start_search(state: State, reference: Reference, leg: int) -> bool:
         for i in range(2):
             goal[i] = 2 * first[i] - goal[i]
         if is_free(state, leg, goal[0], goal[1]):
+            set_search(state, leg, stage)
             break
     else:
-        if not choose_return(state, leg):
+        if not return_to_foothold(state, leg):
             return False
-        stage = 1 * SearchStage.RETURNING
-    set_search(state, leg, stage)
     # Straight up, since the wall of the hole may be near.
     rise = max(ground_height(state, foot[0], foot[1]) - foot[2], 0.0) + RISE
     stop_foot(state, leg)

@@ -7,10 +7,16 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.body_motion import approach, ground_height, in_odom, in_path, integrate_twist
+from phasmid.control.body_motion import (
+    approach,
+    ground_height,
+    in_odom,
+    in_path,
+    integrate_twist,
+    place_body,
+)
 from phasmid.control.foothold_region import region_share
 from phasmid.control.foothold_search import is_returning, is_searching
-from phasmid.control.limbs import rotation
 from phasmid.control.reach import AT_ENOUGH, is_within, to_hip_frame
 from phasmid.control.types import Model, Parameters, Reference, State
 from phasmid.kinematics.leg_kernels import Triple
@@ -29,24 +35,14 @@ TRIES, NEARER = 4, 0.012
 def is_foothold(
     state: State, model: Model, leg: int, path: Triple, x: float, y: float, z: float
 ) -> bool:
-    """Return whether a foot can land at a point of odom, at the present pose and at its reference.
+    """Return whether a foot can land at a point of odom [m] while the body is on a path.
 
-    Args:
-        state: State of the engine.
-        model: The robot.
-        leg: Index of the leg.
-        path: Predicted path.
-        x: The point [m].
-        y: The same.
-        z: The same.
+    That holds for the present pose and for its reference.
     """
     R, body = np.empty((3, 3)), np.empty(3)
+    sway = state.sway_filter[3]
     for k in (0, 3):
-        pose = state.pose_filter[k]
-        forward, left = pose[0] + state.sway_filter[3, 0], pose[1] + state.sway_filter[3, 1]
-        rotation(pose[3], pose[4], pose[5] + path[2], R)
-        body[0], body[1] = in_odom(path, forward, left)
-        body[2] = ground_height(state, path[0], path[1]) + model.height + pose[2]
+        place_body(state, model, path, state.pose_filter[k], sway[0], sway[1], R, body)
         u, v, w = to_hip_frame(model, leg, R, body, x, y, z)
         if not is_within(model, AT_ENOUGH, leg, u, v, w):
             return False
@@ -57,15 +53,9 @@ def is_foothold(
 def choose_foothold(
     state: State, model: Model, reference: Reference, parameters: Parameters, leg: int, left: float
 ) -> None:
-    """Write the touchdown of a foot: neutral in the middle of its next stance, within its region.
+    """Write where a foot lands after a time [s], within its foothold region.
 
-    Args:
-        state: State of the engine, changed.
-        model: The robot.
-        reference: Velocity and gait.
-        parameters: The acceleration.
-        leg: Index of the leg.
-        left: Time until touchdown [s].
+    It is neutral in the middle of its next stance, if the body follows the prediction.
     """
     now, mean, goal = state.velocity_filter[2], np.empty(3), np.empty(3)
     v = now.copy()

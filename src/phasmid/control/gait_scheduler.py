@@ -76,15 +76,9 @@ def is_away(state: State, model: Model, reference: Reference, leg: int, near: fl
 def margin_without_legs(
     state: State, model: Model, reference: Reference, lifted: np.ndarray, time: float, turn: float
 ) -> float:
-    """Return the least support margin without some legs, now and after a time [m].
+    """Return the least support margin without the lifted legs, now and after a time [m].
 
-    Args:
-        state: State of the engine.
-        model: The robot.
-        reference: Gait.
-        lifted: 1 for legs that leave the ground, shape (L,).
-        time: Time until they land [s].
-        turn: Change of the gait's phase until then.
+    In that time [s] the phase of the gait changes by `turn`.
     """
     legs, path = len(lifted), state.path
     stance = np.zeros(legs, dtype=np.int64)
@@ -111,8 +105,7 @@ def margin_without_legs(
 def best_phase(state: State, model: Model, reference: Reference) -> tuple[float, float]:
     """Return the phase, just before a lift, at which the gait allows the largest velocity.
 
-    Returns:
-        The phase, and the feasible share of the velocity; -1 where no phase fits the swing legs.
+    The second number is the feasible share of the velocity; -1 where no phase fits the swing legs.
     """
     best, most = 0.0, -1.0
     for k in range(state.leg_count):

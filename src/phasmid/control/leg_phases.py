@@ -72,15 +72,9 @@ def reaches_height(state: State, model: Model, leg: int, height: float) -> bool:
 def lift_off(
     state: State, model: Model, reference: Reference, leg: int, ago: float, time: float
 ) -> None:
-    """Begin the swing of a foot, lower than the step height where that is out of reach.
+    """Begin the swing of a foot, which lifted some time ago and takes a time [s].
 
-    Args:
-        state: State of the engine, changed.
-        model: The robot.
-        reference: Step height.
-        leg: Index of the leg.
-        ago: Time since lift-off [s].
-        time: Duration of the swing [s].
+    It is lower than the step height where that is out of reach.
     """
     if state.leg_phase[leg] == LegPhase.STANCE:
         if reference.contact[leg] == Contact.GROUND:
@@ -284,10 +278,7 @@ def move_feet(
 def land_swing_legs(state: State, reference: Reference, depth: float) -> None:
     """Let all swinging feet land from where they are, without a jump of position or velocity.
 
-    Args:
-        state: State of the engine, changed.
-        reference: Contacts of the feet.
-        depth: Depth below the ground plane at which feet with contact sensing stop [m].
+    With contact sensing they go on to a depth below the ground plane [m].
     """
     for leg in np.flatnonzero(state.leg_phase == LegPhase.SWING):
         drop = max(height_above_ground(state, leg), 0.0)

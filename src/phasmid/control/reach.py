@@ -100,17 +100,9 @@ def is_within(model: Model, row: int, leg: int, x: float, y: float, z: float) ->
 def joint_limit_margin(
     model: Model, parameters: Parameters, leg: int, p: np.ndarray, q: np.ndarray
 ) -> float:
-    """Write the joint angles of a foot, and return its margin to stretch and joint limits.
+    """Write the joint angles of a foot in the hip frame, and return its least margin.
 
-    Args:
-        model: The robot.
-        parameters: The margins.
-        leg: Index of the leg.
-        p: Foot in the hip frame [m], shape (3,).
-        q: Written [rad], shape (3,).
-
-    Returns:
-        The least margin as a share of the settings'; minus infinity out of reach.
+    Margins to stretch and joint limits are shares of the settings'; minus infinity out of reach.
     """
     lengths = model.lengths[leg]
     q[0], q[1], q[2], margin = inverse_kinematics(lengths, lengths[3], p[0], p[1], p[2], 1.0)
@@ -132,18 +124,9 @@ def joint_limit_margin(
 def to_hip_frame(
     model: Model, leg: int, R: np.ndarray, body: np.ndarray, x: float, y: float, z: float
 ) -> Triple:
-    """Return a point in a leg's hip frame [m].
+    """Return a point in a leg's hip frame [m]; R and `body` are the body's rotation and place.
 
     Numbers and not arrays: to allocate these would take longer than the computation.
-
-    Args:
-        model: The robot.
-        leg: Index of the leg.
-        R: Rotation of the body, shape (3, 3).
-        body: Place of the body [m], shape (3,).
-        x: The point, in the frame of R and `body` [m].
-        y: The same.
-        z: The same.
     """
     x, y, z = x - body[0], y - body[1], z - body[2]
     p, H = model.p_body_hip, model.R_body_hip

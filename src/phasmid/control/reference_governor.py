@@ -14,12 +14,11 @@ from phasmid.compiled import inlined, internal
 from phasmid.control.body_motion import (
     approach,
     follow,
-    ground_height,
-    in_odom,
     integrate_twist,
+    place_body,
     sway_wave,
 )
-from phasmid.control.limbs import edges_of, margin_within, rotation
+from phasmid.control.limbs import edges_of, margin_within
 from phasmid.control.reach import AT_ENOUGH, ENOUGH, is_within, joint_limit_margin, to_hip_frame
 from phasmid.control.types import LegPhase, Model, Parameters, Reference, State
 
@@ -78,15 +77,8 @@ def is_recoverable(
 ) -> bool:
     """Return whether the robot can come to rest from new references of velocity and pose.
 
-    Where a leg or the support has less margin already, it must not lose any.
-
-    Args:
-        state: State of the engine.
-        model: The robot.
-        reference: Gait.
-        parameters: The margins.
-        velocity: Reference of the path's velocity, from which it brakes, shape (3,).
-        goal: Reference of the pose, which stays, shape (6,).
+    It brakes from the velocity, and the pose goes to its reference. Where a leg or the support has
+    less margin already, it must not lose any.
     """
     legs, clock, com = state.leg_count, state.clock, state.com
     speed, pose = state.velocity_filter.copy(), state.pose_filter.copy()
@@ -124,10 +116,7 @@ def is_recoverable(
         if look > 0:
             x = clock.sway_share * sway[0, 0] + clock.lean[0]
             y = clock.sway_share * sway[0, 1] + clock.lean[1]
-        b = pose[0 if look == LOOKS else 3]
-        rotation(b[3], b[4], b[5] + path[2], R)
-        body[0], body[1] = in_odom(path, x + b[0], y + b[1])
-        body[2] = ground_height(state, path[0], path[1]) + model.height + b[2]
+        place_body(state, model, path, pose[0 if look == LOOKS else 3], x, y, R, body)
         for leg in range(legs):
             phase, foot = state.leg_phase[leg], state.touchdown[leg]
             if phase == LegPhase.HELD or (phase == LegPhase.SWING and time < stays[leg]):

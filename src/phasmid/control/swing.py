@@ -24,18 +24,10 @@ def advance_quintic(
     left: float,
     h: float,
 ) -> None:
-    """Advance a motion along the quintic from its present values to rest at a goal.
+    """Advance a motion by a time step along the quintic to rest at a goal after the time left [s].
 
     With an unchanged goal this is the same curve at every update; where the goal moves, the curve
     continues into another without a jump.
-
-    Args:
-        position: Position, changed, shape (3,).
-        velocity: Velocity, changed, shape (3,).
-        acceleration: Acceleration, changed, shape (3,).
-        goal: Position at the end, shape (3,).
-        left: Time until then [s].
-        h: Time step, less than that [s].
     """
     t = left
     for i in range(3):
@@ -52,12 +44,9 @@ def advance_quintic(
 
 @internal
 def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
-    """Return the lift above the line, its velocity and acceleration: at rest at both ends.
+    """Return height [m], velocity and acceleration of the lift at a part s of a swing.
 
-    Args:
-        s: Part of the swing, 0 to 1.
-        time: Duration of the swing [s].
-        height: Height of its top [m].
+    It is at rest at both ends.
     """
     x, y = s * (1 - s), 1 - 2 * s
     top = 64 * height

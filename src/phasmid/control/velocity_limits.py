@@ -51,11 +51,9 @@ CLOSE = 1e-3
 def lift_lag(reference: Reference) -> float:
     """Return the time for which the body gains on a foot after its lift-off [s].
 
-    The foot's quintic begins as 10 D (t/T)³, D being the body's displacement in a cycle. It lags
-    its place on the ground the most, by two thirds of t at the body's speed, at t² = T³ / (30 P).
-
-    Args:
-        reference: Duty factor, and period P [s].
+    With a period P, a swing T and a displacement D in a cycle the foot's quintic begins as
+    10 D (t/T)³. It lags its place on the ground the most, by two thirds of t at the body's speed,
+    at t² = T³ / (30 P).
     """
     swing = (1.0 - reference.duty_factor) * reference.period
     return 2.0 / 3.0 * math.sqrt(swing**3 / (30.0 * reference.period))
@@ -67,12 +65,7 @@ def region_speed_share(
 ) -> float:
     """Return the share of a velocity, at most 1, that keeps feet in their regions until lift-off.
 
-    Args:
-        state: State of the engine.
-        model: The robot.
-        reference: Gait.
-        velocity: Velocity of the path: vx, vy, wz, shape (3,).
-        phase: Phase of the gait's clock.
+    The gait's clock is at a phase.
     """
     share = 1.0
     if is_zero(velocity):
@@ -104,15 +97,9 @@ def region_speed_share(
 def support_speed_share(
     state: State, parameters: Parameters, used: np.ndarray, velocity: np.ndarray
 ) -> float:
-    """Return the share of a velocity, at most 1, at which the robot stays supported.
+    """Return the share of a velocity, at most 1, that keeps the centre of mass supported.
 
-    The centre of mass stays over the stance feet until the last foot in the air has landed.
-
-    Args:
-        state: State of the engine.
-        parameters: The margins.
-        used: 1 for legs that the robot walks on, shape (L,).
-        velocity: Velocity of the path: vx, vy, wz, shape (3,).
+    It stays over the stance feet until the last foot in the air has landed.
     """
     left, legs = 0.0, state.leg_count
     for leg in range(legs):
@@ -170,14 +157,7 @@ def set_steady_foot(
 ) -> bool:
     """Write a foot of a steady walk and its velocity in the path's axes; return its stance.
 
-    Args:
-        model: The robot.
-        reference: Gait and step height.
-        leg: Index of the leg.
-        velocity: Velocity of the path: vx, vy, wz, shape (3,).
-        phase: Phase since the leg's lift-off.
-        foot: Written, above the ground [m], shape (3,).
-        foot_velocity: Written [m/s], shape (3,).
+    The phase is that since the leg's lift-off; the foot's height is that above the ground [m].
     """
     duty, period = reference.duty_factor, reference.period
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
@@ -299,12 +279,7 @@ def feasible_pose_scale(
 ) -> tuple[float, Constraint]:
     """Return the largest share of a pose at which a robot can step on the spot.
 
-    Args:
-        model: Record of the robot.
-        parameters: Record of the margins.
-        reference: Record of the gait, with a duty factor of 1 for standing.
-        base: Pose that is not scaled, shape (6,).
-        pose: Pose that is added to it, shape (6,).
+    The pose adds to a base that is not scaled. A duty factor of 1 in the reference is standing.
     """
     # On the spot the feet stay at their neutral places, which need no region.
     regions = np.zeros((int(model["leg_count"]), 1, 3))
