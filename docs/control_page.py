@@ -2,9 +2,9 @@
 
     python docs/control_page.py [--processes N] [--only velocity,terrain] [--seeds N] ...
 
-All studies take an hour or more on two cores, most of it `terrain`; what is compiled first takes
-two minutes more. What was measured is kept as JSON; with --only the other studies' is read from
-there, and sections whose studies are not there stay as they are on the page.
+All studies take an hour or more on two cores, most of it `terrain`; compilation takes two minutes
+more. Measurements are kept as JSON. With --only the others are read from there; sections without
+measurements stay as they are on the page.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "benchmarks"))
 
-from control_study import (  # noqa: E402, they lie in the folder named above
+from control_study import (  # noqa: E402, needs the path above
     failures,
     forces,
     ground,
@@ -42,25 +42,25 @@ WHOLE = {"walks": 500, "directions": 24, "sequences": 1000, "simulated": 100, "s
 def main() -> None:
     """Measure and write the page."""
     options = arguments()
-    wanted = options.only.split(",") if options.only else STUDIES
-    for option, given, known in (
-        ("only", wanted, (*STUDIES, "page")),
+    chosen = options.only.split(",") if options.only else STUDIES
+    for option, values, known in (
+        ("only", chosen, (*STUDIES, "page")),
         ("kinds", options.kinds.split(","), ground.GROUNDS),
         ("modes", options.modes.split(","), ground.MODES),
     ):
-        if unknown := set(given) - set(known):
+        if unknown := set(values) - set(known):
             sys.exit(f"--{option} knows {', '.join(known)}, not {', '.join(unknown)}")
     files = {name: options.results / f"{name}.json" for name in STUDIES}
     for name in STUDIES:
-        if name in wanted:
+        if name in chosen:
             study.save(files[name], measured(name, options))
-    # Always by way of the files, so that a page is the same whether measured now or read.
+    # Through the files, so that the page is the same for new and for old measurements.
     found = {name: path for name, path in files.items() if path.exists()}
     write({name: json.loads(path.read_text("utf-8")) for name, path in found.items()})
 
 
 def arguments() -> argparse.Namespace:
-    """What the command line says."""
+    """Return the options of the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", help=f"studies with commas between: {', '.join(STUDIES)}; page")
@@ -68,7 +68,10 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--walks", type=int, default=WHOLE["walks"], help="random walks of `level`")
     parser.add_argument("--seed", type=int, default=0, help="of their velocities")
     parser.add_argument(
-        "--directions", type=int, default=WHOLE["directions"], help="straight ways of `velocity`"
+        "--directions",
+        type=int,
+        default=WHOLE["directions"],
+        help="straight directions of `velocity`",
     )
     parser.add_argument("--gaits", default="", help="of `velocity`, with commas between")
     parser.add_argument("--sequences", type=int, default=WHOLE["sequences"], help="without forces")
@@ -105,12 +108,12 @@ def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
         return study.run(failures.measure, failures.cases(legs=options.legs), many, name)
     if name == "forces":
         return study.run(forces.measure, forces.cases(), many, name)
-    # Times are taken with nothing beside.
+    # Times are measured with no other process beside.
     return study.run(pace.measure, pace.cases(), one, name)
 
 
 def draw_swing(path: Path) -> None:
-    """A foot's way, speed and acceleration while the command changes in its swing."""
+    """Draw position, velocity and acceleration of a foot whose command changes in its swing."""
     from matplotlib.figure import Figure
 
     from kinematic_world import drive
@@ -150,7 +153,7 @@ def draw_swing(path: Path) -> None:
 
 
 def draw_walk(path: Path) -> None:
-    """The robot on blocks that it knows nothing of."""
+    """Draw the robot on unknown blocks."""
     from phasmid import drive
     from phasmid.control import Command, LocomotionEngine
     from phasmid.reporting.drawing import draw_robot, telling_moment
@@ -165,22 +168,22 @@ def draw_walk(path: Path) -> None:
     save_figure(draw_robot(run, telling_moment(run, read_source(run))), path, dpi=PIXELS_PER_INCH)
 
 
-def write(told: dict[str, list[study.Case]]) -> None:
+def write(results: dict[str, list[study.Case]]) -> None:
     """Write the sections of the studies that were measured, and keep the others of the page."""
     images = HERE / "images"
-    if "velocity" in told:
-        velocity.draw(told["velocity"], str(images / "control-velocity.png"))
-    if "terrain" in told:
-        ground.draw(told["terrain"], str(images / "control-terrain.png"))
+    if "velocity" in results:
+        velocity.draw(results["velocity"], str(images / "control-velocity.png"))
+    if "terrain" in results:
+        ground.draw(results["terrain"], str(images / "control-terrain.png"))
     draw_swing(images / "control-swing.png")
     draw_walk(images / "control-walk.png")
     page = HERE / "control.md"
     top, _, below = page.read_text("utf-8").partition(f"\n{HEADING}")
-    # What was not measured now stays as it is on the page.
+    # Sections without measurements stay as they are on the page.
     old = dict(part.split("\n", 1) for part in below.rstrip("\n").split("\n### ")[1:])
-    sections = {name: text.strip("\n") for name, text in old.items()} | measurements(told)
+    sections = {name: text.strip("\n") for name, text in old.items()} | measurements(results)
     written = [f"### {name}\n\n{sections[name]}" for name in SECTIONS if name in sections]
-    intro = f"{HEADING}\n\nWritten by `make control`. {machine()}{size(told)}"
+    intro = f"{HEADING}\n\nWritten by `make control`. {machine()}{size(results)}"
     text = "\n\n".join([top.rstrip("\n"), intro, *written])
     page.write_text(f"{text}\n", "utf-8", newline="\n")
 
@@ -197,51 +200,51 @@ SECTIONS = {
 """The page's sections with numbers, and the studies that each needs."""
 
 
-def measurements(told: dict[str, list[study.Case]]) -> dict[str, str]:
+def measurements(results: dict[str, list[study.Case]]) -> dict[str, str]:
     """Return the text of each section whose studies were measured."""
     texts = (of_level, of_velocity, of_sequences, of_terrain, of_failures, of_forces, of_pace)
     return {
-        name: text(*(told[study] for study in needed))
+        name: text(*(results[study] for study in needed))
         for (name, needed), text in zip(SECTIONS.items(), texts, strict=True)
-        if all(study in told for study in needed)
+        if all(study in results for study in needed)
     }
 
 
-def size(told: dict[str, list[study.Case]]) -> str:
-    """Whether less was run than `make control` runs by itself; nothing where all of it was."""
-    straight = {run["way"] for run in told.get("velocity", ()) if run["way"].endswith("°")}
+def size(results: dict[str, list[study.Case]]) -> str:
+    """Return a warning where less was run than `make control` runs; empty otherwise."""
+    straight = {run["way"] for run in results.get("velocity", ()) if run["way"].endswith("°")}
     counts = {
-        "level": ("walks", len(told.get("level", ())), WHOLE["walks"]),
+        "level": ("walks", len(results.get("level", ())), WHOLE["walks"]),
         "velocity": ("directions", len(straight), WHOLE["directions"]),
         "sequences": (
             "sequences",
-            len(told.get("sequences", ())),
+            len(results.get("sequences", ())),
             WHOLE["sequences"] + WHOLE["simulated"],
         ),
         "terrain": (
             "seeds of some ground",
-            min(seeds_of(told.get("terrain", [])), default=0),
+            min(seeds_of(results.get("terrain", [])), default=0),
             WHOLE["seeds"],
         ),
-        "failures": ("cases of dead servos", len(told.get("failures", ())), 36),
+        "failures": ("cases of dead servos", len(results.get("failures", ())), 36),
     }
-    run = {what: (n, whole) for name, (what, n, whole) in counts.items() if name in told}
+    run = {what: (n, whole) for name, (what, n, whole) in counts.items() if name in results}
     small = [f"{n} of {whole} {what}" for what, (n, whole) in run.items() if n < whole]
     if not small:
         return ""
     return (
-        f"\n\n**This is a small run**: {', '.join(small)}. It shows the way that things go, and "
-        "is no proof of them."
+        f"\n\n**This is a small run**: {', '.join(small)}. It indicates results and does not prove "
+        "them."
     )
 
 
 def seeds_of(results: list[study.Case]) -> list[int]:
-    """Of each ground and way of walking, how many seeds were run."""
+    """Return the number of seeds of each ground and mode."""
     return [len(runs) for runs in study.grouped(results, "kind", "size", "mode").values()]
 
 
 def machine() -> str:
-    """What this was run with."""
+    """Return the versions of physics and Python."""
     import mujoco
 
     return (
@@ -270,13 +273,13 @@ def of_pace(results: list[study.Case]) -> str:
     """Return text and table of the costs in time."""
     return (
         "A `phantomx-ax` at 200 Hz, physics at 1 ms with all channels recorded. These are the "
-        "only numbers of this page that depend on the machine; `make bench` takes them, too.\n\n"
+        "only numbers of this page that depend on the machine; `make bench` measures them, too.\n\n"
         f"{pace.table(results)}"
     )
 
 
 def of_velocity(results: list[study.Case]) -> str:
-    """Text, table and picture of the first study."""
+    """Return text, table and picture of walks in all directions."""
     straight = {run["way"] for run in results if run["way"].endswith("°")}
     falls = [run for run in results if "error" not in run]
     fell = "".join(
@@ -284,14 +287,14 @@ def of_velocity(results: list[study.Case]) -> str:
         for run in falls[:20]
     )
     return (
-        f"A `{velocity.ROBOT}` on level ground walks {len(straight)} straight ways all around, "
-        "turns to both sides and an arc of 0.4 m radius, at "
+        f"A `{velocity.ROBOT}` on level ground walks straight in {len(straight)} directions, turns "
+        "to both sides and follows an arc of 0.4 m radius, at "
         f"{' and '.join(f'{100 * share:.0f} %' for share in velocity.SHARES)} of the "
-        "largest velocity that `largest_velocity` tells for that way and gait: "
-        f"{len(results)} walks. The error is that of the mean velocity over the body's own axes, "
-        f"|mean − commanded| / |commanded|, over {velocity.CYCLES} whole cycles after the start, a "
-        "turn counted by how fast it moves the feet. Slip is the way of a standing foot from "
-        "touchdown to lift-off, as in a run's summary.\n\n"
+        "velocity that `largest_velocity` returns for direction and gait: "
+        f"{len(results)} walks. The error is that of the mean velocity in body axes, "
+        f"|mean − commanded| / |commanded|, over {velocity.CYCLES} whole cycles after the start, "
+        "with the yaw rate weighted by the distance of the feet. Slip is the displacement of a "
+        "stance foot from touchdown to lift-off, as in a run's summary.\n\n"
         f"{velocity.verdict(results)}{fell}\n\n{velocity.table(results)}\n\n"
         "![Left, the largest velocity in each direction; right, the errors of all walks]"
         "(images/control-velocity.png)"
@@ -299,20 +302,20 @@ def of_velocity(results: list[study.Case]) -> str:
 
 
 def of_sequences(results: list[study.Case]) -> str:
-    """Text and table of the random commands."""
+    """Return text and table of the random commands."""
     return (
-        f"Velocities, poses and gaits, starts and stops at random times, on a `{sequences.ROBOT}`; "
-        f"in the last {sequences.SETTLING:g} s it is told to stop. In the world without forces "
-        "joints are where they are told to be, and a foot that stands must not move by a "
-        "nanometre; in the physics engine the robot must not fall. In both, no joint may be told "
-        "to go faster than its servo does or beyond its limits, the centre of mass must "
-        "stay over the standing feet, no target may be out of reach, and the robot must come to "
-        f"rest.\n\n{sequences.table(results)}"
+        "Random velocities, poses and gaits, starts and stops at random times, of a "
+        f"`{sequences.ROBOT}`; in the last {sequences.SETTLING:g} s it is commanded to stop. "
+        "In the world without forces joints follow their targets exactly, and a stance foot must "
+        "not move by a nanometre; in the physics engine the robot must not fall. In both, joint "
+        "targets must stay within joint limits and the servo's speed, feet within reach and the "
+        "centre of mass over the stance feet, and the robot must come to rest."
+        f"\n\n{sequences.table(results)}"
     )
 
 
 def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
-    """Text, table and pictures of unknown ground."""
+    """Return text, table and pictures of unknown ground."""
     levelled = levelling[0]
     counts = seeds_of(results)
     least, most = min(counts), max(counts)
@@ -332,59 +335,56 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
     hills = ""
     if any(run["kind"] == "hills" for run in results):
         hills = (
-            "*hills* have no edges, their size is the standard deviation of the height, in waves "
-            "of 300 mm and more; "
+            " That of *hills*, which have no edges and wavelengths from 300 mm, is the standard "
+            "deviation of their height."
         )
     return (
-        f"The ground begins {220} to {320} mm ahead and is turned by up to 20° to either "
-        f"side, by the seed, as are its heights; {seeds}. The controller knows nothing "
-        f"of it. A `{ground.ROBOT}` on ideal servos is told {1000 * ground.SPEED:.0f} mm/s ahead, "
+        f"The ground begins {220} to {320} mm ahead, is turned by up to 20° to either side and has "
+        f"random heights, all by the seed; {seeds}. The controller does not know the ground. A "
+        f"`{ground.ROBOT}` on ideal servos is commanded {1000 * ground.SPEED:.0f} mm/s forward: "
         f"tripod, a cycle of {ground.PERIOD:g} s, steps of {1000 * ground.STEP_HEIGHT:.0f} mm, the "
-        f"engine's own; where rows say so, of {1000 * ground.HIGHER:.0f} mm, as somebody would "
-        "choose who expects rough ground and does not sense it. It comes through if it makes "
-        f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, "
-        f"nobody steering, without falling or tilting by more than 35° and no farther than "
-        f"{1000 * ground.ASTRAY:.0f} mm aside; a run ends once that is decided, as late where it "
-        f"would have to go {ground.FASTEST:g} times as fast as it is told. *Blocks* "
-        f"are 100 mm wide, their size is from the lowest possible to the highest; {hills}"
-        "stairs are 150 mm deep, gaps "
-        "100 mm. Cells tell how many came through, the mean of their largest tilts, the mean "
-        "time of those that came through, and what became of the others.\n\n"
-        f"{ground.table(results)}\n\n" + "\n".join(lines) + "\n\n"
-        "![How many come through, by the size of the ground](images/control-terrain.png)\n\n"
-        "![The robot on blocks that it knows nothing of](images/control-walk.png)\n\n"
-        f"Standing on a slope of {levelled['slope']:g}°, the body is tilted by "
-        f"{levelled['parallel']:.1f}° where it is asked to be parallel to the ground and by "
-        f"{levelled['level']:.1f}° where it is asked to be level: levelling takes away "
+        f"engine's default. Rows with steps of {1000 * ground.HIGHER:.0f} mm show a choice for "
+        "rough ground without sensing. A run passes if the robot walks "
+        f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, without steering, a fall or a "
+        f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways. It ends once that is "
+        f"decided; it is late where the robot would have to walk {ground.FASTEST:g} times as fast "
+        "as commanded. The size of *blocks*, 100 mm wide, is the range of their heights."
+        f"{hills} Stairs are 150 mm deep, gaps 100 mm. Cells give the number of runs that passed, "
+        "the mean of the largest tilts of all runs, the mean time of those that passed, and the "
+        f"failures.\n\n{ground.table(results)}\n\n" + "\n".join(lines) + "\n\n"
+        "![Runs that passed, by the size of the ground](images/control-terrain.png)\n\n"
+        "![The robot on unknown blocks](images/control-walk.png)\n\n"
+        f"On a slope of {levelled['slope']:g}° the standing body is tilted by "
+        f"{levelled['parallel']:.1f}° with `level=0`, parallel to the ground, and by "
+        f"{levelled['level']:.1f}° with `level=1`: levelling removes "
         f"{100 * levelled['taken']:.0f} % of the tilt."
     )
 
 
 def of_failures(results: list[study.Case]) -> str:
-    """Text and table of dead servos."""
-    told = ", ".join(
+    """Return text and table of dead servos."""
+    passed = ", ".join(
         f"{sum(run['walks'] for run in runs)} of {len(runs)} on `{joints}`"
         for (joints,), runs in study.grouped(results, "joints").items()
     )
     return (
-        f"A `{failures.ROBOT}` walks ahead at half its largest velocity, "
+        f"A `{failures.ROBOT}` walks forward at half its largest velocity, "
         f"{100 * results[0]['velocity']:.1f} cm/s, when one of its servos dies at "
-        f"{failures.DIES:g} s. Its joint is limp from then on, the leg is folded away as far as it "
-        "still moves, and the gait goes on with the other five. It walks on if from "
-        f"{failures.JUDGED:g} s to {failures.ENDS:g} s it makes more than "
-        f"{100 * failures.WALKS:.0f} cm/s and does not fall: {told}. Cells tell this speed, and "
-        f"the way made since the servo died.\n\n{failures.table(results)}"
+        f"{failures.DIES:g} s. From then on its joint is limp, the leg folds as far as it still "
+        "moves, and the other five walk. A run passes if the robot does not fall, and from "
+        f"{failures.JUDGED:g} s to {failures.ENDS:g} s is faster than "
+        f"{100 * failures.WALKS:.0f} cm/s: {passed}. Cells give this speed, and the distance since "
+        f"the servo died.\n\n{failures.table(results)}"
     )
 
 
 def of_forces(results: list[study.Case]) -> str:
-    """Text and table of dynamics."""
+    """Return text and table of walks with and without dynamics."""
     return (
-        f"Walks ahead at {100 * forces.SHARE:.0f} % of the largest velocity, a cycle of "
-        f"{forces.PERIOD:g} s. *Along the ground* is the sum of all feet's forces along the "
-        "ground, most of which push against one another, the mean over time; the energy is what "
-        "the joints give per metre, without what they take back.\n\n"
-        f"{forces.table(results)}"
+        f"Walks forward at {100 * forces.SHARE:.0f} % of the largest velocity, with a cycle of "
+        f"{forces.PERIOD:g} s. The tangential force is the sum over all feet, most of which push "
+        "against one another, and its mean over time; the energy is the positive work of the "
+        f"joints per metre.\n\n{forces.table(results)}"
     )
 
 

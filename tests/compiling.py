@@ -58,7 +58,7 @@ def compile_once(folder):
     Args:
         folder: That the processes of one run share.
     """
-    from phasmid.control.loops import are_compiled
+    from phasmid.control.compilation import are_compiled
 
     if "PYTEST_XDIST_WORKER" not in os.environ or are_compiled():
         return

@@ -1,4 +1,4 @@
-"""A world without forces: joints are where they are told to be, feet that stand do not move."""
+"""A world without forces: joints follow their targets, and stance feet do not move."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position
 
 @dataclass
 class Seen:
-    """What an engine did, update by update."""
+    """Motion of an engine, update by update."""
 
     robot: object
     dt: float

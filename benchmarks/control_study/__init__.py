@@ -1,5 +1,5 @@
 """The studies of docs/control.md: the locomotion engine measured, each study in a file.
 
-A study has ``cases``, which tells what is run; ``measure``, which runs one of them and tells its
-numbers; and ``table``, which makes rows of text of them all. `study.run` runs cases side by side.
+A study has ``cases``, which returns its runs; ``measure``, which runs one of them and returns its
+numbers; and ``table``, which returns their table as text. `study.run` runs cases side by side.
 """

@@ -1,4 +1,4 @@
-"""One servo dies while the robot walks: does it walk on, on five legs?"""
+"""Walks during which one servo dies: the robot continues on five legs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .study import Case, grouped, markdown
 
 ROBOT = "phantomx-ax"
 DIES, JUDGED, ENDS = 4.0, 6.0, 12.0
-"""When the servo dies, from when on the walk is judged, and when it ends [s]."""
+"""Times at which the servo dies, the judged part begins, and the run ends [s]."""
 
 WALKS = 0.02
-"""A robot faster than this walks on [m/s]."""
+"""Least speed of a run that passes [m/s]."""
 
 
 def cases(drives: tuple[str, ...] = ("ideal-servo", "servo"), legs: int = 6) -> list[Case]:
-    """Every servo, with each kind of joints."""
+    """Return every servo with each drive."""
     names = load_robot(ROBOT).leg_names[:legs]
     return [
         {"joints": kind, "leg": leg, "joint": joint}
@@ -32,7 +32,7 @@ def cases(drives: tuple[str, ...] = ("ideal-servo", "servo"), legs: int = 6) -> 
 
 
 def measure(joints: str, leg: str, joint: str) -> Case:
-    """Walk ahead at half the largest velocity while a servo dies."""
+    """Walk forward at half the largest velocity while a servo dies."""
     robot = load_robot(ROBOT)
     engine = LocomotionEngine(robot)
     velocity = engine.largest_velocity((1.0, 0.0, 0.0)).velocity[0] / 2
@@ -56,14 +56,14 @@ def measure(joints: str, leg: str, joint: str) -> Case:
 
 
 def table(results: list[Case]) -> str:
-    """Speed after each servo's death."""
+    """Return the table of speeds after each servo's death."""
     rows = []
     for (joints, leg), runs in grouped(results, "joints", "leg").items():
-        told = [
+        cells = [
             f"{100 * run['speed']:.1f} cm/s, {1000 * run['way']:.0f} mm"
             if run["walks"]
             else f"**does not walk on** ({run['ending'].lower()})"
             for run in runs
         ]
-        rows.append([f"{leg.replace('_', ' ')}, {joints}", *told])
+        rows.append([f"{leg.replace('_', ' ')}, {joints}", *cells])
     return markdown(["leg, joints", *JOINTS], rows)

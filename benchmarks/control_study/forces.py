@@ -1,4 +1,4 @@
-"""What feed-forward torque from the whole robot's inverse dynamics is good for."""
+"""Walks with and without feed-forward torque from the whole robot's inverse dynamics."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from phasmid.simulation import drive
 from .study import Case, markdown
 
 PERIOD, CYCLES, SHARE = 1.0, 3, 0.7
-"""Of the walk: time of a cycle [s], how many count, part of the largest velocity ahead."""
+"""Duration of a cycle [s], number of cycles measured, share of the largest forward velocity."""
 
 
 def cases(
     robots: tuple[str, ...] = ("phantomx-ax", "phantomx-mk4"),
     drives: tuple[str, ...] = ("ideal-servo", "servo", "torque"),
 ) -> list[Case]:
-    """Robots, kinds of joints, with and without."""
+    """Return robots and drives, with and without dynamics."""
     return [
         {"robot": robot, "joints": joints, "dynamics": dynamics}
         for robot in robots
@@ -30,7 +30,7 @@ def cases(
 
 
 def measure(robot: str, joints: str, dynamics: str) -> Case:
-    """One walk ahead."""
+    """Walk forward once."""
     scenario = Scenario().replace(
         robot=robot,
         drive=joints,
@@ -51,18 +51,18 @@ def measure(robot: str, joints: str, dynamics: str) -> Case:
 
 
 def table(results: list[Case]) -> str:
-    """With and without, one above the other."""
+    """Return the table, without and with dynamics in adjacent rows."""
     rows = []
     for run in results:
         name = f"{run['robot']}, {run['joints']}"
-        which = "with" if run["dynamics"] == "feed-forward" else "without"
+        torque = "with" if run["dynamics"] == "feed-forward" else "without"
         if run["ending"] != "COMPLETED":
-            rows.append([name, which, *["fell"] + ["–"] * 5])
+            rows.append([name, torque, *["fell"] + ["–"] * 5])
             continue
         rows.append(
             [
                 name,
-                which,
+                torque,
                 f"{100 * run['velocity_error']:.1f} %",
                 f"{math.degrees(run['joint_error']):.2f}°",
                 f"{1000 * run['slip']:.2f} mm",
@@ -71,5 +71,5 @@ def table(results: list[Case]) -> str:
                 f"{run['torque']:.2f} N·m",
             ]
         )
-    head = ["robot, joints", "torque", "velocity error", "joint error", "slip a step"]
-    return markdown([*head, "along the ground", "energy of the joints", "peak torque"], rows)
+    head = ["robot, joints", "torque", "velocity error", "joint error", "slip per step"]
+    return markdown([*head, "tangential force", "energy of the joints", "peak torque"], rows)

@@ -1,4 +1,4 @@
-"""Unknown ground: how far the controller comes, with ground sensing and without."""
+"""Walks over unknown ground, with ground sensing and dynamics and without."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from .study import Case, grouped, markdown
 
 ROBOT, DRIVE = "phantomx-mk4", "ideal-servo"
 SPEED, PERIOD, STEP_HEIGHT = 0.06, 1.3, EngineSettings().step_height
-"""Commanded speed ahead [m/s], time of a cycle of the tripod [s], height of a step [m]."""
+"""Commanded forward velocity [m/s], duration of a cycle of the tripod [s], step height [m]."""
 
 DISTANCE, ASTRAY, LIMIT = 0.6, 0.2, 20.0
-"""Way to be made [m], farthest aside [m], within this time [s]."""
+"""Distance to walk [m], largest lateral deviation [m], time limit [s]."""
 
 TIPPED = math.radians(35)
-"""A body tilted more than this off the ground's own slope counts as fallen [rad]."""
+"""Tilt relative to the slope of the ground above which a robot has fallen [rad]."""
 
 LOOK, FASTEST = 0.1, 1.2
-"""How often it is looked where the robot is [s]; it is late once it would have to go so many times
-faster than it is told to."""
+"""Time between two checks [s]; multiple of the commanded velocity above which a robot that would
+need it is late."""
 
 MODES = {
     "without": {"ground_sensing": False, "dynamics": "none"},
@@ -44,22 +44,22 @@ MODES = {
 }
 
 PASSED = 0.9
-"""Part of the seeds that must come through for a roughness to be passed."""
+"""Share of the seeds that must pass for a size to be passed."""
 
 HIGHER = 0.05
-"""Height of a step that somebody chooses who expects rough ground and does not sense it [m]."""
+"""Step height for rough ground without sensing [m]."""
 
 
 class Ground(NamedTuple):
     """A kind of ground.
 
     Attributes:
-        field: Of a scenario's terrain that is changed.
-        sizes: Its values.
-        unit: Of these.
-        fixed: Other fields.
-        terrain: What the kind is called in a scenario.
-        step_height: Of the walk on it [m].
+        field: Field of a scenario's terrain with the size.
+        sizes: Sizes.
+        unit: Unit of the sizes.
+        fixed: Other fields of the terrain.
+        terrain: Kind of the terrain in a scenario.
+        step_height: Step height of the walk [m].
     """
 
     field: str
@@ -84,7 +84,7 @@ GROUNDS = {
 def cases(
     seeds: int = 20, kinds: tuple[str, ...] = tuple(GROUNDS), modes: tuple[str, ...] = tuple(MODES)
 ) -> list[Case]:
-    """Every ground, mode and seed."""
+    """Return every ground, mode and seed."""
     return [
         {"kind": kind, "size": size, "mode": mode, "seed": seed}
         for kind in kinds
@@ -95,7 +95,7 @@ def cases(
 
 
 def scenario_of(kind: str, size: float, seed: int) -> Scenario:
-    """The ground and where the robot stands on it, by the seed."""
+    """Return the scenario of a ground and seed."""
     ground, rng = GROUNDS[kind], np.random.default_rng([seed, 77])
     terrain = {
         "kind": ground.terrain,
@@ -103,7 +103,7 @@ def scenario_of(kind: str, size: float, seed: int) -> Scenario:
         **ground.fixed,
         "planned_on": "level",
         "terrain_seed": seed + 1,
-        # The robot stands where it may, and does not meet the ground head-on.
+        # The robot starts on level ground, and meets the terrain at an angle.
         "terrain_yaw_deg": float(rng.uniform(-20, 20)),
         "terrain_start_mm": float(rng.uniform(220, 320)),
     }
@@ -113,7 +113,7 @@ def scenario_of(kind: str, size: float, seed: int) -> Scenario:
 
 
 def measure(kind: str, size: float, mode: str, seed: int) -> Case:
-    """Walk over one ground, until it is known how that ends."""
+    """Walk over one ground until the result is decided."""
     try:
         scenario = scenario_of(kind, size, seed)
     except InvalidInput as error:
@@ -129,27 +129,26 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
             **MODES[mode],
         ),
     )
-    told = Command(velocity=(SPEED, 0.0, 0.0))
+    command = Command(velocity=(SPEED, 0.0, 0.0))
     run = ClosedLoopRun(
         scenario,
         standing(scenario, robot, None),
         engine,
-        lambda *_: told,
+        lambda *_: command,
         rate=1 / engine.settings.update_period,
         between="hold",
         faults=Faults(robot, (), scenario.sensors.contact_threshold),
     )
     start, tilt, aside, why = run.data.qpos[:2].copy(), 0.0, 0.0, "late"
-    # A body tilted more than this off the ground's own slope has fallen.
     allowed = TIPPED + (math.radians(size) if kind == "slope" else 0.0)
     look = round(LOOK / run.dt)
     while run.step < run.steps:
-        trouble = run.advance(keep=_nothing, until=run.step + look)
+        failure = run.advance(keep=_nothing, until=run.step + look)
         x, y = run.data.qpos[:2] - start
         R = quaternion_rotation(run.data.qpos[3:7])
         tilt = max(tilt, math.acos(min(max(R[2, 2], -1.0), 1.0)))
         aside = max(aside, abs(float(y)))
-        if trouble or tilt > allowed:
+        if failure or tilt > allowed:
             why = "fell"
             break
         if aside > ASTRAY:
@@ -175,13 +174,13 @@ def _nothing(_: object) -> None:
 
 
 def table(results: list[Case]) -> str:
-    """Successes of every ground and mode."""
+    """Return the table of the runs that passed, by ground and mode."""
     modes = [mode for (mode,) in grouped(results, "mode")]
     rows = []
     for (kind, size), runs in grouped(results, "kind", "size").items():
         unit = GROUNDS[kind].unit
-        name, said, extra = kind.partition(" with ")
-        row = [f"{name} {size:g} {unit}{said}{extra}".replace(" °", "°")]
+        name, joined, extra = kind.partition(" with ")
+        row = [f"{name} {size:g} {unit}{joined}{extra}".replace(" °", "°")]
         for mode in modes:
             mine = [run for run in runs if run["mode"] == mode and "passed" in run]
             if not mine:
@@ -191,15 +190,15 @@ def table(results: list[Case]) -> str:
             times = [run["time"] for run in mine if run["passed"]]
             whys = [run["why"] for run in mine if not run["passed"]]
             failed = ", ".join(f"{whys.count(why)} {why}" for why in sorted(set(whys)))
-            told = f"**{sum(run['passed'] for run in mine)}** of {len(mine)}, {tilt:.1f}°"
-            told += f", {np.mean(times):.1f} s" if times else ""
-            row.append(told + (f" ({failed})" if failed else ""))
+            cell = f"**{sum(run['passed'] for run in mine)}** of {len(mine)}, {tilt:.1f}°"
+            cell += f", {np.mean(times):.1f} s" if times else ""
+            row.append(cell + (f" ({failed})" if failed else ""))
         rows.append(row)
     return markdown(["ground", *modes], rows)
 
 
 def largest_passed(results: list[Case], kind: str, share: float = PASSED) -> dict[str, float]:
-    """The largest size of a kind up to which enough seeds come through, by mode; 0: none."""
+    """Return the largest size of a kind up to which enough seeds pass, by mode; 0 for none."""
     found = {}
     for (mode,), runs in grouped([r for r in results if r["kind"] == kind], "mode").items():
         found[mode] = 0.0
@@ -212,7 +211,7 @@ def largest_passed(results: list[Case], kind: str, share: float = PASSED) -> dic
 
 
 def levelling(slope_deg: float = 10.0, duration: float = 5.0) -> Case:
-    """Tilt of a body that stands on a slope, parallel to it and levelled, on ideal servos."""
+    """Measure the tilt of a body that stands on a slope, parallel to it and levelled."""
     tilts = {}
     for name, level in (("parallel", 0.0), ("level", 1.0)):
         scenario = Scenario().replace(
@@ -230,7 +229,7 @@ def levelling(slope_deg: float = 10.0, duration: float = 5.0) -> Case:
 
 
 def draw(results: list[Case], path: str) -> None:
-    """Successes over the size of each ground."""
+    """Draw the runs that passed over the size of each ground."""
     with styled():
         _draw(results, path)
 

@@ -1,4 +1,4 @@
-"""Does the trunk stay level and at its height? Random driven walks on level ground."""
+"""Height and tilt of the trunk in random driven walks on level ground."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def planned_torque(scenario: Scenario, velocity: Float[np.ndarray, "3"]) -> floa
 
 
 def table(results: list[Case]) -> str:
-    """A row for each robot and drive."""
+    """Return a row for each robot and drive."""
     rows = []
     for (robot, joints), runs in sorted(grouped(results, "robot", "joints").items()):
         whole = [run for run in runs if run["ending"] == "COMPLETED"]

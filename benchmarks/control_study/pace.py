@@ -1,4 +1,4 @@
-"""How long an update takes, and how much faster than the clock a driven simulation is."""
+"""Time of an update, and speed of a driven simulation relative to real time."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .study import Case, markdown
 
 ROBOT = "phantomx-ax"
 WALKS, UPDATES = 10, 2000
-"""Walks that are alike, and updates in each."""
+"""Number of equal walks, and updates in each."""
 
 TOUCH = 1e-4
-"""A foot that is lower than this over the ground feels it [m]."""
+"""Height over the ground below which a foot has contact [m]."""
 
 
 def level(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -38,36 +38,36 @@ STAGES = {
     "with both": (level, BOTH),
     "with both, on waves of 20 mm": (rough, BOTH),
 }
-"""Where a robot walks, and how its engine is set."""
+"""Ground and settings of each stage."""
 
 DURATION = 30.0
-"""Of a driven run, with all that it takes to set it up [s]."""
+"""Duration of a driven run, whose set-up is included in the time [s]."""
 
 
 def cases() -> list[Case]:
-    """An update with ever more stages; driven simulations."""
+    """Return updates with more and more stages, and driven simulations."""
     updates = [{"what": "update", "name": name} for name in STAGES]
     return updates + [{"what": "run", "name": kind} for kind in ("ideal-servo", "servo")]
 
 
 def measure(what: str, name: str) -> Case:
-    """Time of an update [µs], or how much faster than the clock a run is."""
+    """Measure the time of an update [µs], or the speed of a run relative to real time."""
     if what == "run":
         return _run(name)
     return {"microseconds": 1e6 * update_time(load_robot(ROBOT), name)}
 
 
 def update_time(robot: Robot, stage: str) -> float:
-    """Mean time of an update of a walk [s].
+    """Return the mean time of an update of a walk [s].
 
-    Each update's is the least of those that it takes in several walks that are alike: whatever else
-    the machine does is left out, and what differs from update to update is not.
+    Each update counts with its least time in several equal walks, which leaves out other load of
+    the machine but no difference between updates.
     """
     return float(np.min([_walk(robot, *STAGES[stage]) for _ in range(WALKS)], axis=0).mean())
 
 
 def _walk(robot: Robot, ground, settings) -> np.ndarray:
-    """Times of the updates of a walk [s]."""
+    """Return the times of the updates of a walk [s]."""
     engine = LocomotionEngine(robot, **settings)
     legs, took, now = len(robot.legs), np.zeros(UPDATES), 0.0
     limit = engine.largest_velocity((1.0, 0.2, 0.5))
@@ -85,9 +85,9 @@ def _walk(robot: Robot, ground, settings) -> np.ndarray:
         now += engine.settings.update_period
         x, y, z = engine.state.foot.T
         touch = z - ground(x, y) < TOUCH
-        told = Observation(now, engine.state.q.copy(), contact=touch, **sensors)
+        observation = Observation(now, engine.state.q.copy(), contact=touch, **sensors)
         began = time.perf_counter()
-        engine.update(told, command)
+        engine.update(observation, command)
         took[n] = time.perf_counter() - began
     return took
 
@@ -105,7 +105,7 @@ def _run(kind: str) -> Case:
 
 
 def table(results: list[Case]) -> str:
-    """Both."""
+    """Return the table of both."""
     rows = [
         [f"update: {run['name']}", f"{run['microseconds']:.0f} µs"]
         if run["what"] == "update"

@@ -1,4 +1,4 @@
-"""Random commands: does anything ever jump, tip, or go where no leg reaches?"""
+"""Random commands: no jump, no fall, and no target out of reach."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ WORLDS = {
 
 
 def cases(kinematic: int = 1000, simulated: int = 100, duration: float = 30.0) -> list[Case]:
-    """So many seeds in each world."""
+    """Return the seeds of each world."""
     counts = {"forces-free": kinematic, "ideal-servo": simulated}
     return [
         {"world": world, "seed": seed, "duration": duration}
@@ -43,11 +43,11 @@ def cases(kinematic: int = 1000, simulated: int = 100, duration: float = 30.0) -
 def measure(world: str, seed: int, duration: float) -> Case:
     """Follow one sequence of commands, and stop."""
     robot = load_robot(ROBOT)
-    asked = random_commands(robot, np.random.default_rng(seed), duration - SETTLING)
-    asked.append((duration - SETTLING, Command(gait=asked[-1][1].gait)))
+    commands = random_commands(robot, np.random.default_rng(seed), duration - SETTLING)
+    commands.append((duration - SETTLING, Command(gait=commands[-1][1].gait)))
     if world == "forces-free":
         engine = LocomotionEngine(robot)
-        seen = drive(engine, asked, duration)
+        seen = drive(engine, commands, duration)
         numbers = worst(seen)
         found: Case = {
             "fell": False,
@@ -60,16 +60,16 @@ def measure(world: str, seed: int, duration: float) -> Case:
             "unreachable": any("held all" in sentence for _, sentence in seen.events),
         }
     else:
-        found = _simulated(robot, asked, duration, world)
-    return found | {"commands": len(asked), "wrong": _wrong(found)}
+        found = _simulated(robot, commands, duration, world)
+    return found | {"commands": len(commands), "wrong": _wrong(found)}
 
 
-def _simulated(robot, asked, duration: float, world: str) -> Case:
+def _simulated(robot, timed, duration: float, world: str) -> Case:
     scenario = Scenario().replace(
         robot=ROBOT, drive=world, duration=duration, record_interval_ms=5, terrain="flat"
     )
     engine = LocomotionEngine(robot)
-    rest, now = list(asked), asked[0][1]
+    rest, now = list(timed), timed[0][1]
 
     def commands(time, _):
         nonlocal now
@@ -110,10 +110,10 @@ def _wrong(found: Case) -> list[str]:
 
 
 def table(results: list[Case]) -> str:
-    """The table of the page."""
+    """Return the table of the page."""
     rows = []
     for (world,), runs in grouped(results, "world").items():
-        said = Counter(name for run in runs for name in run["wrong"])
+        failures = Counter(name for run in runs for name in run["wrong"])
         rows.append(
             [
                 WORLDS[world],
@@ -124,8 +124,10 @@ def table(results: list[Case]) -> str:
                 sum(not run["wrong"] for run in runs),
                 f"{1000 * min(run['margin'] for run in runs):.1f} mm",
                 f"{100 * max(run['joint_speed'] for run in runs):.1f} %",
-                ", ".join(f"{name}: {count}" for name, count in said.items()) or "nothing",
+                ", ".join(f"{name}: {count}" for name, count in failures.items()) or "none",
             ]
         )
-    head = ["world", "sequences", "of", "commands", "way", "as they should be", "least margin"]
-    return markdown([*head, "fastest joint, of its servo's", "what went wrong"], rows)
+    head = ["world", "sequences", "duration", "commands", "distance", "passed"]
+    return markdown(
+        [*head, "least support margin", "fastest joint, of its servo's", "failures"], rows
+    )

@@ -13,19 +13,19 @@ from pathlib import Path
 from typing import Any
 
 Case = dict[str, Any]
-"""What one run is made of, or what was measured in it; numbers, words and lists of them."""
+"""Parameters or results of one run; numbers, texts and lists of them."""
 
 
 def run(
     measure: Callable[..., Case], cases: Sequence[Case], processes: int = 1, name: str = ""
 ) -> list[Case]:
-    """Measure all cases; each result holds its case, too.
+    """Measure all cases; each result includes its case.
 
     Args:
         measure: Takes a case as keywords.
-        cases: What to run.
-        processes: How many run at a time.
-        name: Of the study, where it shall tell how far it is.
+        cases: Parameters of the runs.
+        processes: Number of runs at a time.
+        name: Name of the study, to print its progress.
     """
     began = time.perf_counter()
     found = _run(measure, cases, processes, name)
@@ -39,7 +39,7 @@ def _run(
 ) -> list[Case]:
     if processes == 1:
         return [case | measure(**case) for case in cases]
-    # Each run has one core; linear algebra with threads of its own would take the others'.
+    # Each run has one core; threads of linear algebra would occupy the others.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     found: list[Case] = [{}] * len(cases)
@@ -54,7 +54,7 @@ def _run(
 
 
 def save(path: Path, results: list[Case]) -> None:
-    """Write what was measured."""
+    """Write results."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(_plain(results), indent=1) + "\n", "utf-8")
 
@@ -70,13 +70,13 @@ def _plain(value: Any) -> Any:
 
 
 def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table of a page; all columns but the first are flush right."""
+    """Return a table whose columns are flush right, except the first."""
     lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
 def grouped(results: list[Case], *names: str) -> dict[tuple[Any, ...], list[Case]]:
-    """Results by the values of some of their entries, in order of appearance."""
+    """Group results by the values of some entries, in order of appearance."""
     found: dict[tuple[Any, ...], list[Case]] = {}
     for result in results:
         found.setdefault(tuple(result[name] for name in names), []).append(result)

@@ -1,4 +1,4 @@
-"""Does it walk as fast, and where to, as it is told? Every gait in every direction."""
+"""Velocity and slip of every gait in every direction."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ DRIVES = {
     "ideal, with torque": ("ideal-servo", "feed-forward", "ideal servos, feed-forward torque"),
     "AX-12A": ("servo", "none", "AX-12A servos"),
 }
-"""Kinds of joints by name: drive, dynamics, and in words."""
+"""Drive, dynamics and description of each kind of joints."""
 
 SHARES = (0.5, 0.9)
-"""Of the largest velocity in the direction."""
+"""Shares of the largest velocity in the direction."""
 
 START, CYCLES = 1.5, 2
-"""Time for the start at least [s], and how many whole cycles are measured after it."""
+"""Least time of the start [s], and number of whole cycles measured after it."""
 
 ERROR, SLIP = 0.03, 1e-3
-"""What ideal servos are to keep: error of the mean velocity, slip per step [m]."""
+"""Limits for ideal servos: error of the mean velocity, slip per step [m]."""
 
 
 def ways(directions: int = 24) -> list[tuple[str, tuple[float, float, float]]]:
-    """Where to go: straight ways all around, two turns, and an arc; the turn is in rad/m."""
+    """Return straight directions all around, two turns, and an arc; yaw in rad/m."""
     angles = [360 * i / directions for i in range(directions)]
     straight = [
         (f"{a:.0f}°", (math.cos(math.radians(a)), math.sin(math.radians(a)), 0.0)) for a in angles
@@ -51,7 +51,7 @@ def ways(directions: int = 24) -> list[tuple[str, tuple[float, float, float]]]:
 def cases(
     directions: int = 24, gaits: tuple[str, ...] = (), drives: tuple[str, ...] = tuple(DRIVES)
 ) -> list[Case]:
-    """Every gait, way, share of the largest velocity and kind of joints."""
+    """Return every gait, direction, share of the largest velocity and kind of joints."""
     return [
         {"gait": gait, "way": way, "direction": direction, "share": share, "joints": joints}
         for gait in gaits or tuple(GAITS[6])
@@ -64,7 +64,7 @@ def cases(
 def measure(
     gait: str, way: str, direction: tuple[float, float, float], share: float, joints: str
 ) -> Case:
-    """Walk one way."""
+    """Walk in one direction."""
     kind, dynamics, _ = DRIVES[joints]
     engine = LocomotionEngine(load_robot(ROBOT), gait=gait, dynamics=dynamics, ground_sensing=False)
     period = float(engine.reference.period)
@@ -94,7 +94,7 @@ def measure(
 
 
 def rows(results: list[Case]) -> list[list[str]]:
-    """A row for each gait and kind of joints."""
+    """Return a row for each gait and kind of joints."""
     made = []
     for (gait, joints), runs in grouped(results, "gait", "joints").items():
         whole = [run for run in runs if "error" in run]
@@ -123,29 +123,29 @@ def rows(results: list[Case]) -> list[list[str]]:
 
 
 def table(results: list[Case]) -> str:
-    """The table of the page."""
-    head = ["gait", "joints", "error, mean", "worst", "where", "slip, mean", "worst way"]
+    """Return the table of the page."""
+    head = ["gait", "joints", "error, mean", "worst", "where", "slip, mean", "worst direction"]
     return markdown([*head, "largest step", "fell"], rows(results))
 
 
 def verdict(results: list[Case]) -> str:
-    """What the page says of the goal."""
-    told = []
+    """Return the numbers of walks within the limits, as text."""
+    lines = []
     for (joints,), runs in grouped(results, "joints").items():
         whole = [run for run in runs if "error" in run]
         close = sum(run["error"] <= ERROR for run in whole)
         firm = sum(run["slip_mean"] < SLIP for run in whole)
         very = sum(run["slip_largest"] < SLIP for run in whole)
-        told.append(
+        lines.append(
             f"- {DRIVES[joints][2]}: {close} of {len(runs)} walks keep the commanded velocity "
             f"within 3 %, {firm} slip by less than 1 mm a step on average, {very} in every step; "
             f"{len(runs) - len(whole)} fell."
         )
-    return "\n".join(told)
+    return "\n".join(lines)
 
 
 def draw(results: list[Case], path: str) -> None:
-    """The largest velocity in each direction, and the error in each."""
+    """Draw the largest velocity in each direction, and the errors."""
     with styled():
         _draw(results, path)
 

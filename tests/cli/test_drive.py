@@ -103,7 +103,7 @@ def test_what_cannot_be_driven_is_refused_in_one_sentence(
 
 @pytest.mark.parametrize("is_cold", [True, False])
 def test_the_studio_announces_the_compiler_where_it_takes_time(is_cold, monkeypatch, capsys):
-    monkeypatch.setattr("phasmid.control.loops.are_compiled", lambda: not is_cold)
+    monkeypatch.setattr("phasmid.control.compilation.are_compiled", lambda: not is_cold)
     compiling.announce_compilation()
     told = capsys.readouterr().err
     assert told.startswith("phasmid: compiling the controller") == is_cold
@@ -111,7 +111,7 @@ def test_the_studio_announces_the_compiler_where_it_takes_time(is_cold, monkeypa
 
 
 def test_a_drive_shows_how_far_the_compiler_is(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("phasmid.control.loops.are_compiled", lambda: False)
+    monkeypatch.setattr("phasmid.control.compilation.are_compiled", lambda: False)
     monkeypatch.setattr(compiling, "POLL", 0.001)
     drive = ["drive", "--velocity", "0,0,0", "--duration", "0.1", "--no-figures"]
     assert main([*drive, "--out", str(tmp_path / "run")]) == 0

@@ -37,7 +37,7 @@ class Stage(PretendedStage):
 def stage(monkeypatch):
     # A first start compiles the controller, which is no matter of the command.
     monkeypatch.setattr("phasmid.studio.stage.Stage", Stage)
-    monkeypatch.setattr("phasmid.control.loops.are_compiled", lambda: True)
+    monkeypatch.setattr("phasmid.control.compilation.are_compiled", lambda: True)
     monkeypatch.setenv("DISPLAY", ":0")
     Stage.made.clear()
     return Stage

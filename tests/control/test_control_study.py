@@ -1,4 +1,4 @@
-"""The study of docs/control.md in small: what the page claims, a few cases of it."""
+"""A few cases of the studies of docs/control.md keep the limits of the page."""
 
 import sys
 from pathlib import Path
@@ -8,9 +8,9 @@ import pytest
 BENCHMARKS = str(Path(__file__).parents[2] / "benchmarks")
 sys.path.append(BENCHMARKS)
 
-from control_study import ground, sequences, study, velocity  # noqa: E402, they lie there
+from control_study import ground, sequences, study, velocity  # noqa: E402, needs the path above
 
-# Scripts beside it are called as rooms of the tests are.
+# Scripts there have the names of packages of tests.
 sys.path.remove(BENCHMARKS)
 
 FEW = [
@@ -36,8 +36,8 @@ def test_random_commands_do_no_harm_in_either_world(seed):
         assert sequences.measure(world, seed, duration)["wrong"] == [], world
 
 
-def test_what_went_wrong_in_a_sequence_is_named():
-    """A copy of a good result with each number made bad is told of."""
+def test_failures_of_a_sequence_are_named():
+    """Each number of a good result, made bad, is one failure."""
     good = {"fell": False, "joint_speed": 0.9, "beyond": False, "margin": 0.01}
     good |= {"unreachable": False, "rests": True}
     assert sequences._wrong(good) == []
@@ -48,7 +48,7 @@ def test_what_went_wrong_in_a_sequence_is_named():
 
 
 def test_the_largest_roughness_passed_is_the_last_before_the_first_failure():
-    """Of ten seeds nine must come through; sizes behind a failure do not count."""
+    """Nine of ten seeds must pass; sizes above a failure do not count."""
     counts = {10: 10, 20: 9, 30: 8, 40: 10}
     results = [
         {
@@ -65,14 +65,14 @@ def test_the_largest_roughness_passed_is_the_last_before_the_first_failure():
     assert ground.largest_passed(results, "blocks", 0.5) == {"ground sensing": 40.0}
 
 
-def test_the_grounds_of_the_study_can_be():
-    """Every kind and size, but for hills of some seeds, is a scenario."""
+def test_the_grounds_of_the_study_are_scenarios():
+    """Every kind and size is one, except hills of some seeds."""
     for case in ground.cases(seeds=1, modes=("without",)):
         if case["kind"] != "hills":
             ground.scenario_of(case["kind"], case["size"], case["seed"])
 
 
-def test_cases_side_by_side_are_told_in_their_order():
+def test_results_are_in_the_order_of_the_cases():
     assert study.run(divmod_of, [{"a": a, "b": 3} for a in range(4)]) == [
         {"a": a, "b": 3, "whole": a // 3} for a in range(4)
     ]

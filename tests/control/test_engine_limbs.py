@@ -6,6 +6,7 @@ import pytest
 from general_robot import general_robot
 from phasmid.control import limbs
 from phasmid.control.records import fill, view_of
+from phasmid.control.settings import EngineSettings
 from phasmid.control.types import MODEL, Model, model_of
 from phasmid.gait import support_margin
 from phasmid.kinematics import centre_of_mass, rotation_rpy
@@ -30,7 +31,7 @@ def angles(robot, rng, count=50):
 
 def test_the_centre_of_mass_is_that_of_kinematics(robot):
     q = angles(robot, np.random.default_rng(3), 20)
-    model = model_of(robot, 1.0, 0.98, 0.02)
+    model = model_of(robot, EngineSettings())
     records = np.zeros(1, MODEL)
     fill(view_of(records, Model, len(robot.legs)), model)
     record = records[0]

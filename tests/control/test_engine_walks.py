@@ -8,7 +8,7 @@ import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
-from phasmid.control.feet import land_here
+from phasmid.control.leg_phases import land_here
 from phasmid.control.types import LegPhase
 from phasmid.control.update import advance_engine
 from phasmid.errors import InvalidInput
@@ -21,7 +21,7 @@ ENGINES = {}
 
 
 def engine_of(name):
-    """An engine as new; its compiled loops and regions are kept for the next test."""
+    """Return an engine after a reset; the next test reuses it."""
     if name not in ENGINES:
         ENGINES[name] = core_engine(load_robot(name))
     engine = ENGINES[name]
@@ -36,10 +36,10 @@ def home(robot):
 
 
 def check(seen, engine):
-    """What holds at every update, whatever was commanded."""
+    """Check what holds at every update, for any command."""
     limits = seen.robot.arrays.joint_limits
     assert np.isfinite(seen.q).all()
-    # Feet that stand are fixed points: what they move by is round-off.
+    # Stance feet are fixed points; their displacement is round-off.
     assert seen.slip < 1e-9
     assert seen.joint_speed.max() <= seen.robot.servo.no_load_speed
     assert (seen.q >= limits[..., 0]).all()
@@ -65,7 +65,7 @@ def test_any_sequence_of_commands_keeps_feet_joints_and_balance(name, seed):
 
 
 @pytest.mark.parametrize("name", preset_names())
-def test_a_steady_walk_is_as_fast_as_it_was_admitted(name):
+def test_a_steady_walk_has_the_feasible_velocity(name):
     engine = engine_of(name)
     for gait in list(GAITS[len(engine.robot.legs)])[:2]:
         for direction in DIRECTIONS[:: 3 if len(gait) > 4 else 5]:
@@ -160,9 +160,9 @@ def test_well_beyond_the_largest_velocity_something_binds(gait):
     for direction in DIRECTIONS[:4]:
         limit = engine.largest_velocity(direction, gait=gait)
         asked = tuple(1.15 * v for v in limit.velocity)
-        engine._pattern.write(engine._next_reference, gait, None, frozenset())
+        engine._gaits.write(engine._next_reference, gait, None, frozenset())
         engine._next_reference.step_height = engine.settings.step_height
-        assert engine._share(engine._next_reference, np.array(asked), 1.0) < 0.9
+        assert engine._scale(engine._next_reference, np.array(asked))[0] < 0.9
 
 
 def test_a_robot_walks_on_five_legs_and_on_six_again():
@@ -200,11 +200,11 @@ def test_contact_in_the_second_half_of_a_swing_ends_it_there():
     engine.reference.contact[0] = -1
 
 
-def test_a_robot_that_stands_does_not_step_for_what_it_learns_of_the_ground():
+def test_a_standing_robot_does_not_step_for_small_changes_of_the_ground():
     engine = engine_of("phantomx-ax")
     drive(engine, [(0.0, Command())], 0.1)
     assert engine.is_standing
-    # As where the slope that it felt turns out to be none.
+    # As after a correction of the estimated slope.
     engine.state.foot[:, 0] += 2e-3
     seen = drive(engine, [(0.0, Command())], 0.5)
     assert seen.stance.all()
@@ -217,20 +217,20 @@ def test_a_robot_that_stands_does_not_step_for_what_it_learns_of_the_ground():
 
 
 def stopped_twice(touch, retreat=0.0):
-    """What the swinging feet of a walk do after one and two updates at which nothing can move."""
+    """Return the phases of swinging feet after one and two updates at which nothing can move."""
     engine = core_engine(load_robot("phantomx-ax"))
     engine._start()
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
     swinging = np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)
     assert len(swinging) == 3
     if retreat:
-        # Drawing back a foot does not rise besides.
+        # A foot that draws back has no lift.
         engine.state.manoeuvre[swinging], engine.state.swing_height[swinging] = retreat, 0.0
-    # A standing leg that may not go on.
+    # A stance leg that cannot move.
     stays = int(np.flatnonzero(engine.state.leg_phase == LegPhase.STANCE)[0])
     memory = engine.memory
     limits = memory.model.limits[stays].copy()
-    doings = []
+    phases = []
     for _ in range(2):
         memory.model.limits[stays] = limits + 9.0
         engine.reference.contact[swinging] = touch
@@ -242,15 +242,15 @@ def stopped_twice(touch, retreat=0.0):
             == 3
         )
         np.testing.assert_array_equal(engine.state.q, q)
-        doings.append(engine.state.leg_phase[swinging].tolist())
+        phases.append(engine.state.leg_phase[swinging].tolist())
     memory.model.limits[stays] = limits
-    return doings
+    return phases
 
 
-def test_a_foot_that_cannot_go_on_goes_straight_then_stands_or_looks_for_the_ground():
+def test_a_blocked_foot_goes_straight_then_stands_or_probes_down():
     for touch, then in ((1, LegPhase.STANCE), (0, LegPhase.PROBING), (-1, LegPhase.PROBING)):
         assert stopped_twice(touch) == [[LegPhase.SWING] * 3, [then] * 3]
-    # So does one that draws back, which goes straight anyhow.
+    # So does one that draws back.
     assert stopped_twice(1, retreat=1.0) == [[LegPhase.SWING] * 3, [LegPhase.STANCE] * 3]
 
 
@@ -260,7 +260,7 @@ def land(states, models, references, parameter_records, leg):
 
 
 @pytest.mark.parametrize(("touch", "least", "most"), [(-1, -1e-9, 1e-9), (0, -0.06, -0.02)])
-def test_a_foot_that_nobody_feels_goes_down_to_the_ground_and_no_deeper(touch, least, most):
+def test_without_contact_sensing_a_foot_lands_on_the_estimated_ground(touch, least, most):
     engine = core_engine(load_robot("phantomx-ax"))
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
     memory, leg = engine.memory, int(np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)[0])

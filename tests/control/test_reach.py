@@ -1,90 +1,92 @@
-"""Where feet may stand: the edge along a ray, and the half-planes inside of it."""
+"""The reach of a leg by its bounds, without angles, equals that by its joint angles."""
 
-import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.foothold_region import (
-    DIRECTIONS,
-    NEAR,
-    bound_region,
+from phasmid.control.reach import (
+    AT_ENOUGH,
+    AT_PLANNED,
+    ENOUGH,
+    PLANNED,
+    is_within,
     joint_limit_margin,
-    region_edge,
+    reach_bounds,
 )
-from phasmid.kinematics import hip_from_body, quaternion_rotation, rpy_quaternion
 from phasmid.robot import load_robot, preset_names
 
-POSES = [
-    np.zeros(6),
-    np.array([0.01, -0.015, 0.01, 0.05, -0.04, 0.06]),
-    np.array([-0.02, 0.01, -0.02, -0.08, 0.07, -0.1]),
-]
-
 ROUND_OFF = 1e-10
-"""Of a room; see test_bounds."""
+"""Of margins, which are angles over 0.02 rad, or less where joints hardly turn. Angles have a
+round-off of 1e-15 times the leg's conditioning, which is below 1e3 at the margin of stretch."""
 
 
-def engine_of(name):
-    return LocomotionEngine(load_robot(name), ground_sensing=False, dynamics="none")
+def engine_of(name, **settings):
+    robot = beside_its_plane() if name == "offset" else load_robot(name)
+    return LocomotionEngine(robot, ground_sensing=False, dynamics="none", **settings)
 
 
-@pytest.mark.parametrize("name", preset_names())
-def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
-    """By a look at every millimetre of the ray: as far as the leg goes, or less than 1 mm off.
+def beside_its_plane():
+    """The quadruped with feet 30 and 50 mm beside their legs' planes."""
+    robot, legs = load_robot("quadruped"), []
+    for leg, left in zip(robot.legs, (-0.03, -0.05, 0.05, 0.03), strict=True):
+        foot = leg.neutral_foot + np.array([0.0, left, 0.0])
+        legs.append(replace(leg, coxa=replace(leg.coxa, lateral_offset=left), neutral_foot=foot))
+    return replace(robot, legs=tuple(legs))
 
-    What a step of the search passes over, a spot that is too far between two that are not, is no
-    edge to it: rays with such spots are few, and left out.
-    """
+
+def compare(model, parameters, count=2000):
+    """Compare both at random places; return how many are within, by each share."""
+    far = model.lengths[:, :3].sum(axis=1).max()
+    places = np.random.default_rng(1).uniform(-far, far, (count, 3))
+    within, q = np.zeros(2, int), np.empty(3)
+    for leg in range(len(model.lengths)):
+        for p in places:
+            margin = joint_limit_margin(model, parameters, leg, p, q)
+            for at, share in ((AT_PLANNED, PLANNED), (AT_ENOUGH, ENOUGH)):
+                found = is_within(model, at, leg, *p)
+                within[at] += found
+                assert found == (margin >= share) or abs(margin - share) < ROUND_OFF, (leg, p)
+    return within
+
+
+@pytest.mark.parametrize("name", [*preset_names(), "offset"])
+def test_a_place_is_within_where_its_angles_keep_the_margins(name):
     engine = engine_of(name)
+    planned, enough = compare(engine.memory.model, engine.memory.parameters)
+    # Wider margins leave less.
+    assert 100 < planned < enough
+
+
+@pytest.mark.parametrize("joint", range(3))
+@pytest.mark.parametrize(
+    ("low", "high"), [(-9, 9), (-3.3, 0.5), (-0.5, 3.3), (-0.1, 0.05), (0.3, 1.2), (-2.9, -1)]
+)
+def test_wide_and_narrow_ranges_of_joints(joint, low, high):
+    """Up to three turns, beyond half a turn to one side, narrow, and on one side of zero."""
+    engine = engine_of("phantomx-ax", joint_margin=0.1)
     model, parameters = engine.memory.model, engine.memory.parameters
-    q, found = np.empty(3), 0
-    rooms = np.vectorize(
-        lambda leg, r: joint_limit_margin(model, parameters, leg, starts[leg] + r * way, q),
-        otypes=[float],
-    )
-    starts = hip_from_body(engine.robot, model.neutral)
-    rng = np.random.default_rng(1)
-    for leg, start in enumerate(starts):
-        far = model.lengths[leg, 1:3].sum()
-        for _ in range(12):
-            way = rng.normal(size=3) * [1.0, 1.0, 0.1]
-            way /= np.linalg.norm(way)
-            edge = region_edge(model.lengths, model.reach, leg, start, way)
-            at = np.arange(0.0, far, 1e-3)
-            too_far = rooms(leg, at) < 1
-            if np.abs(np.diff(too_far)).sum() > 1:
-                continue
-            found += 1
-            first = at[np.argmax(too_far)] if too_far.any() else far
-            assert edge == pytest.approx(first, abs=1e-3 + NEAR)
-            assert edge == 0.0 or rooms(leg, edge) >= 1 - ROUND_OFF
-            assert rooms(leg, edge + 1.01 * NEAR) < 1 or edge == pytest.approx(far)
-    assert found > 8 * len(starts)
+    limits = model.limits.copy()
+    limits[:, joint] = low, high
+    reach = reach_bounds(model.lengths, limits, parameters.stretch, parameters.joint_margin)
+    model.limits[:], model.reach[:] = limits, reach
+    within = compare(model, parameters, count=500)
+    # A knee bends to one side alone, and by 0.4 rad where the leg is stretched to 0.98.
+    none = joint == 2 and low > -0.6
+    assert within[AT_PLANNED] == 0 if none else (within > 0).all()
 
 
-@pytest.mark.parametrize("pose", POSES, ids=["neutral", "leaning", "the other way"])
-@pytest.mark.parametrize("name", preset_names())
-def test_a_foot_reaches_all_of_its_region(name, pose):
-    """The region is inscribed in a polygon of what is reached: all corners are, but for its bulge.
+def test_a_leg_without_a_margin_of_stretch_reaches_up_to_its_length():
+    engine = engine_of("phantomx-ax", stretch=1.0, joint_margin=0.0)
+    assert (compare(engine.memory.model, engine.memory.parameters) > 100).all()
 
-    A place that is `share` of the way to a half-plane's edge has all the room that is planned.
-    """
-    engine = engine_of(name)
-    model, parameters = engine.memory.model, engine.memory.parameters
-    region, q = np.zeros((DIRECTIONS, 3)), np.empty(3)
-    R = quaternion_rotation(rpy_quaternion(*(np.array(angle) for angle in pose[3:])))
-    for leg in range(len(engine.robot.legs)):
-        bound_region(engine.memory.models[0], leg, pose, np.zeros(3), region)
-        assert (region[:, 2] >= 0).all()
-        np.testing.assert_allclose(np.hypot(region[:, 0], region[:, 1]), 1.0, atol=1e-12)
-        for k in range(DIRECTIONS):
-            angle = 2 * math.pi * (k + 0.3) / DIRECTIONS
-            way = np.array([math.cos(angle), math.sin(angle)])
-            along = region[:, :2] @ way
-            reach = np.min(region[along > 1e-9, 2] / along[along > 1e-9])
-            foot = np.append(model.neutral[leg, :2] + 0.95 * reach * way, -model.height)
-            body = np.tile(R.T @ (foot - pose[:3]), (len(engine.robot.legs), 1))
-            p_hip = hip_from_body(engine.robot, body)[leg]
-            assert reach < 1e-6 or joint_limit_margin(model, parameters, leg, p_hip, q) > 0.9
+
+def test_a_place_that_is_no_number_is_not_within():
+    model = engine_of("phantomx-ax")._model
+    foot = np.array([0.1, 0.0, -0.1])
+    assert is_within(model, AT_PLANNED, 0, *foot)
+    for k in range(3):
+        p = foot.copy()
+        p[k] = np.nan
+        assert not is_within(model, AT_PLANNED, 0, *p)

@@ -1,4 +1,4 @@
-"""Scripts of commands say what is commanded when, and refuse what is none."""
+"""Scripts return the command at each time, and refuse invalid files."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ shift_mm = [0, 0, 10]
 """
 
 
-def test_a_command_stands_until_the_next_and_leaves_as_it_was_what_it_does_not_say(tmp_path):
+def test_a_command_holds_until_the_next_and_absent_keys_keep_their_values(tmp_path):
     (tmp_path / "a.toml").write_text(STEPS)
     script = load_script(tmp_path / "a.toml")
     assert script.at(0.999) == Command()
@@ -34,7 +34,7 @@ def test_a_command_stands_until_the_next_and_leaves_as_it_was_what_it_does_not_s
     assert script.at(1e5) == after
 
 
-def test_between_commands_velocities_may_go_evenly(tmp_path):
+def test_velocities_may_be_interpolated_between_commands(tmp_path):
     (tmp_path / "a.toml").write_text('between = "linear"\nduration_s = 4\n' + STEPS)
     script = load_script(tmp_path / "a.toml")
     assert script.at(2.0).velocity == pytest.approx((0.05, 0.0, np.radians(9)))
@@ -43,7 +43,7 @@ def test_between_commands_velocities_may_go_evenly(tmp_path):
     assert script.at(4.001) is None
 
 
-def test_a_table_is_a_script_too(tmp_path):
+def test_a_csv_table_is_a_script(tmp_path):
     text = "time_s,ahead_mm_per_s,turn_deg_per_s,gait\n0,50,,\n1.5,,18,wave\n"
     (tmp_path / "a.csv").write_text(text)
     script = load_script(tmp_path / "a.csv")
@@ -52,7 +52,7 @@ def test_a_table_is_a_script_too(tmp_path):
     assert script.at(1.5).velocity == pytest.approx((0.05, 0.0, np.radians(18)))
 
 
-def test_any_commands_make_a_script_that_text_keeps_to_the_bit():
+def test_the_text_of_a_script_keeps_commands_to_the_bit():
     commands = [
         Command(velocity=(0.1 / 3, -1e-17, 0.7), pose=(0.01, 0, 0, 0.1, 0, 1 / 7)),
         Command(posture=Posture.PACKED, period=1 / 3, step_height=0.02),
@@ -63,7 +63,7 @@ def test_any_commands_make_a_script_that_text_keeps_to_the_bit():
     again = script_from_text(script.to_text())
     assert again == script
     assert again.duration == 2 / 3
-    # What a command leaves to the controller's settings no later one of a script can ask for.
+    # A script cannot return to the settings of the controller.
     assert again.at(0.0) == commands[0]
     assert again.at(0.005).posture is Posture.PACKED
     assert again.at(0.01).gait == commands[2].gait
@@ -77,8 +77,8 @@ def body(velocity, pose, dt):
     return x + dt * (c * ahead - s * left), y + dt * (s * ahead + c * left), yaw + dt * turn
 
 
-def test_places_are_gone_to_one_after_the_other_with_their_headings():
-    # A body that does at once what it is told, from a place and a heading of its own.
+def test_waypoints_are_reached_in_order_with_their_headings():
+    # A body that follows commands at once, from any place and heading.
     places = [{"x": 0.3, "y": 0.0}, {"x": 0.3, "y": 0.2, "heading_deg": 180}, {"x": 0.0, "y": 0.2}]
     script = CommandScript(waypoint=places, follow={"reached_mm": 20, "aligned_deg": 3})
     follower, pose, way = WaypointFollower(script), (1.0, 2.0, 0.5), []
@@ -136,7 +136,7 @@ def test_places_are_gone_to_one_after_the_other_with_their_headings():
         ("[[waypoint]]\nx = 1", "waypoint[0].y is missing.", "a.toml, line 2"),
     ],
 )
-def test_what_is_no_script_is_refused_in_one_sentence(tmp_path, text, what, where):
+def test_invalid_scripts_are_refused_in_one_sentence(tmp_path, text, what, where):
     (tmp_path / "a.toml").write_text(text)
     with pytest.raises(InvalidInput) as caught:
         load_script(tmp_path / "a.toml")
@@ -154,7 +154,7 @@ def test_what_is_no_script_is_refused_in_one_sentence(tmp_path, text, what, wher
         ("a.txt", "", "is no script of commands; it must be a .toml or .csv file."),
     ],
 )
-def test_tables_that_are_no_script_are_refused_too(tmp_path, name, text, what):
+def test_invalid_tables_are_refused(tmp_path, name, text, what):
     (tmp_path / name).write_text(text)
     with pytest.raises(InvalidInput) as caught:
         load_script(tmp_path / name)
@@ -168,6 +168,6 @@ def test_a_command_is_the_same_object_until_the_next():
         assert script.at(begin) is script.at(end - 1e-6)
 
 
-def test_values_of_a_script_are_held_against_their_limits_where_it_is_made():
+def test_values_are_validated_at_construction():
     with pytest.raises(InvalidInput, match=r"^command\[0\].ahead is 50 m/s; it must be 10 or less"):
         CommandScript(command=[{"ahead": 50.0}])

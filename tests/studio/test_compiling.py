@@ -74,4 +74,4 @@ def test_what_is_kept_for_others():
     assert not is_kept(len)
     numba = pytest.importorskip("numba")
     assert not is_kept(numba.njit(lambda x: x))
-    assert all(is_kept(loop) for loop in compiling.LOOPS)
+    assert all(is_kept(loop) for loop in compiling.FUNCTIONS)

@@ -24,7 +24,7 @@ POLL = 0.5
 
 def announce_compilation() -> None:
     """Print a line where the controller is not compiled yet."""
-    from phasmid.control.loops import are_compiled
+    from phasmid.control.compilation import are_compiled
 
     if not are_compiled():
         print(f"phasmid: {NOTICE}", file=sys.stderr, flush=True)
@@ -38,7 +38,7 @@ def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
         rate: Updates a second [1/s].
         quiet: Leave it to the drive itself.
     """
-    from phasmid.control.loops import LOOPS, are_compiled
+    from phasmid.control.compilation import FUNCTIONS, are_compiled
 
     if quiet or are_compiled():
         return
@@ -47,7 +47,7 @@ def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
 
     trial = scenario.replace(duration=TRIAL)
     with (
-        progress_bar("compiling", len(LOOPS), quiet=quiet, notice=NOTICE) as progress,
+        progress_bar("compiling", len(FUNCTIONS), quiet=quiet, notice=NOTICE) as progress,
         _polled(progress),
     ):
         driving = DriveExperiment(
@@ -60,13 +60,13 @@ def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
 def _polled(progress: Callable[..., None] | None) -> Iterator[None]:
     """Report the number of compiled loops while the body runs."""
     from phasmid.compiled import is_compiled
-    from phasmid.control.loops import LOOPS
+    from phasmid.control.compilation import FUNCTIONS
 
     done = threading.Event()
 
     def poll() -> None:
         while progress is not None and not done.wait(POLL):
-            progress(sum(map(is_compiled, LOOPS)))
+            progress(sum(map(is_compiled, FUNCTIONS)))
 
     thread = threading.Thread(target=poll, daemon=True)
     thread.start()

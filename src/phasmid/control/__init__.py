@@ -1,10 +1,10 @@
-"""What to do next, in closed loop: observations and commands in, joint targets out."""
+"""Control in closed loop: observations and commands in, joint targets out."""
 
 from phasmid.control.batch import EngineBatch
 from phasmid.control.command import Command, LegCommand, Posture
+from phasmid.control.constraints import VelocityLimit
 from phasmid.control.controller import Controller
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.limiting_constraint import VelocityLimit
 from phasmid.control.observation import Observation
 from phasmid.control.player import Player
 from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.control.body_motion import point_velocity
 from phasmid.control.types import SearchStage, State
 
 SAME_DIRECTION = 0.5
@@ -52,12 +53,9 @@ class BlockedDirections:
         Args:
             velocity: Velocity of the body, vx, vy [m/s] and wz [rad/s], shape (3,).
         """
-        x, y, heading = self._state.path
-        c, s = math.cos(heading), math.sin(heading)
-        vx, vy, wz = velocity
         for leg, blocked in self._directions.items():
-            px, py, _ = self._state.missed_foothold[leg]
-            v = np.array([c * vx - s * vy - wz * (py - y), s * vx + c * vy + wz * (px - x)])
+            x, y, _ = self._state.missed_foothold[leg]
+            v = np.array(point_velocity(self._state.path, velocity, x, y))
             if v @ blocked > SAME_DIRECTION * math.hypot(*v):
                 return leg
         if np.any(velocity):

@@ -1,4 +1,4 @@
-"""Clearance of the trunk: a pose must not lay it on the ground."""
+"""Clearance of the trunk over the ground, which a pose must keep."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.control.constraints import CLEARANCE, NOTHING, Constraint, largest_share
 from phasmid.robot import Robot
 
-CLEARANCE = 0.02
-"""Least height of the underside over the plane of the feet; soft joints take part of it [m]."""
-
-BISECTIONS = 12
-"""Steps in which the feasible part of a pose is found."""
+LEAST = 0.02
+"""Least clearance; compliant joints take part of it [m]."""
 
 
 class BodyClearance:
@@ -43,21 +41,17 @@ class BodyClearance:
 
     def feasible_pose_scale(
         self, base: Float[np.ndarray, "6"], pose: Float[np.ndarray, "6"]
-    ) -> float:
-        """Return the part of a pose that keeps the clearance, or that of the base if it is less.
+    ) -> tuple[float, Constraint]:
+        """Return the share of a pose that keeps the clearance, and the constraint.
 
         Args:
-            base: Pose that is not scaled, shape (6,).
+            base: Pose that is not scaled, shape (6,); it may have less clearance.
             pose: Pose that is added to it, shape (6,).
         """
-        least = min(CLEARANCE, self.clearance(base))
-        if self.clearance(base + pose) >= least:
-            return 1.0
-        low, high = 0.0, 1.0
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2
-            if self.clearance(base + middle * pose) >= least:
-                low = middle
-            else:
-                high = middle
-        return low
+        least = min(LEAST, self.clearance(base))
+        return largest_share(
+            lambda share: Constraint(
+                NOTHING if self.clearance(base + share * pose) >= least else CLEARANCE
+            ),
+            absolute=2**-12,
+        )

@@ -19,7 +19,7 @@ class Posture(Enum):
 
     PACKED = "lies on its belly with its legs folded"
     STANDING = "stands"
-    WALKING = "walks where it is told to, and stands where that is nowhere"
+    WALKING = "walks as commanded, and stands at zero velocity"
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,14 +77,14 @@ class Command:
         if self.time is not None:
             _check_finite("time", self.time)
         if self.period is not None:
-            _check_finite("period", self.period, above=0.0, must=", greater than 0")
+            _check_finite("period", self.period, least=math.ulp(0.0), must=", greater than 0")
         if self.step_height is not None:
-            _check_finite("step_height", self.step_height, above=-5e-324, must=", 0 or more")
+            _check_finite("step_height", self.step_height, least=0.0, must=", 0 or more")
 
 
-def _check_finite(name: str, value: Any, above: float = -math.inf, must: str = "") -> None:
+def _check_finite(name: str, value: Any, least: float = -math.inf, must: str = "") -> None:
     check_number(name, value)
-    if not above < value < math.inf:
+    if not (math.isfinite(value) and value >= least):
         raise InvalidInput(f"{name} is {value:g}; it must be a finite number{must}.")
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache, partial
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +14,11 @@ from jaxtyping import Float
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.body_clearance import BodyClearance
 from phasmid.control.command import Command
+from phasmid.control.constraints import Constraint, VelocityLimit
 from phasmid.control.event_log import EventLog
-from phasmid.control.landing import land_swing_legs
-from phasmid.control.limiting_constraint import VelocityLimit, limiting_constraint
+from phasmid.control.gait_selection import GaitSelector
 from phasmid.control.memory import Memory, Records, clear, new_reference
 from phasmid.control.observation import Observation
-from phasmid.control.pattern import Pattern
 from phasmid.control.records import MAX_LEGS, record_behind
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
@@ -29,9 +30,6 @@ from phasmid.robot import Robot
 
 if TYPE_CHECKING:
     from phasmid.control.estimation.estimator import GroundEstimator
-
-SWAY_BANDWIDTH = 15.0
-"""Bandwidth of the filter of the body's sway [1/s]."""
 
 
 class LocomotionEngine:
@@ -78,31 +76,27 @@ class LocomotionEngine:
         # Lazy import: numba takes 0.6 s.
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
-        from phasmid.control.foothold_region import FootholdRegions
+        from phasmid.control.foothold_region import foothold_regions
 
         self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
-        memory = self.memory = Memory(
-            model_of(robot, settings.joint_speed_share, settings.stretch, settings.joint_margin),
-            parameters_of(settings, SWAY_BANDWIDTH),
-            records,
-        )
+        memory = self.memory = Memory(model_of(robot, settings), parameters_of(settings), records)
         self._model = memory.model
         # What compiled functions take.
         self._records = memory.models[0], memory.parameter_records[0]
         self.state: State = memory.state
         self.reference: Reference = memory.reference
         self._next_reference = memory.next_reference
-        self._verdict = np.zeros(4)
         self._log = EventLog(self.state, robot.leg_names)
         self._blocked = BlockedDirections(self.state)
-        self._pattern = Pattern(robot, settings, self._model)
-        self.gait = self._pattern.gait
+        self._gaits = GaitSelector(robot, settings, self._model)
+        self.gait = self._gaits.gait
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
         self._clearance = BodyClearance(robot, self._model.height)
-        self._regions = FootholdRegions(memory.models[0])
+        # The last poses, since every change of the command needs the regions.
+        self._regions = lru_cache(maxsize=8)(partial(foothold_regions, memory.models[0]))
         self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
             self.feed_forward = FeedForward(
@@ -237,14 +231,16 @@ class LocomotionEngine:
                 hint="(1, 0, 0)",
             )
         reference = new_reference(len(self.robot.legs))
-        shift = self._pattern.write(reference, gait, period, lost_legs)
+        shift = self._gaits.write(reference, gait, period, lost_legs)
         reference.step_height = self.settings.step_height if step_height is None else step_height
         reference.pose[:] = pose
         reference.pose[:2] += shift
         unit = velocity / size
-        share = self._share(reference, unit, 100.0)
+        share, limit = self._scale(reference, unit, 100.0)
         vx, vy, wz = (float(x) for x in unit * share)
-        return VelocityLimit((vx, vy, wz), *limiting_constraint(self._verdict, self.robot))
+        leg = None if limit.leg < 0 else limit.leg + 1
+        joint = None if limit.joint < 0 else limit.joint
+        return VelocityLimit((vx, vy, wz), limit.sentence(self.robot), leg, joint)
 
     def telemetry(self) -> dict[str, Any]:
         """Return the recorded channels of the last update."""
@@ -311,6 +307,9 @@ class LocomotionEngine:
 
     def catch(self) -> None:
         """Land all swing legs at once, without a jump of their motion."""
+        # Lazy import: numba takes 0.6 s.
+        from phasmid.control.leg_phases import land_swing_legs
+
         land_swing_legs(self.state, self.reference, self.settings.landing_depth)
 
     @property
@@ -344,7 +343,7 @@ class LocomotionEngine:
         self.memory.records.stages[0] = 0
         for reference in (self.reference, self._next_reference):
             clear(reference)
-            self._pattern.write(reference, None, None, frozenset())
+            self._gaits.write(reference, None, None, frozenset())
             reference.step_height = self.settings.step_height
         neutral = body_from_hip(self.robot, self._at_home)
         self.stand(neutral)
@@ -354,7 +353,7 @@ class LocomotionEngine:
         reference, next_reference = self.reference, self._next_reference
         self._command = command
         try:
-            shift = self._pattern.write(
+            shift = self._gaits.write(
                 next_reference, command.gait, command.period, command.lost_legs
             )
         except InvalidGait as error:
@@ -392,13 +391,11 @@ class LocomotionEngine:
         if blocking is not None:
             share = 0.0
         elif asked.any():
-            share = self._share(next_reference, asked, 1.0)
-            reason = limiting_constraint(self._verdict, self.robot)[0]
+            share, limit = self._scale(next_reference, asked)
             if differs:
-                before = self._share(reference, asked, 1.0)
-                if before < share:
-                    # The present gait limits the velocity until the change.
-                    share, reason = before, limiting_constraint(self._verdict, self.robot)[0]
+                # The present gait limits the velocity until the change.
+                share, limit = min((share, limit), self._scale(reference, asked), key=itemgetter(0))
+            reason = limit.sentence(self.robot)
             self._log.set(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
@@ -416,32 +413,24 @@ class LocomotionEngine:
             stepping = self.memory.references[1].copy()
             if standing:
                 stepping["duty_factor"], stepping["sway"] = 1.0, 0.0
-            share = float(
-                self._limits.share_of_pose(
-                    *self._records,
-                    stepping,
-                    base,
-                    pose,
-                    self._verdict,
-                )
+            share, limit = min(
+                self._limits.feasible_pose_scale(*self._records, stepping, base, pose),
+                self._clearance.feasible_pose_scale(base, pose),
+                key=itemgetter(0),
             )
-            reason = limiting_constraint(self._verdict, self.robot)[0]
-            above = self._clearance.feasible_pose_scale(base, pose)
-            if above < share:
-                share, reason = above, "the trunk would come too near to the ground"
+            reason = limit.sentence(self.robot)
             self._log.set("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.reference.pose[:] = next_reference.pose[:] = base + share * pose
 
-    def _share(self, reference: Reference, velocity: np.ndarray, most: float) -> float:
-        region = self._regions.at(reference.pose)
-        return float(
-            self._limits.share_of_velocity(
-                *self._records,
-                region,
-                record_behind(reference),
-                reference.pose,
-                velocity,
-                most,
-                self._verdict,
-            )
+    def _scale(
+        self, reference: Reference, velocity: np.ndarray, most: float = 1.0
+    ) -> tuple[float, Constraint]:
+        """Return the feasible share of a velocity, and the constraint that limits it."""
+        return self._limits.feasible_velocity_scale(
+            *self._records,
+            self._regions(tuple(reference.pose)),
+            record_behind(reference),
+            reference.pose,
+            velocity,
+            most,
         )

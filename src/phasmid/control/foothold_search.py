@@ -1,11 +1,12 @@
-"""Feet that find no ground where they come down look for it elsewhere."""
+"""Search of feet that find no ground: farther ahead, behind, then at the last foothold."""
 
 from __future__ import annotations
 
 import math
 
 from phasmid.compiled import internal
-from phasmid.control.swing import stop_foot
+from phasmid.control.body_motion import ground_height, is_zero, point_velocity
+from phasmid.control.swing import set_times, stop_foot
 from phasmid.control.types import LegPhase, Manoeuvre, Reference, SearchStage, State
 
 FAR, LOOKS = 0.06, 2
@@ -18,28 +19,28 @@ THERE = 0.03
 """Distance from the last foothold below which a foot is back [m]."""
 
 CLOSE = 0.03
-"""Distance of another foot at which it does not look [m]."""
+"""Distance of another foot within which a foot does not search [m]."""
 
 RISE, RISE_SPEED, RISE_TIME = 0.01, 0.4, 0.1
-"""How far above the ground a foot rises before it looks elsewhere [m], its largest speed on that
-way [m/s], and the least time for it [s]."""
+"""Height above the ground to which a foot rises before it searches [m], its largest speed [m/s] and
+the least time for it [s]."""
 
 
 @internal
 def is_searching(state: State, leg: int) -> bool:
-    """Whether a foot in the air looks for ground elsewhere, or goes back to it."""
+    """Return whether a foot in the air searches for ground or returns to its last foothold."""
     return bool(SearchStage.NONE < state.search_stage[leg] < SearchStage.RETURNED)
 
 
 @internal
 def is_returning(state: State, leg: int) -> bool:
-    """Whether a foot goes back to where it stood."""
+    """Return whether a foot returns to its last foothold."""
     return bool(state.search_stage[leg] == SearchStage.RETURNING)
 
 
 @internal
-def from_stood(state: State, leg: int) -> float:
-    """How far a foot is from where it last stood and felt the ground, from above [m]."""
+def distance_from_foothold(state: State, leg: int) -> float:
+    """Return the distance of a foot from its last foothold with contact, from above [m]."""
     dx = state.foot[leg, 0] - state.last_foothold[leg, 0]
     dy = state.foot[leg, 1] - state.last_foothold[leg, 1]
     return math.sqrt(dx * dx + dy * dy)
@@ -55,8 +56,8 @@ def set_search(state: State, leg: int, stage: int) -> None:
 
 @internal
 def end_search(state: State, leg: int, found: bool) -> None:
-    """Note that a foot stands, whether it has found ground or not."""
-    if found and is_returning(state, leg) and from_stood(state, leg) < THERE:
+    """End the search of a foot that stands, on ground or not."""
+    if found and is_returning(state, leg) and distance_from_foothold(state, leg) < THERE:
         set_search(state, leg, SearchStage.RETURNED)
     elif (found and state.search_stage[leg] != SearchStage.RETURNED) or (
         state.search_stage[leg] == SearchStage.LAND_HERE
@@ -68,89 +69,79 @@ def end_search(state: State, leg: int, found: bool) -> None:
 
 @internal
 def is_free(state: State, leg: int, x: float, y: float) -> bool:
-    """Whether no other foot stands or lands near a place in odom."""
+    """Return whether no other foot stands or lands within `CLOSE` of a point of odom."""
     for other in range(state.leg_count):
         dx, dy = state.touchdown[other, 0] - x, state.touchdown[other, 1] - y
-        if (
-            other != leg
-            and state.leg_phase[other] != LegPhase.HELD
-            and dx * dx + dy * dy < CLOSE * CLOSE
-        ):
+        held = state.leg_phase[other] == LegPhase.HELD
+        if other != leg and not held and dx * dx + dy * dy < CLOSE * CLOSE:
             return False
     return True
 
 
 @internal
+def return_to_foothold(state: State, leg: int) -> bool:
+    """Make the last foothold the goal of a foot's search; return False if it may not go there."""
+    tried = is_returning(state, leg)
+    attempts = state.return_attempts[leg] + 1 if tried else 0
+    distance = distance_from_foothold(state, leg)
+    if attempts >= ATTEMPTS or (tried and distance < THERE):
+        return False
+    goal, last, foot = state.search_goal[leg], state.last_foothold[leg], state.foot[leg]
+    for k in range(3):
+        # Another foot may have followed it there; then it goes as near as possible.
+        share = k * CLOSE / max(distance, CLOSE)
+        for i in range(3):
+            goal[i] = last[i] + share * (foot[i] - last[i])
+        if is_free(state, leg, goal[0], goal[1]):
+            state.return_attempts[leg] = attempts
+            state.clock.search_changes += tried
+            set_search(state, leg, SearchStage.RETURNING)
+            return True
+    return False
+
+
+@internal
 def start_search(state: State, reference: Reference, leg: int) -> bool:
-    """Let a foot that has come down to no ground rise out of the hole, to swing elsewhere.
+    """Let a foot that has found no ground rise, and write the goal of its next swing.
 
-    First it goes to a place along its own way with the body, then as far to the other side, then
-    back to where it stood, but to none that is near another foot. Of a robot that is to stand still
-    it goes back at once.
-
-    Args:
-        state: Where the engine is, changed.
-        reference: What is to be done.
-        leg: The leg's index.
+    The first goal is ahead on the foot's own path with the body, the second as far behind, the
+    third its last foothold; goals near another foot are left out. Of a robot that is to stand the
+    foot returns at once.
 
     Returns:
-        Whether it does.
+        False where no goal is left.
     """
-    v, path, foot = reference.velocity, state.path, state.foot[leg]
-    there, first, looked = (
-        state.search_goal[leg],
-        state.missed_foothold[leg],
-        state.search_stage[leg],
-    )
-    if looked == SearchStage.NONE:
+    v, path, foot, goal = reference.velocity, state.path, state.foot[leg], state.search_goal[leg]
+    first, stage = state.missed_foothold[leg], state.search_stage[leg]
+    if stage == SearchStage.NONE:
         for i in range(3):
             first[i] = foot[i]
-    if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0:
-        looked = max(looked, LOOKS)
-    elif looked == SearchStage.NONE:
-        c, s = math.cos(path[2]), math.sin(path[2])
-        x = c * v[0] - s * v[1] - v[2] * (foot[1] - path[1])
-        y = s * v[0] + c * v[1] + v[2] * (foot[0] - path[0])
-        size = math.sqrt(x * x + y * y)
-        x, y = (x / size, y / size) if size > 1e-9 else (c, s)
-        for i in range(3):
-            there[i] = foot[i]
-        # As if it had looked behind before.
-        there[0] -= FAR * x
-        there[1] -= FAR * y
-    while looked < LOOKS:
-        looked += 1
+    if is_zero(v):
+        stage = max(stage, LOOKS)
+    elif stage == SearchStage.NONE:
+        x, y = point_velocity(path, v, foot[0], foot[1])
+        speed = math.sqrt(x * x + y * y)
+        if speed > 1e-9:
+            x, y = x / speed, y / speed
+        else:
+            x, y = math.cos(path[2]), math.sin(path[2])
+        # Goals are mirrored about the first place; this is the mirror image of the first one.
+        goal[0], goal[1], goal[2] = foot[0] - FAR * x, foot[1] - FAR * y, foot[2]
+    while stage < LOOKS:
+        stage += 1
         for i in range(2):
-            there[i] = 2 * first[i] - there[i]
-        if is_free(state, leg, there[0], there[1]):
+            goal[i] = 2 * first[i] - goal[i]
+        if is_free(state, leg, goal[0], goal[1]):
+            set_search(state, leg, stage)
             break
     else:
-        tried = is_returning(state, leg)
-        attempts = state.return_attempts[leg] + 1 if tried else 0
-        if attempts >= ATTEMPTS or (tried and from_stood(state, leg) < THERE):
+        if not return_to_foothold(state, leg):
             return False
-        stood, found = state.last_foothold[leg], False
-        for k in range(3):
-            # Another foot may have followed it there; then it goes as near as may be.
-            share = k * CLOSE / max(from_stood(state, leg), CLOSE)
-            for i in range(3):
-                there[i] = stood[i] + share * (foot[i] - stood[i])
-            found = found or is_free(state, leg, there[0], there[1])
-            if found:
-                break
-        if not found:
-            return False
-        looked = 1 * SearchStage.RETURNING
-        state.return_attempts[leg] = attempts
-        state.clock.search_changes += 1 if tried else 0
-    set_search(state, leg, looked)
     # Straight up, since the wall of the hole may be near.
-    g = state.ground_filter[3]
-    way = max(g[0] + g[1] * foot[0] + g[2] * foot[1] - foot[2], 0.0) + RISE
+    rise = max(ground_height(state, foot[0], foot[1]) - foot[2], 0.0) + RISE
     stop_foot(state, leg)
     state.leg_phase[leg] = LegPhase.SWING
     state.manoeuvre[leg] = Manoeuvre.RISE
-    state.touchdown[leg, 2] += way
-    state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
-    state.swing_duration[leg] = max(1.875 * way / RISE_SPEED, RISE_TIME)
+    state.touchdown[leg, 2] += rise
+    set_times(state, leg, max(1.875 * rise / RISE_SPEED, RISE_TIME), 0.0)
     return True

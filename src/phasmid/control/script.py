@@ -1,4 +1,4 @@
-"""Scripts of commands over time or of waypoints, in files and recordings."""
+"""Scripts: commands over time, or waypoints, from files and recordings."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from functools import cached_property
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Len
-from pydantic import BeforeValidator, FailFast
-from pydantic_core import PydanticKnownError
+from pydantic import BeforeValidator, FailFast, PrivateAttr
 
 from phasmid.arguments import check_type, path_of
 from phasmid.control.command import Command, LegCommand, Posture
@@ -101,18 +99,16 @@ class CommandEntry(Table):
         changes: dict[str, Any] = {
             "velocity": tuple(old if new is None else new for new, old in velocity),
             "pose": (self.shift or previous.pose[:3]) + (self.tilt or previous.pose[3:]),
+            "gait": Gait(**dict(self.gait)) if isinstance(self.gait, GaitEntry) else self.gait,
+            "period": self.period,
+            "step_height": self.step_height,
+            "posture": None if self.posture is None else Posture[self.posture.upper()],
+            "lost_legs": None if self.lost_legs is None else frozenset(self.lost_legs),
+            "legs": None
+            if self.legs is None
+            else {leg.number: LegCommand(leg.foot, leg.joints) for leg in self.legs},
         }
-        for name in ("gait", "period", "step_height"):
-            if getattr(self, name) is not None:
-                changes[name] = getattr(self, name)
-        if isinstance(self.gait, GaitEntry):
-            changes["gait"] = Gait(**dict(self.gait))
-        if self.posture is not None:
-            changes["posture"] = Posture[self.posture.upper()]
-        if self.lost_legs is not None:
-            changes["lost_legs"] = frozenset(self.lost_legs)
-        if self.legs is not None:
-            changes["legs"] = {leg.number: LegCommand(leg.foot, leg.joints) for leg in self.legs}
+        changes = {name: value for name, value in changes.items() if value is not None}
         return replace(previous, **changes)
 
     @classmethod
@@ -172,8 +168,7 @@ class FollowTable(Table):
 def _check_length(entries: Any) -> Any:
     """Refuse too many commands before each of them is validated."""
     if isinstance(entries, list | tuple) and len(entries) > MOST_ENTRIES:
-        context = {"field_type": "Tuple", "max_length": MOST_ENTRIES, "actual_length": len(entries)}
-        raise PydanticKnownError("too_long", context)
+        raise InvalidInput(f"the script has {len(entries)} commands; it may have {MOST_ENTRIES}.")
     return entries
 
 
@@ -201,15 +196,14 @@ class CommandScript(Table):
     format: Annotated[Count, Ge(1), Le(1)] = 1
     between: Literal["steps", "linear"] = "steps"
     duration: Annotated[Time, Gt(0), Le(1e6)] | None = None
-    command: Annotated[
-        tuple[CommandEntry, ...], Len(0, MOST_ENTRIES), FailFast(), BeforeValidator(_check_length)
-    ] = ()
+    command: Annotated[tuple[CommandEntry, ...], FailFast(), BeforeValidator(_check_length)] = ()
     waypoint: Annotated[tuple[WaypointEntry, ...], Len(0, 10_000), FailFast()] = ()
     follow: FollowTable = FollowTable()
+    _commands: list[Command] = PrivateAttr(default_factory=list)
 
     def model_post_init(self, context: Any) -> None:
-        """Validate what concerns several entries."""
-        del context
+        """Validate what concerns several entries, and compute the whole command from each on."""
+        super().model_post_init(context)
         if bool(self.command) == bool(self.waypoint):
             both = "both commands and waypoints" if self.command else "no command and no waypoint"
             raise InvalidInput(
@@ -221,32 +215,24 @@ class CommandScript(Table):
                 raise InvalidInput(
                     f"command {number}: time {after.time:g} s does not follow {before.time:g} s."
                 )
+        command = Command()
         for number, entry in enumerate(self.command, 1):
             with located(f"command {number}"):
-                entry.after(Command())
-
-    @cached_property
-    def _commands(self) -> list[Command]:
-        """The whole command from each entry on."""
-        start = Command()
-        return list(accumulate(self.command, lambda now, new: new.after(now), initial=start))[1:]
-
-    @cached_property
-    def _times(self) -> list[float]:
-        return [entry.time for entry in self.command]
+                command = entry.after(command)
+            self._commands.append(command)
 
     def at(self, time: float) -> Command | None:
         """Return the command at a time since the beginning [s]; None after the end."""
         if self.duration is not None and time > self.duration + ROUND_OFF:
             return None
-        index = bisect_right(self._times, time + ROUND_OFF) - 1
+        index = bisect_right(self.command, time + ROUND_OFF, key=lambda entry: entry.time) - 1
         if index < 0:
             return Command()
         now = self._commands[index]
         if self.between == "steps" or index + 1 == len(self._commands):
             return now
-        following, (begin, end) = self._commands[index + 1], self._times[index : index + 2]
-        s = (time - begin) / (end - begin)
+        following, begin = self._commands[index + 1], self.command[index].time
+        s = (time - begin) / (self.command[index + 1].time - begin)
         velocity, pose = (
             tuple(a + s * (b - a) for a, b in zip(x, y, strict=True))
             for x, y in ((now.velocity, following.velocity), (now.pose, following.pose))
@@ -329,19 +315,20 @@ def _read_csv(path: Path) -> CommandScript:
     if not table:
         raise InvalidInput(f"{path} is empty.", hint="time_s,ahead_mm_per_s")
     (_, head), *body = table
-    if len(body) > MOST_ENTRIES:
-        raise InvalidInput(f"{path} has {len(body)} rows; it may have {MOST_ENTRIES}.")
-    entries = []
     for line, row in body:
         if len(row) != len(head):
             raise InvalidInput(
                 f"{path.name} line {line}: {len(row)} cells for {len(head)} columns."
             )
-        raw = {key: _cell(text) for key, text in zip(head, row, strict=True) if text}
-        place = f"{path.name}, line {line}"
-        entries.append(validate(CommandEntry, raw, lambda loc, at=place: (dotted(loc), at)))  # type: ignore[misc]
+    entries = [
+        {key: _cell(text) for key, text in zip(head, row, strict=True) if text} for _, row in body
+    ]
+
+    def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
+        return dotted(loc[2:]), f"{path.name}, line {body[int(loc[1])][0]}"
+
     with located(path.name):
-        return CommandScript(command=tuple(entries))
+        return validate(CommandScript, {"command": entries}, locate)
 
 
 def _cell(text: str) -> float | str:

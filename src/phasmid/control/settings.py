@@ -1,9 +1,9 @@
-"""How the locomotion engine walks."""
+"""Settings of the locomotion engine."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 from phasmid.arguments import check_number, check_type
 from phasmid.control.estimation import EstimatorSettings
@@ -12,45 +12,41 @@ from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 
 DYNAMICS = ("feed-forward", "none")
-"""Whether targets come with torques."""
+"""Torques of the targets."""
 
 
 @dataclass(frozen=True, slots=True)
 class EngineSettings:
-    """What the locomotion engine goes by where a command says nothing else.
+    """Settings of the locomotion engine; a command may replace gait, period and step height.
 
     Attributes:
-        gait: Name of the gait of the library for the robot's number of legs, or the gait itself;
-            None: tripod, tetrapod or crawl, the first of the library.
-        period: Time of a gait's cycle [s]; None: as long as makes a swing 0.5 s, of a gait that
-            sways 2/3 s.
-        step_height: Height to which a foot lifts above the line from where it left to where it
-            lands [m].
+        gait: Name of a gait of the library for the robot's number of legs, or the gait; None:
+            tripod, tetrapod or crawl, the first of the library.
+        period: Duration of a cycle [s]; None: a swing takes 0.5 s, with sway 2/3 s.
+        step_height: Height to which a foot lifts above the line from lift-off to touchdown [m].
         update_period: Time from one update to the next [s].
-        acceleration: Largest change of the body's velocity [m/s²]; of its turn that share of it
-            which the farthest foot makes.
-        velocity_bandwidth: Of the filter that rounds the corners of that change [1/s].
-        pose_speed: Largest speed at which the commanded pose of the body is approached [m/s].
+        acceleration: Largest acceleration of the body, and of the neutral feet where it turns
+            [m/s²].
+        velocity_bandwidth: Bandwidth of the velocity filter [1/s].
+        pose_speed: Largest speed at which the body approaches its commanded pose [m/s].
         pose_turn_speed: The same for its angles [rad/s].
-        pose_bandwidth: Of the filter that rounds the corners of the pose's way [1/s].
-        joint_speed_share: Share of the servo's no-load speed that a joint's target may use.
-        planned_speed_share: Share of that which a steady walk may use; the rest is for changes.
+        pose_bandwidth: Bandwidth of the pose filter [1/s].
+        joint_speed_share: Share of the servo's no-load speed that joint targets may use.
+        planned_speed_share: Share of that for a steady walk; the rest is for changes.
         stretch: Share of its full length to which a leg may be stretched.
-        joint_margin: Distance that targets keep from the joints' limits [rad].
-        support_margin: Distance that the centre of mass keeps from the edge of the feet that stand
-            before a foot may lift [m].
-        planned_margin: Distance more that a steady walk keeps [m].
-        lowest_lift: Part of the swing before which contact is not believed to be a landing.
-        landing_depth: How far a foot that finds no ground goes on down, before it looks elsewhere
-            [m].
-        landing_speed: How fast it does [m/s].
-        patience: Time for which a lift waits for support before feet are put in order [s].
-        dynamics: ``feed-forward``: targets come with the torques that the motion takes, and the
-            velocity is taken back where ground or servos cannot give them; ``none``: without.
-        feed_forward: How the forces of the feet are chosen then, and within which limits.
-        ground_sensing: Whether contact and ground are estimated; if not the plan is trusted, as on
-            level ground.
-        estimator: How they are estimated.
+        joint_margin: Margin of the targets to the joint limits [rad].
+        support_margin: Least support margin with which a foot may lift [m].
+        planned_margin: Additional support margin of a steady walk [m].
+        lowest_lift: Part of the swing before which a contact does not count as a landing.
+        landing_depth: Depth to which a foot without contact goes on down, before it searches
+            elsewhere [m].
+        landing_speed: Speed at which it does [m/s].
+        patience: Time for which a lift waits for support before feet step to neutral [s].
+        dynamics: ``feed-forward``: targets include the torques of the motion, and the velocity is
+            reduced where ground or servos cannot give them; ``none``: without.
+        feed_forward: Choice and limits of the foot forces.
+        ground_sensing: Estimate contact and ground; otherwise the plan on level ground is trusted.
+        estimator: Settings of these estimates.
 
     Raises:
         InvalidInput: A number is not finite or out of its range.
@@ -81,39 +77,30 @@ class EngineSettings:
     estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
 
     def __post_init__(self) -> None:
-        if self.gait is not None:
-            check_type("gait", self.gait, (str, Gait), "the name of a gait, or a Gait")
-        check_type(
-            "feed_forward",
-            self.feed_forward,
-            (FeedForwardSettings,),
-            "FeedForwardSettings",
-            "FeedForwardSettings()",
-        )
-        check_type("ground_sensing", self.ground_sensing, (bool,), "true or false")
-        check_type(
-            "estimator",
-            self.estimator,
-            (EstimatorSettings,),
-            "EstimatorSettings",
-            "EstimatorSettings(level=0)",
-        )
+        for name, (kinds, must) in _KINDS.items():
+            check_type(name, getattr(self, name), kinds, must)
         if self.dynamics not in DYNAMICS:
             raise InvalidInput(
                 f'dynamics is "{self.dynamics}"; it must be {" or ".join(DYNAMICS)}.',
                 hint='"feed-forward"',
             )
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if one.name not in _RANGES or (one.name == "period" and value is None):
+        for name, (least, most) in _RANGES.items():
+            value = getattr(self, name)
+            if name == "period" and value is None:
                 continue
-            check_number(one.name, value)
-            least, most = _RANGES[one.name]
+            check_number(name, value)
             if not (math.isfinite(value) and least <= value <= most):
                 raise InvalidInput(
-                    f"{one.name} is {value:g}; it must be at least {least:g} and at most {most:g}."
+                    f"{name} is {value:g}; it must be at least {least:g} and at most {most:g}."
                 )
 
+
+_KINDS = {
+    "gait": ((str, Gait, type(None)), "the name of a gait, or a Gait"),
+    "feed_forward": ((FeedForwardSettings,), "FeedForwardSettings"),
+    "ground_sensing": ((bool,), "true or false"),
+    "estimator": ((EstimatorSettings,), "EstimatorSettings"),
+}
 
 _RANGES = {
     "period": (0.05, 60.0),

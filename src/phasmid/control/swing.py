@@ -1,4 +1,4 @@
-"""Feet in the air: curves from where they are to where they shall land."""
+"""Swing trajectories of the feet, and of legs that are held in the air."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from phasmid.control.types import Manoeuvre, Model, Parameters, State
 from phasmid.kinematics.leg_kernels import forward_kinematics
 
 FREE = 0.15
-"""Part of a swing at each of its ends in which a foot comes to its curve wholly."""
+"""Share of a swing at each end over which a foot returns to its curve completely."""
 
 SOFT = 0.06
-"""Width of the zone before a joint's limit in which a swing is slowed [rad]."""
+"""Width of the zone before a joint limit in which a swinging joint yields [rad]."""
 
 
 @internal
@@ -24,23 +24,15 @@ def advance_quintic(
     left: float,
     h: float,
 ) -> None:
-    """Move a foot's place, velocity and acceleration along the quintic to rest at a goal.
+    """Advance a motion by a time step along the quintic to rest at a goal after the time left [s].
 
-    The quintic begins at what they are, so that it is one curve for as long as the goal stays, and
-    another one without a jump where it moves.
-
-    Args:
-        position: Position, changed, shape (3,).
-        velocity: Velocity, changed, shape (3,).
-        acceleration: Acceleration, changed, shape (3,).
-        goal: Where it comes to rest, shape (3,).
-        left: Time until then [s].
-        h: Step of time, less than that [s].
+    With an unchanged goal this is the same curve at every update; where the goal moves, the curve
+    continues into another without a jump.
     """
     t = left
     for i in range(3):
         p, v, a = position[i], velocity[i], acceleration[i]
-        # Of p + v t + a t²/2 + b t³ + c t⁴ + d t⁵ all is at rest at the goal after t.
+        # p + v t + a t²/2 + b t³ + c t⁴ + d t⁵ is at rest at the goal after t.
         gap = goal[i] - p
         b = (20 * gap - 12 * v * t - 3 * a * t * t) / (2 * t**3)
         c = (-30 * gap + 16 * v * t + 3 * a * t * t) / (2 * t**4)
@@ -52,12 +44,9 @@ def advance_quintic(
 
 @internal
 def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
-    """Height above the line, its speed and acceleration: at rest at both ends, highest amid.
+    """Return height [m], velocity and acceleration of the lift at a part s of a swing.
 
-    Args:
-        s: Part of the swing, 0 to 1.
-        time: Of the whole swing [s].
-        height: Of its top [m].
+    It is at rest at both ends.
     """
     x, y = s * (1 - s), 1 - 2 * s
     top = 64 * height
@@ -70,7 +59,7 @@ def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
 
 @internal
 def blend(s: float, time: float) -> tuple[float, float, float]:
-    """Part of the way from rest to rest by a quintic, its speed and acceleration."""
+    """Return a quintic from 0 to 1 between rest and rest, its velocity and acceleration."""
     return (
         s * s * s * (10 - 15 * s + 6 * s * s),
         30 * s * s * (1 - s) ** 2 / time,
@@ -79,24 +68,55 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
 
 
 @internal
+def set_times(state: State, leg: int, duration: float, height: float) -> None:
+    """Begin a curve of a foot with a duration [s] and a lift [m]."""
+    state.swing_elapsed[leg] = 0.0
+    state.swing_duration[leg], state.swing_height[leg] = duration, height
+
+
+@internal
+def restart_line(state: State, leg: int) -> None:
+    """Begin the line of a foot's curve at its present place, velocity and acceleration."""
+    for i in range(3):
+        state.line_position[leg, i] = state.foot[leg, i]
+        state.line_velocity[leg, i] = state.foot_velocity[leg, i]
+        state.line_acceleration[leg, i] = state.foot_acceleration[leg, i]
+
+
+@internal
+def stop_foot(state: State, leg: int) -> None:
+    """Bring a foot to rest where it is, at once."""
+    state.manoeuvre[leg] = Manoeuvre.NONE
+    for i in range(3):
+        state.foot_velocity[leg, i] = state.foot_acceleration[leg, i] = 0.0
+        state.touchdown[leg, i] = state.foot[leg, i]
+    restart_line(state, leg)
+
+
+@internal
+def raise_foot(state: State, leg: int) -> None:
+    """Write the place and motion of a swinging foot in odom: those of its line and of its lift."""
+    s = state.swing_elapsed[leg] / state.swing_duration[leg]
+    z, v, a = lift(min(s, 1.0), state.swing_duration[leg], state.swing_height[leg])
+    for i in range(3):
+        state.foot[leg, i] = state.line_position[leg, i]
+        state.foot_velocity[leg, i] = state.line_velocity[leg, i]
+        state.foot_acceleration[leg, i] = state.line_acceleration[leg, i]
+    state.foot[leg, 2] += z
+    state.foot_velocity[leg, 2] += v
+    state.foot_acceleration[leg, 2] += a
+
+
+@internal
 def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg: int) -> bool:
-    """Let the joints of a swinging leg come near their limits softly, and no nearer.
+    """Let the joints of a swinging leg yield near their limits; return whether they keep them.
 
-    Amid a swing a foot may leave its curve where a joint does not let it go on along that. Angles,
-    speeds and accelerations have no jumps; at both ends of the swing nothing is changed.
-
-    Args:
-        state: Where the engine is; the leg's joints are changed.
-        model: The robot.
-        parameters: The margins.
-        leg: The leg's index.
-
-    Returns:
-        Whether the joints are within their limits.
+    In the middle of a swing a foot may leave its curve. Angles, velocities and accelerations are
+    continuous; at both ends of the swing nothing changes.
     """
     time, q, qd, qdd = state.swing_duration[leg], state.q[leg], state.qd[leg], state.qdd[leg]
     part = state.swing_elapsed[leg] / time
-    # What goes down straight, or back, began in the air.
+    # A curve without lift, straight down or back, began in the air.
     begun = part if state.swing_height[leg] > 0.0 or state.manoeuvre[leg] == Manoeuvre.RISE else 1.0
     end = min(min(begun, 1.0 - part) / FREE, 1.0)
     w, wd, wdd = blend(end, FREE * time)
@@ -107,7 +127,7 @@ def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg:
         edge = min(parameters.joint_margin, (high - low) / 8)
         soft = min(SOFT, (high - low) / 8)
         for sign in (-1.0, 1.0):
-            # y: how deep the joint is in the soft zone; e: how much it comes back from there.
+            # y: depth of the joint in the soft zone; e: its deviation back from there.
             y = sign * q[k] - (sign * (high if sign > 0 else low) - edge / 4 - soft)
             if y <= 0.0:
                 continue
@@ -128,33 +148,8 @@ def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg:
 
 
 @internal
-def raise_foot(state: State, leg: int) -> None:
-    """Write a swinging foot's place and motion in odom: its line and its lift above it."""
-    s = state.swing_elapsed[leg] / state.swing_duration[leg]
-    z, v, a = lift(min(s, 1.0), state.swing_duration[leg], state.swing_height[leg])
-    for i in range(3):
-        state.foot[leg, i] = state.line_position[leg, i]
-        state.foot_velocity[leg, i] = state.line_velocity[leg, i]
-        state.foot_acceleration[leg, i] = state.line_acceleration[leg, i]
-    state.foot[leg, 2] += z
-    state.foot_velocity[leg, 2] += v
-    state.foot_acceleration[leg, 2] += a
-
-
-@internal
-def stop_foot(state: State, leg: int) -> None:
-    """Let a foot stand where it is."""
-    state.manoeuvre[leg] = Manoeuvre.NONE
-    for i in range(3):
-        state.line_position[leg, i] = state.foot[leg, i]
-        state.line_velocity[leg, i] = state.line_acceleration[leg, i] = 0.0
-        state.foot_velocity[leg, i] = state.foot_acceleration[leg, i] = 0.0
-        state.touchdown[leg, i] = state.foot[leg, i]
-
-
-@internal
 def foot_at_joints(state: State, model: Model, leg: int, arm: np.ndarray) -> None:
-    """Write where a foot is in odom by its joint angles, and its way from the body [m], (3,)."""
+    """Write a foot in odom from its joint angles, and its vector from the body [m], shape (3,)."""
     q = state.q[leg]
     lengths = model.lengths[leg]
     x, y, z = forward_kinematics(lengths, lengths[3], q[0], q[1], q[2])
@@ -167,13 +162,13 @@ def foot_at_joints(state: State, model: Model, leg: int, arm: np.ndarray) -> Non
             + state.R_odom_body[i, 1] * p[1]
             + state.R_odom_body[i, 2] * p[2]
         )
-        # The joints are where the offset has them already.
+        # Joint angles include the offset.
         state.foot[leg, i] = state.body_position[i] + arm[i] - state.foot_offset[leg, i]
 
 
 @internal
 def hold_leg(state: State, model: Model, leg: int, h: float) -> None:
-    """Let a leg that is held in the air fold, and tell where its foot is in odom."""
+    """Fold a leg that is held in the air, and write its foot in odom."""
     q, qd, qdd, left = (
         state.q[leg],
         state.qd[leg],
@@ -190,7 +185,7 @@ def hold_leg(state: State, model: Model, leg: int, h: float) -> None:
             qd[k] = qdd[k] = 0.0
     arm = np.empty(3)
     foot_at_joints(state, model, leg, arm)
-    # As if it were fixed to the body; its own motion has ended when it is used again.
+    # As if it were fixed to the body: its own motion has ended when it is used again.
     w, v = state.angular_velocity, state.foot_velocity[leg]
     wd, a = state.angular_acceleration, state.foot_acceleration[leg]
     for i in range(3):

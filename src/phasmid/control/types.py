@@ -7,7 +7,7 @@ on views of the legs that a robot has (`records.view_of`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
 
 import numpy as np
@@ -22,8 +22,8 @@ from phasmid.robot import Robot
 
 
 class LegPhase(IntEnum):
-    """Phase of a leg: it stands, swings, is held in the air, comes to rest after an early contact,
-    or goes on down where it has no contact yet.
+    """Phase of a leg: it stands, swings, is held in the air, comes to rest after contact, or goes
+    on down where it has no contact yet.
     """
 
     STANCE = 0
@@ -34,7 +34,7 @@ class LegPhase(IntEnum):
 
 
 class Contact(IntEnum):
-    """Contact of a foot; obstacle: contact on the way of a swing, at this update."""
+    """Contact of a foot; obstacle: contact during a swing, at this update."""
 
     UNKNOWN = -1
     AIR = 0
@@ -43,8 +43,8 @@ class Contact(IntEnum):
 
 
 class Manoeuvre(IntEnum):
-    """Deviation of a foot from its swing or stance: it draws back from an obstacle, was stopped on
-    that way, rises where it has found no ground, or is lowered after a lost contact.
+    """Deviation of a foot from swing or stance: it draws back from an obstacle, was stopped while
+    drawing back, rises where it has found no ground, or is lowered after a lost contact.
     """
 
     NONE = 0
@@ -55,8 +55,8 @@ class Manoeuvre(IntEnum):
 
 
 class SearchStage(IntEnum):
-    """Stage of a foot's search for ground: at a point ahead, at one behind, on the way back to the
-    last foothold, there again, without ground there either, or landing wherever it comes down.
+    """Stage of a foot's search for ground: at a point ahead, at one behind, returning to the last
+    foothold, returned, without ground there either, or landing without a search.
     """
 
     NONE = 0
@@ -68,254 +68,134 @@ class SearchStage(IntEnum):
     LAND_HERE = 6
 
 
-REACH, SPEED, SUPPORT = 1, 2, 3
-"""Constraints that may limit a velocity."""
-
 DIRECTIONS = 16
 """Half-planes of a foothold region."""
 
 
 @dataclass(eq=False)
 class Model:
-    """The robot's numbers; L legs.
+    """Numbers of a robot."""
 
-    Attributes:
-        lengths: Link lengths, and the foot's offset to the left of the leg's plane [m],
-            shape (L, 4).
-        R_body_hip: Rotations of the hips, shape (L, 3, 3).
-        p_body_hip: Hips [m], shape (L, 3).
-        limits: Lowest and highest joint angles [rad], shape (L, 3, 2).
-        neutral: Neutral feet in the body frame [m], shape (L, 3).
-        folded: Joint angles of a leg that is held in the air [rad], shape (L, 3).
-        link_mass: Masses of the links [kg], shape (L, 3).
-        link_com: Their centres of mass in their frames in the leg's plane [m], shape (L, 3, 3).
-        reach: What each leg reaches with the margins, see `reach_bounds`, shape (2, L, 8).
-        body_moment: Mass of the trunk times the place of its centre [kg·m], shape (3,).
-        mass: Of the whole robot [kg].
-        height: Of the body's origin over the neutral feet [m].
-        radius: Mean distance of the neutral feet from the body's vertical axis [m].
-        joint_speed: Largest speed of a joint's target [rad/s].
-        leg_count: Number of legs.
-    """
-
-    lengths: Float[np.ndarray, "legs 4"]
-    R_body_hip: Float[np.ndarray, "legs 3 3"]
-    p_body_hip: Float[np.ndarray, "legs 3"]
-    limits: Float[np.ndarray, "legs 3 2"]
-    neutral: Float[np.ndarray, "legs 3"]
-    folded: Float[np.ndarray, "legs 3"]
-    link_mass: Float[np.ndarray, "legs 3"]
-    link_com: Float[np.ndarray, "legs 3 3"]
-    reach: Float[np.ndarray, "2 legs 8"]
-    body_moment: Float[np.ndarray, "3"]
-    mass: float
-    height: float
-    radius: float
-    joint_speed: float
-    leg_count: int
+    lengths: Float[np.ndarray, "legs 4"]  # Links, and lateral offset of the foot [m]
+    R_body_hip: Float[np.ndarray, "legs 3 3"]  # Rotations of the hips
+    p_body_hip: Float[np.ndarray, "legs 3"]  # Places of the hips [m]
+    limits: Float[np.ndarray, "legs 3 2"]  # Least and largest joint angles [rad]
+    neutral: Float[np.ndarray, "legs 3"]  # Neutral feet in the body frame [m]
+    folded: Float[np.ndarray, "legs 3"]  # Joint angles of a leg that is held in the air [rad]
+    link_mass: Float[np.ndarray, "legs 3"]  # Masses of the links [kg]
+    link_com: Float[np.ndarray, "legs 3 3"]  # Centres of mass of the links in the leg plane [m]
+    reach: Float[np.ndarray, "2 legs 8"]  # Bounds of each leg's reach, see `reach_bounds`
+    body_moment: Float[np.ndarray, "3"]  # Mass of the trunk times the place of its centre [kg·m]
+    mass: float  # Mass of the robot [kg]
+    height: float  # Height of the body's origin over the neutral feet [m]
+    radius: float  # Mean distance of the neutral feet from the body's vertical axis [m]
+    joint_speed: float  # Largest speed of a joint's target [rad/s]
+    leg_count: int  # Number of legs
 
 
 @dataclass(eq=False)
 class Reference:
-    """Feasible reference of the engine, and the estimate of the ground; L legs.
+    """Feasible reference of the engine, and the estimate of the ground."""
 
-    Attributes:
-        velocity: Velocity of the body, vx, vy [m/s] and wz [rad/s], shape (3,).
-        pose: Pose of the body relative to its path and neutral height [m, rad], shape (6,).
-        pose_correction: Addition to the pose by ground estimation, shape (6,).
-        lift_phase: Phases at which the legs lift; any value for legs not in use, shape (L,).
-        used: 1 for legs that the robot walks on, 0 for others, shape (L,).
-        duty_factor: Duty factor of the gait.
-        period: Time of a cycle [s].
-        sway: Sway of the gait.
-        gait_pending: 1 while a change of gait is pending.
-        step_height: Height of a step [m].
-        contact: `Contact` of each foot, shape (L,).
-        ground_normal: Normal of the ground plane in odom, shape (3,).
-        ground_height: Height of that plane at the origin [m].
-        touchdown_height: Height at which each foot expects ground [m], NaN for that of the plane,
-            shape (L,).
-        foot_offset: Addition to the feet's targets in odom [m], shape (L, 3).
-        foot_sag: Distance of each foot below its target while in the air, or at its touchdown [m],
-            shape (L,).
-    """
-
-    velocity: Float[np.ndarray, "3"]
-    pose: Float[np.ndarray, "6"]
-    pose_correction: Float[np.ndarray, "6"]
-    lift_phase: Float[np.ndarray, " legs"]
-    used: Int[np.ndarray, " legs"]
-    duty_factor: float
-    period: float
-    sway: float
-    gait_pending: int
-    step_height: float
-    contact: Int[np.ndarray, " legs"]
-    ground_normal: Float[np.ndarray, "3"]
-    ground_height: float
-    touchdown_height: Float[np.ndarray, " legs"]
-    foot_offset: Float[np.ndarray, "legs 3"]
-    foot_sag: Float[np.ndarray, " legs"]
+    velocity: Float[np.ndarray, "3"]  # Velocity of the body, vx, vy [m/s] and wz [rad/s]
+    pose: Float[np.ndarray, "6"]  # Pose of the body relative to its path [m, rad]
+    pose_correction: Float[np.ndarray, "6"]  # Addition to it by ground estimation
+    lift_phase: Float[np.ndarray, " legs"]  # Phases at which the legs in use lift
+    used: Int[np.ndarray, " legs"]  # 1 for legs that the robot walks on, 0 for others
+    duty_factor: float  # Duty factor of the gait
+    period: float  # Time of a cycle [s]
+    sway: float  # Sway of the gait
+    gait_pending: int  # 1 while a change of gait is pending
+    step_height: float  # Height of a step [m]
+    contact: Int[np.ndarray, " legs"]  # `Contact` of each foot
+    ground_normal: Float[np.ndarray, "3"]  # Normal of the ground plane in odom
+    ground_height: float  # Height of that plane at the origin [m]
+    touchdown_height: Float[np.ndarray, " legs"]  # Expected ground [m]; NaN: the plane
+    foot_offset: Float[np.ndarray, "legs 3"]  # Addition to the feet's targets in odom [m]
+    foot_sag: Float[np.ndarray, " legs"]  # Depth of each foot in the air below its target [m]
 
 
 @dataclass(eq=False)
 class GaitClock:
-    """Clock of the gait.
+    """Clock of the gait."""
 
-    Attributes:
-        phase: Of the cycle, 0 to 1.
-        time: On the controller's clock [s].
-        sway_share: Part of the gait's sway that the body makes.
-        time_scale: Rate of the engine's time, 1 or less: slower where a joint would be too fast.
-        lift_wait: Time for which a lift has waited [s].
-        support_margin: Of the whole robot now [m].
-        velocity_share: Part of the commanded velocity that feet and support allow.
-        lean: Of the body ahead and left [m], shape (2,).
-        gait_running: 1 while the gait advances, 0 at rest.
-        region_leg: Leg whose region is bounded next.
-        pose_hinders: 1 while a foot that is due would hardly rise before the pose is reached.
-        search_changes: Number of changes of `State.search_stage`.
-    """
-
-    phase: float
-    time: float
-    sway_share: float
-    time_scale: float
-    lift_wait: float
-    support_margin: float
-    velocity_share: float
-    lean: Float[np.ndarray, "2"]
-    gait_running: int
-    region_leg: int
-    pose_hinders: int
-    search_changes: int
+    phase: float  # Phase of the cycle, 0 to 1
+    time: float  # Time of the controller [s]
+    sway_share: float  # Part of the gait's sway that the body makes
+    time_scale: float  # Rate of the engine's time; below 1 where a joint would be too fast
+    lift_wait: float  # Time for which a lift has waited [s]
+    support_margin: float  # Present support margin [m]
+    velocity_share: float  # Part of the commanded velocity that feet and support allow
+    lean: Float[np.ndarray, "2"]  # Displacement of the body while a lift waits [m]
+    gait_running: int  # 1 while the gait advances, 0 at rest
+    region_leg: int  # Leg whose region is bounded next
+    pose_hinders: int  # 1 while a foot that is due would hardly rise before the pose is reached
+    search_changes: int  # Number of changes of `State.search_stage`
 
 
 @dataclass(eq=False)
 class State:
-    """State of the engine; L legs. Odom is the frame of the path, its origin below the first pose.
+    """State of the engine; odom is the world frame, with its origin below the first pose."""
 
-    Attributes:
-        path: Place on the ground and heading in odom [m, rad], shape (3,).
-        velocity_filter: Stages of the velocity filter; the last is the path's, shape (3, 3).
-        pose_filter: Stages of the pose filter; the last is the body's pose, shape (4, 6).
-        sway_filter: Stages of the filter of the body's sway, shape (4, 2).
-        ground_filter: Stages of the filter of the ground's height at the origin of odom and its
-            slopes along x and y, shape (4, 3).
-        clock: Clock of the gait.
-        R_odom_body: Rotation of the body, shape (3, 3).
-        body_position: Origin of the body in odom [m], shape (3,).
-        body_velocity: Its velocity [m/s], shape (3,).
-        body_acceleration: Its acceleration [m/s²], shape (3,).
-        angular_velocity: Of the body in odom [rad/s], shape (3,).
-        angular_acceleration: Of the body in odom [rad/s²], shape (3,).
-        com: Centre of mass in the body frame [m], shape (3,).
-        leg_phase: `LegPhase` of each leg, shape (L,).
-        manoeuvre: `Manoeuvre` of each foot, shape (L,).
-        foot: Feet in odom [m], shape (L, 3).
-        foot_velocity: Velocities of the feet in odom [m/s], shape (L, 3).
-        foot_acceleration: Accelerations of the feet in odom [m/s²], shape (L, 3).
-        foot_offset: Addition to the feet's targets in odom [m], shape (L, 3).
-        line_position: Position of each foot without the lift of its swing [m], shape (L, 3).
-        line_velocity: Its velocity [m/s], shape (L, 3).
-        line_acceleration: Its acceleration [m/s²], shape (L, 3).
-        touchdown: Place where each foot lands, or has landed, in odom [m], shape (L, 3).
-        swing_elapsed: Time since lift-off [s], shape (L,).
-        swing_duration: Time of the swing [s], shape (L,).
-        swing_height: Height of the swing [m], shape (L,).
-        time_without_contact: Time for which a stance foot has had no contact [s], shape (L,).
-        q: Joint angles [rad], shape (L, 3).
-        qd: Joint speeds [rad/s], shape (L, 3).
-        qdd: Joint accelerations [rad/s²], shape (L, 3).
-        search_stage: `SearchStage` of each foot, shape (L,).
-        return_attempts: Attempts of each foot to step back to its last foothold, shape (L,).
-        search_goal: Place where each foot looks for ground, in odom [m], shape (L, 3).
-        missed_foothold: Place where it found none first, in odom [m], shape (L, 3).
-        last_foothold: Place where it last stood with contact, in odom [m], shape (L, 3).
-        region: Foothold region of each leg: half-planes by normal ahead and left, and distance from
-            the neutral foot [m], shape (L, K, 3).
-        region_pose: Pose, slopes of the ground and height of the foot above it for which the region
-            holds, shape (L, 9).
-        leg_count: Number of legs.
-    """
-
-    path: Float[np.ndarray, "3"]
-    velocity_filter: Float[np.ndarray, "3 3"]
-    pose_filter: Float[np.ndarray, "4 6"]
-    sway_filter: Float[np.ndarray, "4 2"]
-    ground_filter: Float[np.ndarray, "4 3"]
-    clock: GaitClock
-    R_odom_body: Float[np.ndarray, "3 3"]
-    body_position: Float[np.ndarray, "3"]
-    body_velocity: Float[np.ndarray, "3"]
-    body_acceleration: Float[np.ndarray, "3"]
-    angular_velocity: Float[np.ndarray, "3"]
-    angular_acceleration: Float[np.ndarray, "3"]
-    com: Float[np.ndarray, "3"]
-    leg_phase: Int[np.ndarray, " legs"]
-    manoeuvre: Int[np.ndarray, " legs"]
-    foot: Float[np.ndarray, "legs 3"]
-    foot_velocity: Float[np.ndarray, "legs 3"]
-    foot_acceleration: Float[np.ndarray, "legs 3"]
-    foot_offset: Float[np.ndarray, "legs 3"]
-    line_position: Float[np.ndarray, "legs 3"]
-    line_velocity: Float[np.ndarray, "legs 3"]
-    line_acceleration: Float[np.ndarray, "legs 3"]
-    touchdown: Float[np.ndarray, "legs 3"]
-    swing_elapsed: Float[np.ndarray, " legs"]
-    swing_duration: Float[np.ndarray, " legs"]
-    swing_height: Float[np.ndarray, " legs"]
-    time_without_contact: Float[np.ndarray, " legs"]
-    q: Float[np.ndarray, "legs 3"]
-    qd: Float[np.ndarray, "legs 3"]
-    qdd: Float[np.ndarray, "legs 3"]
-    search_stage: Int[np.ndarray, " legs"]
-    return_attempts: Int[np.ndarray, " legs"]
-    search_goal: Float[np.ndarray, "legs 3"]
-    missed_foothold: Float[np.ndarray, "legs 3"]
-    last_foothold: Float[np.ndarray, "legs 3"]
-    region: Float[np.ndarray, "legs 16 3"]
-    region_pose: Float[np.ndarray, "legs 9"]
-    leg_count: int
+    path: Float[np.ndarray, "3"]  # Place on the ground and heading in odom [m, rad]
+    velocity_filter: Float[np.ndarray, "3 3"]  # Stages; the last is the velocity of the path
+    pose_filter: Float[np.ndarray, "4 6"]  # Stages; the last is the pose of the body
+    sway_filter: Float[np.ndarray, "4 2"]  # Stages; the last is the sway of the body
+    ground_filter: Float[np.ndarray, "4 3"]  # Stages of the ground's height and slopes
+    clock: GaitClock  # Clock of the gait
+    R_odom_body: Float[np.ndarray, "3 3"]  # Rotation of the body
+    body_position: Float[np.ndarray, "3"]  # Origin of the body in odom [m]
+    body_velocity: Float[np.ndarray, "3"]  # In odom [m/s]
+    body_acceleration: Float[np.ndarray, "3"]  # In odom [m/s²]
+    angular_velocity: Float[np.ndarray, "3"]  # Of the body in odom [rad/s]
+    angular_acceleration: Float[np.ndarray, "3"]  # Of the body in odom [rad/s²]
+    com: Float[np.ndarray, "3"]  # Centre of mass in the body frame [m]
+    leg_phase: Int[np.ndarray, " legs"]  # `LegPhase` of each leg
+    manoeuvre: Int[np.ndarray, " legs"]  # `Manoeuvre` of each foot
+    foot: Float[np.ndarray, "legs 3"]  # Feet in odom [m]
+    foot_velocity: Float[np.ndarray, "legs 3"]  # Velocities of the feet in odom [m/s]
+    foot_acceleration: Float[np.ndarray, "legs 3"]  # Accelerations of the feet in odom [m/s²]
+    foot_offset: Float[np.ndarray, "legs 3"]  # Addition to the feet's targets in odom [m]
+    line_position: Float[np.ndarray, "legs 3"]  # Feet without the lift of the swing [m]
+    line_velocity: Float[np.ndarray, "legs 3"]  # Its velocity [m/s]
+    line_acceleration: Float[np.ndarray, "legs 3"]  # Its acceleration [m/s²]
+    touchdown: Float[np.ndarray, "legs 3"]  # Next or last landing of each foot in odom [m]
+    swing_elapsed: Float[np.ndarray, " legs"]  # Time since lift-off [s]
+    swing_duration: Float[np.ndarray, " legs"]  # Time of the swing [s]
+    swing_height: Float[np.ndarray, " legs"]  # Height of the swing [m]
+    time_without_contact: Float[np.ndarray, " legs"]  # Of stance feet [s]
+    q: Float[np.ndarray, "legs 3"]  # Joint angles [rad]
+    qd: Float[np.ndarray, "legs 3"]  # Joint speeds [rad/s]
+    qdd: Float[np.ndarray, "legs 3"]  # Joint accelerations [rad/s²]
+    search_stage: Int[np.ndarray, " legs"]  # `SearchStage` of each foot
+    return_attempts: Int[np.ndarray, " legs"]  # Attempts to step back to the last foothold
+    search_goal: Float[np.ndarray, "legs 3"]  # Next foothold of each foot's search, in odom [m]
+    missed_foothold: Float[np.ndarray, "legs 3"]  # Where it first found no ground, in odom [m]
+    last_foothold: Float[np.ndarray, "legs 3"]  # Its last foothold with contact, in odom [m]
+    region: Float[np.ndarray, "legs 16 3"]  # Foothold regions: normals and distances of half-planes
+    region_pose: Float[np.ndarray, "legs 9"]  # Pose, slopes and foot height for which they hold
+    leg_count: int  # Number of legs
 
 
 @dataclass(eq=False)
 class Parameters:
-    """The settings as numbers, and what follows from them; units as in `EngineSettings`.
-
-    Attributes:
-        acceleration: Of the body.
-        velocity_bandwidth: Of the velocity's filter.
-        pose_speed: Of the body's pose.
-        pose_turn_speed: Of its angles.
-        pose_bandwidth: Of its filter.
-        sway_bandwidth: Of the filter of the body's way aside [1/s].
-        stretch: Share of its length to which a leg may be stretched.
-        joint_margin: Distance from the joints' limits.
-        support_margin: Before a foot lifts.
-        planned_margin: What a steady walk keeps beside that.
-        planned_speed: Share of the joints' speed that a steady walk may use.
-        lowest_lift: Part of the swing before which contact is no landing.
-        landing_depth: How far a foot goes on down.
-        landing_speed: How fast.
-        patience: For which a lift waits.
-    """
+    """Settings of the engine as in `EngineSettings`, and bandwidth of the sway filter [1/s]."""
 
     acceleration: float
     velocity_bandwidth: float
     pose_speed: float
     pose_turn_speed: float
     pose_bandwidth: float
-    sway_bandwidth: float
+    planned_speed_share: float
     stretch: float
     joint_margin: float
     support_margin: float
     planned_margin: float
-    planned_speed: float
     lowest_lift: float
     landing_depth: float
     landing_speed: float
     patience: float
+    sway_bandwidth: float = 15.0
 
 
 MODEL, REFERENCE, STATE, PARAMETERS = (
@@ -324,17 +204,10 @@ MODEL, REFERENCE, STATE, PARAMETERS = (
 """Records of these classes."""
 
 
-def model_of(robot: Robot, joint_speed_share: float, stretch: float, joint_margin: float) -> Model:
-    """The numbers of a robot.
-
-    Args:
-        robot: The robot.
-        joint_speed_share: Share of its servos' no-load speed that targets may use.
-        stretch: Share of its full length to which a leg may be stretched.
-        joint_margin: Distance from the joints' limits that targets keep [rad].
-    """
-    # Lazy import: numba takes 0.6 s.
-    from phasmid.control.reach_bounds import reach_bounds
+def model_of(robot: Robot, settings: EngineSettings) -> Model:
+    """Return the numbers of a robot, with the margins of the settings."""
+    # Imported here, since `reach` imports this module.
+    from phasmid.control.reach import reach_bounds
 
     arrays = robot.arrays
     lengths, neutral = np.column_stack(geometry(arrays)), neutral_feet(robot)
@@ -343,40 +216,25 @@ def model_of(robot: Robot, joint_speed_share: float, stretch: float, joint_margi
         [[0.0, 1.2, -2.2]] * len(robot.legs), limits[..., 0] + 0.1, limits[..., 1] - 0.1
     )
     return Model(
-        lengths,
-        np.array(arrays.R_body_hip),
-        np.array(arrays.p_body_hip),
-        limits,
-        neutral,
-        folded,
-        np.array(arrays.mass),
-        arrays.com - in_plane(arrays),
-        reach_bounds(lengths, limits, stretch, joint_margin),
-        robot.body.mass * np.asarray(robot.body.com),
-        robot.mass,
-        -float(neutral[:, 2].mean()),
-        float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
-        joint_speed_share * robot.servo.no_load_speed,
-        len(robot.legs),
+        lengths=lengths,
+        R_body_hip=np.array(arrays.R_body_hip),
+        p_body_hip=np.array(arrays.p_body_hip),
+        limits=limits,
+        neutral=neutral,
+        folded=folded,
+        link_mass=np.array(arrays.mass),
+        link_com=arrays.com - in_plane(arrays),
+        reach=reach_bounds(lengths, limits, settings.stretch, settings.joint_margin),
+        body_moment=robot.body.mass * np.asarray(robot.body.com),
+        mass=robot.mass,
+        height=-float(neutral[:, 2].mean()),
+        radius=float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
+        joint_speed=settings.joint_speed_share * robot.servo.no_load_speed,
+        leg_count=len(robot.legs),
     )
 
 
-def parameters_of(settings: EngineSettings, sway_bandwidth: float) -> Parameters:
-    """The settings as numbers."""
-    return Parameters(
-        settings.acceleration,
-        settings.velocity_bandwidth,
-        settings.pose_speed,
-        settings.pose_turn_speed,
-        settings.pose_bandwidth,
-        sway_bandwidth,
-        settings.stretch,
-        settings.joint_margin,
-        settings.support_margin,
-        settings.planned_margin,
-        settings.planned_speed_share,
-        settings.lowest_lift,
-        settings.landing_depth,
-        settings.landing_speed,
-        settings.patience,
-    )
+def parameters_of(settings: EngineSettings) -> Parameters:
+    """Return the numbers of the settings."""
+    names = [field.name for field in fields(Parameters) if hasattr(settings, field.name)]
+    return Parameters(**{name: getattr(settings, name) for name in names})

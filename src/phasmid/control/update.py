@@ -10,30 +10,30 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
-from phasmid.control.estimation.estimator import estimate_ground
-from phasmid.control.feed_forward.feed_forward import compute_feed_forward
-from phasmid.control.feet import end_of_swing, land_here, move_feet
-from phasmid.control.foothold_region import (
-    bound_region,
-    joint_limit_margin,
-    speed_share,
-    support_share,
+from phasmid.control.body_motion import (
+    approach,
+    follow,
+    integrate_twist,
+    set_body_motion,
     sway_wave,
 )
+from phasmid.control.estimation.estimator import estimate_ground
+from phasmid.control.feed_forward.feed_forward import compute_feed_forward
+from phasmid.control.foothold_region import bound_region
 from phasmid.control.foothold_search import end_search, is_returning, is_searching
 from phasmid.control.gait_scheduler import advance_phase, best_phase
+from phasmid.control.leg_phases import land_here, move_feet, stand
 from phasmid.control.limbs import margin_of, moment_of, to_hip
 from phasmid.control.memory import Records
-from phasmid.control.reach_bounds import HARD
+from phasmid.control.reach import HARD, joint_limit_margin
 from phasmid.control.reference_governor import is_recoverable, is_settled
 from phasmid.control.swing import (
     foot_at_joints,
     hold_leg,
     soften_joint_limits,
-    stop_foot,
 )
-from phasmid.control.trunk import approach, follow, integrate_twist, set_body_motion
 from phasmid.control.types import LegPhase, Manoeuvre, Model, Parameters, Reference, State
+from phasmid.control.velocity_limits import region_speed_share, support_speed_share
 from phasmid.kinematics.leg_kernels import joint_motion
 
 OFFSET_SPEED = 0.1
@@ -92,8 +92,8 @@ def advance_body(
     velocity = reference.velocity.copy()
     if returns:
         return_velocity(state, velocity)
-    share = speed_share(state, model, reference, velocity, clock.phase)
-    share = min(share, support_share(state, parameters, reference.used, velocity))
+    share = region_speed_share(state, model, reference, velocity, clock.phase)
+    share = min(share, support_speed_share(state, parameters, reference.used, velocity))
     if reference.gait_pending:
         share = min(share, clock.velocity_share * math.exp(-4 * h))
     if not returns and (looking or (clock.lift_wait > 0.0 and not probing)):
@@ -127,7 +127,7 @@ def advance_body(
     follow(speed, parameters.velocity_bandwidth, h)
     for i in range(3):
         old[i] = (old[i] + speed[2, i]) / 2
-    integrate_twist(state.path, old, h, state.path)
+    state.path[0], state.path[1], state.path[2] = integrate_twist(state.path, old, h)
     for i in range(6):
         pose[0, i] = goal[i]
     follow(pose, parameters.pose_bandwidth, h)
@@ -229,17 +229,16 @@ def change_gait(
     """Change to the pending gait as soon as all feet stay in their foothold regions in it."""
     if not reference.gait_pending:
         return
-    found = np.empty(2)
-    best_phase(state, model, next_reference, found)
+    phase, share = best_phase(state, model, next_reference)
     speed, asked = 0.0, 0.0
     for i in range(3):
         scale = model.radius if i == 2 else 1.0
         speed += (scale * state.velocity_filter[2, i]) ** 2
         asked += (scale * next_reference.velocity[i]) ** 2
-    ready = state.clock.gait_running == 0 or found[1] >= 1.0 - 1e-9 or speed < 1e-8
-    if not ready and not found[1] > 0:
+    ready = state.clock.gait_running == 0 or share >= 1.0 - 1e-9 or speed < 1e-8
+    if not ready and not share > 0:
         return
-    if ready or math.sqrt(speed) <= found[1] * math.sqrt(asked):
+    if ready or math.sqrt(speed) <= share * math.sqrt(asked):
         reference.duty_factor, reference.period, reference.sway = (
             next_reference.duty_factor,
             next_reference.period,
@@ -248,8 +247,8 @@ def change_gait(
         reference.lift_phase[:] = next_reference.lift_phase
         reference.used[:] = next_reference.used
         reference.gait_pending = 0
-        if found[1] >= 0:
-            state.clock.phase = found[0]
+        if share >= 0:
+            state.clock.phase = phase
 
 
 @inlined
@@ -428,9 +427,7 @@ def advance_engine(
             stopped and reference.contact[leg] == 1
         ):
             # It reaches neither farther down nor straight on: it stands.
-            stop_foot(state, leg)
-            state.leg_phase[leg] = LegPhase.STANCE
-            end_of_swing(state, leg)
+            stand(state, leg)
             end_search(state, leg, reference.contact[leg] == 1)
         elif stopped:
             # It probes for ground here.

@@ -1,4 +1,4 @@
-"""Commands that lead a robot along a script's waypoints, by its known pose."""
+"""Commands that lead a robot along the waypoints of a script."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ import threading
 import time
 
 from phasmid.compiled import is_kept
-from phasmid.control.loops import LOOPS, are_compiled
+from phasmid.control.compilation import FUNCTIONS, are_compiled
 from phasmid.scenario import load_scenario
 from phasmid.scenario.simulation import SimulationTable
 from phasmid.studio.fields import field_of
@@ -40,7 +40,7 @@ def compile_beside(closing: threading.Event) -> None:
     Args:
         closing: Ends it before its time.
     """
-    if are_compiled() or not is_kept(LOOPS[0]) or not sys.executable:
+    if are_compiled() or not is_kept(FUNCTIONS[0]) or not sys.executable:
         return
     with contextlib.suppress(OSError):
         silent = subprocess.DEVNULL

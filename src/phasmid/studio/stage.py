@@ -12,7 +12,7 @@ from concurrent.futures import Future, InvalidStateError
 from pathlib import Path
 from typing import Any
 
-from phasmid.control.loops import are_compiled
+from phasmid.control.compilation import are_compiled
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file

@@ -1,0 +1,295 @@
+"""Phases of the legs: feet lift, land where they meet ground, go on down, draw back and settle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from phasmid.compiled import internal
+from phasmid.control.body_motion import ground_height
+from phasmid.control.foothold_search import end_search, set_search, start_search
+from phasmid.control.foothold_selection import choose_foothold
+from phasmid.control.reach import is_reachable
+from phasmid.control.swing import (
+    advance_quintic,
+    raise_foot,
+    restart_line,
+    set_times,
+    stop_foot,
+)
+from phasmid.control.types import (
+    Contact,
+    LegPhase,
+    Manoeuvre,
+    Model,
+    Parameters,
+    Reference,
+    SearchStage,
+    State,
+)
+
+FROZEN = 0.7
+"""Part of the swing after which the touchdown no longer changes."""
+
+SETTLE = 0.012
+"""Time in which a foot comes to rest after contact [s]."""
+
+PRESS, PRESSED = 0.08, 5e-4
+"""Time in which a settled foot goes down by its sag, to take its share of the load [s]; least sag
+for which it does [m]."""
+
+FOLD = 0.8
+"""Time in which a leg folds [s]."""
+
+BACK, BACK_RISE, BACK_TIME = 0.01, 0.01, 0.16
+"""Distance by which a foot draws back from an obstacle and rises [m], and time for it [s]."""
+
+LOST_AFTER, LEAST_DEPTH = 0.08, 0.01
+"""Time without contact after which a stance foot is lowered [s], and depth that it must reach for
+that [m]."""
+
+LANDING_SPEED, LANDING_TIME, COASTING = 0.4, 0.08, 0.3
+"""Landing of all feet at once: largest speed [m/s], least time [s], and part of that time for which
+a foot keeps its horizontal velocity."""
+
+
+@internal
+def height_above_ground(state: State, leg: int) -> float:
+    """Return the height of a foot above the estimated ground [m]."""
+    foot = state.foot[leg]
+    return float(foot[2] - ground_height(state, foot[0], foot[1]))
+
+
+@internal
+def reaches_height(state: State, model: Model, leg: int, height: float) -> bool:
+    """Return whether a foot reaches so far above its place from the present pose [m]."""
+    foot = state.foot[leg]
+    return is_reachable(state, model, leg, foot[0], foot[1], foot[2] + height)
+
+
+@internal
+def lift_off(
+    state: State, model: Model, reference: Reference, leg: int, ago: float, time: float
+) -> None:
+    """Begin the swing of a foot, which lifted some time ago and takes a time [s].
+
+    It is lower than the step height where that is out of reach.
+    """
+    if state.leg_phase[leg] == LegPhase.STANCE:
+        if reference.contact[leg] == Contact.GROUND:
+            for i in range(3):
+                state.last_foothold[leg, i] = state.foot[leg, i]
+        if state.search_stage[leg] == SearchStage.RETURNED:
+            set_search(state, leg, SearchStage.NONE)
+    state.leg_phase[leg] = LegPhase.SWING
+    state.manoeuvre[leg] = Manoeuvre.NONE
+    set_times(state, leg, time, reference.step_height)
+    state.swing_elapsed[leg] = ago
+    for _ in range(9):
+        if reaches_height(state, model, leg, state.swing_height[leg]):
+            break
+        state.swing_height[leg] *= 0.8
+    for i in range(3):
+        state.touchdown[leg, i] = state.foot[leg, i]
+    restart_line(state, leg)
+
+
+@internal
+def probe_down(state: State, model: Model, parameters: Parameters, leg: int, depth: float) -> None:
+    """Let a foot at rest go straight down by a depth [m], or as far as its leg reaches."""
+    foot = state.foot[leg]
+    for _ in range(4):
+        if is_reachable(state, model, leg, foot[0], foot[1], foot[2] - depth):
+            break
+        depth *= 0.7
+    else:
+        depth = 0.0
+    state.touchdown[leg, 2] = foot[2] - depth
+    state.time_without_contact[leg] = 0.0
+    set_times(state, leg, max(1.875 * depth / parameters.landing_speed, 0.05), 0.0)
+
+
+@internal
+def land_here(
+    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int
+) -> None:
+    """Let a foot go straight down from rest, with contact sensing below the estimated ground."""
+    stop_foot(state, leg)
+    state.leg_phase[leg] = LegPhase.PROBING
+    # An obstacle that stopped it here would stop it on its path elsewhere.
+    set_search(state, leg, SearchStage.LAND_HERE)
+    depth = height_above_ground(state, leg)
+    if reference.contact[leg] != Contact.UNKNOWN:
+        depth += parameters.landing_depth
+    probe_down(state, model, parameters, leg, max(depth, 0.0))
+
+
+@internal
+def stand(state: State, leg: int) -> None:
+    """Begin the stance of a foot where it is."""
+    stop_foot(state, leg)
+    state.leg_phase[leg] = LegPhase.STANCE
+    set_times(state, leg, 0.0, 0.0)
+    state.time_without_contact[leg] = 0.0
+
+
+@internal
+def end_curve(
+    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int
+) -> None:
+    """Let a foot at the end of its curve stand; without contact it goes on down or searches."""
+    for i in range(3):
+        state.foot[leg, i] = state.touchdown[leg, i]
+    phase, in_air = state.leg_phase[leg], reference.contact[leg] == Contact.AIR
+    if phase == LegPhase.SWING and in_air and parameters.landing_depth > 0:
+        stop_foot(state, leg)
+        state.leg_phase[leg] = LegPhase.PROBING
+        # After hitting obstacles a foot aims above the estimated ground.
+        depth = max(height_above_ground(state, leg), 0.0) + parameters.landing_depth
+        probe_down(state, model, parameters, leg, depth)
+        return
+    if (
+        phase == LegPhase.PROBING
+        and in_air
+        and reference.used[leg] == 1
+        and state.search_stage[leg] < SearchStage.RETURNED
+    ):
+        if start_search(state, reference, leg):
+            return
+        set_search(state, leg, SearchStage.GAVE_UP)
+    settled = phase == LegPhase.SETTLING
+    end_search(state, leg, settled)
+    stand(state, leg)
+    if settled and reference.foot_sag[leg] > PRESSED:
+        # Compliant legs let it touch the ground above its target; going on down loads it.
+        state.touchdown[leg, 2] = state.foot[leg, 2] - reference.foot_sag[leg]
+        set_times(state, leg, PRESS, 0.0)
+
+
+@internal
+def draw_back(state: State, leg: int) -> None:
+    """Let a swinging foot go back and up from an obstacle, continuing its present motion."""
+    foot, goal = state.foot[leg], state.touchdown[leg]
+    dx, dy = foot[0] - goal[0], foot[1] - goal[1]
+    size = max(math.sqrt(dx * dx + dy * dy), 1e-6)
+    goal[0], goal[1] = foot[0] + BACK * dx / size, foot[1] + BACK * dy / size
+    goal[2] = foot[2] + BACK_RISE
+    state.manoeuvre[leg] = Manoeuvre.DRAW_BACK
+    set_times(state, leg, BACK_TIME, 0.0)
+    restart_line(state, leg)
+
+
+@internal
+def stop_at_contact(state: State, leg: int) -> None:
+    """Bring a foot to rest a little beyond its contact, without a jump of its velocity."""
+    for i in range(3):
+        state.touchdown[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.foot_velocity[leg, i]
+    state.manoeuvre[leg] = Manoeuvre.NONE
+    set_times(state, leg, SETTLE, 0.0)
+    restart_line(state, leg)
+
+
+@internal
+def has_lost_ground(
+    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int, h: float
+) -> bool:
+    """Return whether a stance foot has had no contact for `LOST_AFTER` and can be lowered."""
+    if reference.contact[leg] != Contact.AIR or state.clock.gait_running == 0:
+        state.time_without_contact[leg] = 0.0
+        return False
+    state.time_without_contact[leg] += h
+    if state.time_without_contact[leg] < LOST_AFTER:
+        return False
+    if height_above_ground(state, leg) < -parameters.landing_depth:
+        return False
+    return reaches_height(state, model, leg, -LEAST_DEPTH)
+
+
+@internal
+def move_feet(
+    state: State, model: Model, reference: Reference, parameters: Parameters, h: float
+) -> None:
+    """Advance the feet that are not at rest by a time step."""
+    for leg in range(state.leg_count):
+        phase, contact = state.leg_phase[leg], reference.contact[leg]
+        returned = state.search_stage[leg] == SearchStage.RETURNED
+        if phase == LegPhase.HELD or (
+            phase == LegPhase.STANCE and contact != Contact.AIR and not returned
+        ):
+            set_search(state, leg, SearchStage.NONE)
+        if phase == LegPhase.HELD:
+            continue
+        if phase == LegPhase.STANCE and state.swing_elapsed[leg] >= state.swing_duration[leg]:
+            if not has_lost_ground(state, model, reference, parameters, leg, h):
+                continue
+            stop_foot(state, leg)
+            depth = height_above_ground(state, leg) + parameters.landing_depth
+            probe_down(state, model, parameters, leg, depth)
+            state.manoeuvre[leg] = Manoeuvre.LOWER
+        before = state.swing_elapsed[leg]
+        state.swing_elapsed[leg] += h
+        part = state.swing_elapsed[leg] / state.swing_duration[leg]
+        swings = phase == LegPhase.SWING
+        if swings and not reference.used[leg] and 0.5 <= part < 0.9:
+            state.leg_phase[leg] = LegPhase.HELD
+            set_times(state, leg, FOLD, 0.0)
+            continue
+        if swings and contact == Contact.OBSTACLE:
+            draw_back(state, leg)
+            before, state.swing_elapsed[leg] = 0.0, h
+        retreats = swings and state.manoeuvre[leg] != Manoeuvre.NONE
+        if retreats and state.swing_elapsed[leg] >= state.swing_duration[leg] - 1e-9:
+            # It lifts again, over the obstacle or to a search goal.
+            ago = state.swing_elapsed[leg] - state.swing_duration[leg]
+            time = (1.0 - reference.duty_factor) * reference.period
+            lift_off(state, model, reference, leg, ago, time)
+            before, retreats = ago - h, False
+            part = ago / time
+        lowered = phase == LegPhase.STANCE and state.manoeuvre[leg] == Manoeuvre.LOWER
+        if lowered:
+            # Without contact sensing a stance foot goes no deeper.
+            lands = contact != Contact.AIR or state.clock.gait_running == 0
+        else:
+            late = phase == LegPhase.PROBING or (swings and part > parameters.lowest_lift)
+            lands = contact == Contact.GROUND and late and not retreats
+        if lands:
+            stop_at_contact(state, leg)
+            before, state.swing_elapsed[leg] = 0.0, h
+            if not lowered:
+                state.leg_phase[leg] = LegPhase.SETTLING
+        elif swings and part < FROZEN and not retreats:
+            left = state.swing_duration[leg] - state.swing_elapsed[leg]
+            choose_foothold(state, model, reference, parameters, leg, left)
+        if state.swing_elapsed[leg] > state.swing_duration[leg] - 1e-9:
+            end_curve(state, model, reference, parameters, leg)
+            continue
+        advance_quintic(
+            state.line_position[leg],
+            state.line_velocity[leg],
+            state.line_acceleration[leg],
+            state.touchdown[leg],
+            state.swing_duration[leg] - before,
+            state.swing_elapsed[leg] - before,
+        )
+        raise_foot(state, leg)
+
+
+def land_swing_legs(state: State, reference: Reference, depth: float) -> None:
+    """Let all swinging feet land from where they are, without a jump of position or velocity.
+
+    With contact sensing they go on to a depth below the ground plane [m].
+    """
+    for leg in np.flatnonzero(state.leg_phase == LegPhase.SWING):
+        drop = max(height_above_ground(state, leg), 0.0)
+        drop += depth if reference.contact[leg] != Contact.UNKNOWN else 0.0
+        time = max(1.875 * drop / LANDING_SPEED, LANDING_TIME)
+        restart_line(state, leg)
+        state.touchdown[leg] = state.foot[leg] + COASTING * time * state.foot_velocity[leg]
+        state.touchdown[leg, 2] = state.foot[leg, 2] - drop
+        set_times(state, leg, time, 0.0)
+        state.time_without_contact[leg] = 0.0
+        state.leg_phase[leg] = LegPhase.PROBING
+    for leg in np.flatnonzero(state.leg_phase == LegPhase.PROBING):
+        # A foot that searches for ground would bear no load meanwhile.
+        set_search(state, leg, SearchStage.LAND_HERE)
