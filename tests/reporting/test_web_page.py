@@ -313,7 +313,7 @@ def test_without_a_pose_the_page_says_so(walk):
     recording = walk(duration=2.0, interval=0.02, drop=["body_position", "body_orientation"])
     page = page_html(recording, summarise(recording), [])
     assert scene_of(page) is None
-    assert "does not tell the robot's pose" in page
+    assert "robot's pose is not recorded" in page
     read(page)
 
 
