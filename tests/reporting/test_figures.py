@@ -284,7 +284,7 @@ def test_foot_paths_stay_in_the_picture_and_clear_of_the_words(walk, monkeypatch
     paths = [line.get_xydata() for line in axis.lines if line.get_zorder() == 2]
     assert len(paths) == 6
     # The test says something only if a path is cut off.
-    assert min(map(len, paths)) < 200
+    assert min(map(len, paths)) < 120
     seen = np.concatenate(paths)
     assert ((seen > 0) & (seen < (width, height))).all()
     boxes = [text.get_window_extent() for text in axis.texts if text.get_color() != "w"][:4]

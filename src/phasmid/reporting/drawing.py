@@ -235,7 +235,7 @@ def _foot_paths(
     if feet is None:
         return []
     start = int(np.searchsorted(run.time, run.time[now] - trail))
-    rows = np.unique(np.linspace(start, now, 240).astype(int))
+    rows = np.unique(np.linspace(start, now, 120).astype(int))
     seen, gap = view.project(feet[rows]), 0.02 * view.size[0]
     free = np.all((seen > gap) & (seen < np.array(view.size) - gap), axis=-1)
     if words:

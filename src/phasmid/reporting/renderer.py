@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 LIGHT = np.array([-0.42, -0.38, 0.82]) / np.linalg.norm([-0.42, -0.38, 0.82])
 """Direction to the light."""
 
-SAMPLES, SHADOW_PIXELS = 4, 4096
+SAMPLES, SHADOW_PIXELS = 4, 2048
 """Samples of each pixel, and pixels along the side of the shadow map."""
 
 SURROUNDINGS = 2.6
