@@ -21,9 +21,9 @@ from phasmid.cad.drawing import read_drawing
 from phasmid.cad.library import build123d
 from phasmid.cad.step import write_step
 from phasmid.cad.weights import mass_table
-from phasmid.reporting.camera import View
-from phasmid.reporting.picture import picture
-from phasmid.reporting.shapes import Mesh, joined
+from phasmid.reporting.camera import camera_axes, fitted_view
+from phasmid.reporting.renderer import SceneRenderer
+from phasmid.reporting.robot_mesh import robot_mesh
 from phasmid.robot import JOINTS, load_robot
 from phasmid.scenario import load_scenario
 
@@ -122,48 +122,19 @@ and no inertia by more than 1 %; the tests measure it.
 """
 
 
-def solid(robot, look):
-    """The standing robot as triangles."""
+def draw(robot):
+    """The picture of the page."""
     X_world_body = np.eye(4)
     X_world_body[2, 3] = -float(robot.legs[0].neutral_foot[2])
-
-    def triangles(part, X):
-        corners = part.at(X).vertices[part.faces]
-        return Mesh(corners, np.broadcast_to(np.array(part.color[:3]), (len(corners), 3)))
-
-    found = [triangles(part, X_world_body) for part in look["body"]]
-    for leg in robot.legs:
-        q = kinematics.joint_angles(leg, leg.neutral_foot)
-        frames = X_world_body @ leg.X_body_hip @ kinematics.leg_frames(leg, q)
-        for joint, X in zip(JOINTS, frames, strict=False):
-            found += [triangles(part, X) for part in look[joint]]
-    return joined(found)
-
-
-def camera(mesh):
-    """A camera that holds all of the robot."""
-    a, e = AZIMUTH, ELEVATION
-    back = np.array([math.cos(a) * math.cos(e), math.sin(a) * math.cos(e), math.sin(e)])
-    right = np.array([-math.sin(a), math.cos(a), 0.0])
-    axes = np.stack([right, np.cross(back, right), back])
-    points = mesh.corners.reshape(-1, 3)
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    eye = middle + 5 * np.linalg.norm(points - middle, axis=1).max() * back
-    seen = View(eye, axes, 1.0, SIZE, (0.0, 0.0)).project(points)[:, :2]
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    focal = 0.86 * min(*(np.array(SIZE) / (high - low)))
-    shift = np.array(SIZE) / 2 - focal * (low + high) / 2
-    return View(eye, axes, float(focal), SIZE, (float(shift[0]), float(shift[1])))
-
-
-def draw(robot, look):
-    """The picture of the page."""
-    mesh = solid(robot, look)
-    nothing = Mesh(np.zeros((0, 3, 3)), np.zeros((0, 3)))
-    image = picture(mesh, nothing, camera(mesh), load_scenario("paper").load_terrain())
+    q = kinematics.joint_angles(robot.arrays, robot.arrays.neutral_foot)
+    corners = robot_mesh(robot, q, X_world_body).corners.reshape(-1, 3)
+    view = fitted_view(corners, camera_axes(AZIMUTH, ELEVATION), SIZE, (0.86, 0.86))
+    ground = load_scenario("paper").load_terrain()
+    renderer = SceneRenderer(robot, ground, X_world_body[None, :2, 3], view, 0.1)
     out = io.BytesIO()
-    shown = Image.fromarray(np.uint8(np.round(255 * image))).quantize(COLOURS)
-    shown.save(out, "png", optimize=True)
+    image = Image.fromarray(renderer.picture(view, X_world_body, q))
+    renderer.close()
+    image.quantize(COLOURS).save(out, "png", optimize=True)
     (HERE / "images" / "cad-paper.png").write_bytes(out.getvalue())
 
 
@@ -201,12 +172,12 @@ def main():
     robot = load_robot("phantomx-paper")
     timed("loading the CAD library", build123d)
     assembly = timed("solids of the paper's robot", lambda: build(robot))
-    look = timed("its meshes", lambda: meshes(assembly))
+    timed("its meshes", lambda: meshes(assembly))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.step"
         timed("STEP out", lambda: write_step(assembly, path))
         timed("STEP in, with the library's loading", lambda: read_drawing(path))
-    draw(robot, look)
+    draw(robot)
     page = PAGE.format(
         table=mass_table(robot, assembly),
         findings=findings(robot, assembly),

@@ -42,8 +42,8 @@ From Python, `phasmid.plot(recording, "support-margin")` gives the matplotlib fi
 `title=False` do as the options do. A recording, its file and
 its folder are all the same to it.
 
-Of a walk of more than six cycles, figures over time show the last five. Where a recording lacks
-what a figure shows, one sentence says which channel that is and how to get it. Colours are Paul
+Of a walk of more than six cycles, figures over time show the last five. Where a required channel is
+not recorded, one sentence names it and the command that records it. Colours are Paul
 Tol's, which the colour-blind tell apart; runs that are compared differ in their dashes too.
 Legs and signs are [the paper's](conventions.md).
 
@@ -56,24 +56,23 @@ this one:
 
 WORDS = {
     "fig12": (
-        "Simulated, and dashed as planned. The coxa, which turns by some degrees, has its own "
+        "Simulated, and dashed the plan. The coxa, which turns by some degrees, has its own "
         "axis. Of a robot with more than six legs there are as "
         "many figures as groups of at most three legs: `fig12b` follows. The same holds for "
         "the next four."
     ),
-    "fig13": "Simulated, and dashed and darker what the model says.",
+    "fig13": "Simulated, and dashed and darker the model's.",
     "joint-angle": "Each leg's own panel. `--legs` chooses some.",
     "gait-diagram": (
-        "Broad and pale the stance as planned, narrow the contact that was seen. The subtitle"
-        " says for which part of the time, over all legs, the two are the same."
+        "Broad and pale the planned stance, narrow the recorded contact. The subtitle states the "
+        "share of the time, over all legs, in which the two are equal."
     ),
     "support-margin": (
         "The static margin: the distance of the centre of mass, seen from above, from the "
-        "nearest edge of the polygon of the standing feet; negative outside of it. Solid with"
-        " the feet that touch the ground, dashed with those that are planned to stand. Where "
-        "the recording does not tell the pose of all links it is the margin of the body's "
-        "origin, and the subtitle says so. Where fewer than three feet stand, or all in a "
-        "line, there is no polygon: that time is shaded."
+        "nearest edge of the polygon of the stance feet; negative outside of it. Solid of the "
+        "feet in contact, dashed of those in planned stance. Where the pose of all links is not "
+        "recorded it is the margin of the body's origin, and the subtitle says so. Where fewer "
+        "than three feet stand, or all in a line, there is no polygon: that time is shaded."
     ),
     "servo-envelope": (
         "The red line is what the servo can give at a steady speed under its full voltage in "
@@ -88,13 +87,11 @@ WORDS = {
     ),
     "friction-demand": (
         "The part of the ground's force along the ground over the part along its normal. It "
-        "is told while the foot is planned to stand and its normal force is at least 2 % of "
-        "the robot's weight, since the ratio of two forces near zero says nothing. Above the "
+        "is drawn while the foot is in planned stance and its normal force is at least 2 % of "
+        "the robot's weight: the ratio of two forces near zero is meaningless. Above the "
         "dashed line a foot slides."
     ),
-    "foot-path": (
-        "Legs of the right side are drawn wider, as those of both sides may lie upon each other."
-    ),
+    "foot-path": ("Legs of the right side are drawn wider, as those of both sides may overlap."),
     "power": (
         "Of each joint torque times speed, τω; summed as it is, its positive part alone (a "
         "joint that brakes gives nothing back), and its size. With the servos' own law also "
@@ -109,7 +106,10 @@ WORDS = {
     ),
     "servo-duty": "A share of the supply voltage.",
     "sensors": "With `--measured everything`.",
-    "walk": "`phasmid.reporting.draw_robot` draws any moment.",
+    "walk": (
+        "By the renderer of the physics engine (extra `video`, and OpenGL); without it a stick "
+        "figure. `phasmid.reporting.draw_robot` draws any moment."
+    ),
 }
 
 COMPARED = {

@@ -1,6 +1,5 @@
 """Settings of all tests: hypothesis draws the same each time; shapes are checked on request."""
 
-import os
 import signal
 
 import pytest
@@ -9,9 +8,6 @@ from jaxtyping import install_import_hook
 
 # Whoever starts the tests in the background lets them ignore Ctrl-C, which some of them are about.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-
-# Tests run on all cores as it is; a second process for each report would only slow them down.
-os.environ["PHASMID_PROCESSES"] = "1"
 
 settings.register_profile("phasmid", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("phasmid")

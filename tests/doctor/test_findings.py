@@ -13,7 +13,6 @@ import pytest
 from numba.core.caching import CacheImpl
 
 from phasmid.doctor import State, computing, examine, packages, showing
-from phasmid.video import probe
 
 
 def test_the_machine_is_told_by_its_cores_and_memory(monkeypatch):
@@ -197,36 +196,21 @@ def test_a_browser_shows_the_page_where_there_is_one(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("backend", "way"),
+    ("trial", "state", "what", "remedy"),
     [
-        ("egl", "EGL, without a window"),
-        ("osmesa", "OSMesa, on the processor"),
-        ("cgl", "CGL"),
-        ("glfw", "glfw"),
+        ("print('egl\\n\\n')", State.READY, "drawn by EGL, without a window", ""),
+        ("print('egl\\nPyOpenGL\\npip')", State.ABSENT, "they need PyOpenGL", "pip"),
+        ("import os; os.abort()", State.BROKEN, "the driver crashes or hangs", "MUJOCO_GL"),
+        ("import time; time.sleep(60)", State.BROKEN, "the driver crashes or hangs", "MUJOCO_GL"),
     ],
 )
-def test_what_draws_the_pictures_of_videos_is_told(backend, way, monkeypatch):
-    monkeypatch.setattr(showing, "find_spec", lambda module: object())
-    monkeypatch.setattr(probe, "gl_backend", lambda: backend)
+def test_drawing_is_tried_in_a_process_of_its_own(trial, state, what, remedy, monkeypatch):
+    monkeypatch.setattr(showing, "TRIAL", trial)
+    monkeypatch.setattr(showing, "TIMEOUT", 5.0)
     found = showing.drawing()
-    assert (found.state, found.remedy) == (State.READY, "")
-    assert found.what == f"pictures of videos: drawn by {way}"
-
-
-def test_without_a_way_to_draw_the_probes_advice_is_passed_on(monkeypatch):
-    monkeypatch.setattr(showing, "find_spec", lambda module: object())
-    monkeypatch.setattr(probe, "gl_backend", lambda: None)
-    lack = probe.Lack("OpenGL without a window (EGL or OSMesa)", "apt install libegl1")
-    monkeypatch.setattr(probe, "lack", lambda suffix: lack)
-    found = showing.drawing()
-    assert (found.state, found.needed) == (State.ABSENT, False)
-    assert found.what == "pictures of videos: they need OpenGL without a window (EGL or OSMesa)"
-    assert found.remedy == "apt install libegl1"
-    monkeypatch.setattr(showing, "find_spec", lambda module: None)
-    found = showing.drawing()
-    assert (found.state, found.needed) == (State.ABSENT, False)
-    assert found.what == "pictures of videos: not tried without PyOpenGL"
-    assert found.remedy == 'pip install "phasmid[video]"'
+    assert (found.state, found.needed) == (state, False)
+    assert found.what == f"pictures of the robot and videos: {what}"
+    assert found.remedy.startswith(remedy)
 
 
 ABSENT = {

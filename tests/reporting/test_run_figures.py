@@ -456,7 +456,7 @@ def test_an_analysis_has_figures_of_what_the_model_computes(walk):
     assert "by the model" in words(plot(recording, "servo-envelope"))
     assert "by the model" in words(plot(recording, "power"))
     assert "of the model" in words(plot(recording, "friction-demand"))
-    assert "contact as seen" not in words(plot(recording, "gait-diagram"))
+    assert "recorded contact" not in words(plot(recording, "gait-diagram"))
 
 
 def test_robots_with_other_numbers_of_legs_have_all_figures(walk, eight_legs):

@@ -5,8 +5,7 @@ import pytest
 
 from phasmid import load_scenario, sense
 from phasmid.errors import InvalidInput
-from phasmid.reporting import figures
-from phasmid.reporting.sensors import sensor_figure
+from phasmid.reporting import figures, plot
 
 
 def test_a_recording_with_sensors_has_their_figure(short_walk):
@@ -21,7 +20,7 @@ def test_a_recording_with_sensors_has_their_figure(short_walk):
 
 def test_told_is_drawn_over_true_in_degrees(short_walk):
     told = sense(load_scenario("paper"), short_walk)
-    true_line, told_line = sensor_figure(told).axes[0].lines
+    true_line, told_line = plot(told, "sensors").axes[0].lines
     last = told.isel(time=slice(200, None))
     angle = np.degrees(last.joint_position.values[:, 0, 1])
     assert np.allclose(true_line.get_ydata(), angle, atol=1e-12)
@@ -30,5 +29,5 @@ def test_told_is_drawn_over_true_in_degrees(short_walk):
 
 
 def test_without_sensors_there_is_nothing_to_draw(short_walk):
-    with pytest.raises(InvalidInput, match="nothing that sensors told"):
-        sensor_figure(short_walk)
+    with pytest.raises(InvalidInput, match="the figure sensors needs it"):
+        plot(short_walk, "sensors")

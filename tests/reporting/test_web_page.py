@@ -15,12 +15,12 @@ import pytest
 from hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid import kinematics
 from phasmid.reporting import report, summarise
-from phasmid.reporting.machine import link_meshes, robot_mesh
+from phasmid.reporting.robot_mesh import link_meshes, quaternions, robot_mesh
 from phasmid.reporting.source import read_source
 from phasmid.reporting.style import LEG_COLOURS
-from phasmid.reporting.webpage import Page, Picture
+from phasmid.reporting.webpage import Picture, page_html
 from phasmid.reporting.webpage.packing import LARGEST, json_block, packed, unpacked
-from phasmid.reporting.webpage.replay import MOST_BYTES, frames, quaternions, replay
+from phasmid.reporting.webpage.replay import MOST_BYTES, frames, replay
 from phasmid.reporting.webpage.table import data_table
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
@@ -155,7 +155,7 @@ def test_hostile_names_are_text_W11(walk):
     recording.attrs["phasmid_version"] = HOSTILE
     recording.attrs["ending_reason"] = HOSTILE
     picture = Picture("fig12", HOSTILE, b"<svg xmlns='http://www.w3.org/2000/svg'/>")
-    page = Page(recording, summarise(recording)).html([picture])
+    page = page_html(recording, summarise(recording), [picture])
     reader = read(page)
     assert [tag for tag, _ in reader.tags].count("script") == 2
     assert reader.handlers == []
@@ -171,7 +171,7 @@ def test_a_file_that_was_recorded_elsewhere_is_shown_without_what_cannot_be_seen
     # Our own files tell such letters by their numbers; another program may have written them.
     recording = walk(duration=2.0, interval=0.02)
     recording.attrs["scenario"] += "# \x9b\u202e\n# end\n"
-    page = Page(recording, summarise(recording)).html([])
+    page = page_html(recording, summarise(recording), [])
     assert not set(UNSEEN) & set(page)
     assert "# \N{REPLACEMENT CHARACTER}" in page
     assert "\n# end\n</pre>" in page
@@ -286,8 +286,7 @@ def unit(q):
 
 def test_a_robots_pieces_make_the_whole_robot():
     robot = load_robot("octopod")
-    links = link_meshes(robot)
-    pieces = [*links.body, *(mesh for leg in links.legs for link in leg for mesh in link)]
+    pieces = [mesh for meshes in link_meshes(robot).values() for mesh in meshes]
     whole = robot_mesh(robot, np.zeros((len(robot.legs), 3)), np.eye(4))
     assert len(whole.corners) == sum(len(mesh.corners) for mesh in pieces)
 
@@ -312,9 +311,9 @@ def test_a_long_run_has_fewer_frames_and_rows_and_a_page_of_bounded_size(walk):
 
 def test_without_a_pose_the_page_says_so(walk):
     recording = walk(duration=2.0, interval=0.02, drop=["body_position", "body_orientation"])
-    page = Page(recording, summarise(recording)).html([])
+    page = page_html(recording, summarise(recording), [])
     assert scene_of(page) is None
-    assert "does not tell the robot's pose" in page
+    assert "robot's pose is not recorded" in page
     read(page)
 
 
@@ -324,6 +323,6 @@ def test_without_figures_there_is_no_page(walk, tmp_path):
 
 
 def test_the_page_of_the_papers_run_is_below_5_MB(paper_walk):
-    page = Page(paper_walk, summarise(paper_walk)).html([])
+    page = page_html(paper_walk, summarise(paper_walk), [])
     # Its thirteen figures have 1.2 MB in all, its still picture 0.4 MB; base64 adds a third.
     assert len(page.encode()) + (1.2e6 + 0.4e6) * 4 / 3 < 5e6

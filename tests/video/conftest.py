@@ -6,7 +6,7 @@ from phasmid.motion import plan
 from phasmid.reporting.source import finite_part, read_source
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from phasmid.video import gl_backend, lack
+from phasmid.video import lack
 from phasmid.video.film import film_of
 
 
@@ -27,9 +27,8 @@ def film(recording, source):
 
 
 @pytest.fixture(scope="session")
-def backend():
-    """How the engine draws here; without that the test is skipped."""
+def opengl():
+    """Skips a test where the engine cannot draw."""
     missing = lack(".gif")
     if missing is not None:
         pytest.skip(missing.sentence)
-    return gl_backend()

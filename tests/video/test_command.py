@@ -10,7 +10,8 @@ import pytest
 import phasmid.video
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
-from phasmid.video import Lack, check_video, save_video
+from phasmid.reporting.renderer import Lack
+from phasmid.video import check_video, save_video
 
 SHORT = ["--duration", "0.06", "--quiet"]
 FILES = {"recording.nc", "summary.json", "scenario.toml", "robot.toml"}

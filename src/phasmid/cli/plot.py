@@ -197,7 +197,7 @@ def _within(flag: str, text: str | None, least: float, most: float) -> float | N
 
 
 def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[list[Path]]:
-    from phasmid.reporting.figures import suffix_of
+    from phasmid.reporting.leg_figures import suffix_of
 
     return [[folder / f"{name}{suffix_of(k)}.{kind}" for kind in kinds] for k in range(count)]
 

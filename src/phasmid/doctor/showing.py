@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 import sys
 from importlib import import_module
 from importlib.util import find_spec
@@ -13,6 +14,16 @@ from phasmid.doctor.finding import Finding, State
 
 BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "brave")
 """Names of browsers that can show the page of a run and the studio, as Linux calls them."""
+
+TRIAL = """
+from phasmid.reporting.renderer import gl_backend, opengl_lack
+lack = opengl_lack()
+print(gl_backend(), lack.what if lack else "", lack.advice if lack else "", sep="\\n", flush=True)
+"""
+"""Prints the GL backend, what it lacks, and the remedy, on a line each."""
+
+TIMEOUT = 40.0
+"""Longest time that a driver may take [s]."""
 
 WAYS = {"egl": "EGL, without a window", "osmesa": "OSMesa, on the processor", "cgl": "CGL"}
 """What the engine draws with, by the values of ``MUJOCO_GL``."""
@@ -51,17 +62,22 @@ def page() -> Finding:
 
 
 def drawing() -> Finding:
-    """Whether the engine can draw the pictures of a video; asked of a process of its own."""
-    from phasmid.video.probe import EXTRA, gl_backend, lack
-
-    topic, purpose = "OpenGL", "pictures of videos"
-    if find_spec("OpenGL") is None:
-        what = f"{purpose}: not tried without PyOpenGL"
-        return Finding(topic, State.ABSENT, what, EXTRA)
-    backend = gl_backend()
-    if backend is not None:
-        what = f"{purpose}: drawn by {WAYS.get(backend, backend)}"
-        return Finding(topic, State.READY, what)
-    lacking = lack(".gif")
-    what = f"{purpose}: they need {lacking.what if lacking else topic}"
-    return Finding(topic, State.ABSENT, what, lacking.advice if lacking else "")
+    """Whether the engine can draw; tried in a process of its own, as drivers may crash or hang."""
+    topic, purpose = "OpenGL", "pictures of the robot and videos"
+    try:
+        done = subprocess.run(  # noqa: S603
+            [sys.executable, "-P", "-c", TRIAL],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+            check=False,
+        )
+        backend, what, advice = done.stdout.split("\n")[:3]
+    except (OSError, ValueError, subprocess.TimeoutExpired):
+        advice = "MUJOCO_GL=osmesa, or MUJOCO_GL=off"
+        return Finding(topic, State.BROKEN, f"{purpose}: the driver crashes or hangs", advice)
+    if what:
+        return Finding(topic, State.ABSENT, f"{purpose}: they need {what}", advice)
+    return Finding(topic, State.READY, f"{purpose}: drawn by {WAYS.get(backend, backend)}")

@@ -13,7 +13,7 @@ from phasmid.motion import plan
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
-from phasmid.reporting.sheet import figure_legend
+from phasmid.reporting.figure_layout import figure_legend
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -223,5 +223,11 @@ def _grid(
 
 
 def _legend(figure: Figure, entries: list[tuple[str, str, Any, float]], columns: int = 4) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=colour, linestyle=dash, label=label, linewidth=width)
+        for label, colour, dash, width in entries
+    ]
     top = 1 - 0.50 / float(figure.get_figheight())
-    figure_legend(figure, entries, top=top, columns=columns)
+    figure_legend(figure, handles, columns, left=0.1, top=top)

@@ -1,16 +1,8 @@
 """From a recording to numbers, figures and a run's folder."""
 
-from phasmid.reporting.catalogue import (
-    CATALOGUE,
-    FigureKind,
-    can_be_plotted,
-    figures,
-    plot,
-    save_figures,
-)
+from phasmid.reporting.catalogue import CATALOGUE, FigureKind, can_be_plotted, figures, plot
 from phasmid.reporting.data_file import check_export, export
 from phasmid.reporting.drawing import draw_robot, walk_picture
-from phasmid.reporting.figures import normal_force_figure, torque_figure, trajectory_figure
 from phasmid.reporting.run_folder import check_folder, report
 from phasmid.reporting.source import Source, read_source
 from phasmid.reporting.summary import Summary, summarise
@@ -27,14 +19,10 @@ __all__ = [
     "draw_robot",
     "export",
     "figures",
-    "normal_force_figure",
     "plot",
     "print_summary",
     "read_source",
     "report",
-    "save_figures",
     "summarise",
-    "torque_figure",
-    "trajectory_figure",
     "walk_picture",
 ]

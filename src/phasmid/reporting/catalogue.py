@@ -1,36 +1,32 @@
-"""Every figure by its name: what it shows, what it needs, and how it is drawn."""
+"""Every figure by its name: its content, its channels, and its drawing function."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from phasmid.arguments import check_type
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.recording import Recording, check_recording, load_recording
 from phasmid.reporting import envelope, foot_path, friction, gait_diagram, power, residuals, support
-from phasmid.reporting.comparison import compare_feet, compare_joints
-from phasmid.reporting.demand import Needs, check_needs, lacking
-from phasmid.reporting.drawing import walk_picture
-from phasmid.reporting.figures import (
+from phasmid.reporting.drawing import walk_figure
+from phasmid.reporting.layout import laid_out, page_layout
+from phasmid.reporting.leg_figures import (
     ANGLES,
     FORCES,
-    SERVO_FIGURES,
+    SERVO_QUANTITIES,
     TORQUES,
+    Quantity,
     leg_groups,
-    normal_force_figure,
-    servo_figure,
+    quantity_figure,
     suffix_of,
-    torque_figure,
-    trajectory_figure,
 )
-from phasmid.reporting.layout import laid_out, page_layout
+from phasmid.reporting.required_channels import Needs, check_needs, missing_group
 from phasmid.reporting.runs import Run, gather
 from phasmid.reporting.sensors import SENSOR_CHANNELS, sensor_figure
-from phasmid.reporting.style import Figure, save_figure
+from phasmid.reporting.style import Figure
 
 Draw = Callable[[Sequence[Run], tuple[int, ...]], Figure]
 
@@ -44,14 +40,14 @@ class FigureKind:
     """A figure that can be drawn of a recording.
 
     Attributes:
-        name: By which it is asked for, and the stem of its file.
-        sentence: What it shows.
-        needs: Of each group of channels it needs one.
-        draw: From runs and legs to the figure.
-        groups: From a robot's number of legs to those that stand together in one figure.
-        in_folder: Whether a run's folder has it.
-        in_page: Whether a run's page has it.
-        several: Whether it can show several runs.
+        name: Its name, and the stem of its file.
+        sentence: Its content.
+        needs: Groups of channels; it requires one of each.
+        draw: Function from runs and leg numbers to the figure.
+        groups: Function from a number of legs to the legs of each figure.
+        in_folder: It is a file of a run's folder.
+        in_page: It is part of a run's page.
+        several: It can compare runs.
     """
 
     name: str
@@ -62,45 +58,6 @@ class FigureKind:
     in_folder: bool = False
     in_page: bool = True
     several: bool = True
-
-
-def _angles(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    if len(runs) == 1:
-        return trajectory_figure(runs[0].recording, legs)
-    return compare_joints(runs, legs, ANGLES, "Joint angles", "angle [°]", DEGREES)
-
-
-def _torques(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    if len(runs) == 1:
-        return torque_figure(runs[0].recording, legs)
-    return compare_joints(runs, legs, TORQUES, "Joint torques", "torque [N·m]")
-
-
-def _forces(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    if len(runs) == 1:
-        return normal_force_figure(runs[0].recording, legs)
-    return compare_feet(runs, legs, FORCES, "Normal forces", "force [N]")
-
-
-def _servo(name: str) -> Draw:
-    what, unit, scale = SERVO_FIGURES[name]
-
-    def draw(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-        if len(runs) == 1:
-            return servo_figure(runs[0].recording, legs, name)
-        return compare_joints(runs, legs, [name], what, unit, scale)
-
-    return draw
-
-
-def _sensors(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    del legs
-    return sensor_figure(runs[0].recording)
-
-
-def _walk(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    del legs
-    return walk_picture(runs[0].recording)
 
 
 def _all_angles(count: int) -> list[tuple[int, ...]]:
@@ -116,74 +73,34 @@ def _others(count: int) -> list[tuple[int, ...]]:
     return leg_groups(count)[1:]
 
 
-DEGREES = math.degrees(1.0)
-PAPER = "as the paper's Fig. "
+def _paper(number: int, words: str, quantity: Quantity, groups: Any) -> FigureKind:
+    sentence = f"{words} over time, as the paper's Fig. {number}."
+    draw = partial(quantity_figure, quantity=quantity)
+    name, needs = f"fig{number}", (quantity.channels,)
+    return FigureKind(name, sentence, needs, draw, groups, in_folder=True)
+
+
+def _all_legs(name: str, sentence: str, quantity: Quantity) -> FigureKind:
+    draw = partial(quantity_figure, quantity=quantity)
+    return FigureKind(name, sentence, (quantity.channels,), draw, in_page=False)
+
 
 KINDS: tuple[FigureKind, ...] = (
-    FigureKind(
-        "fig12",
-        f"Joint angles of the first legs over time, {PAPER}12.",
-        (ANGLES,),
-        _angles,
-        _all_angles,
-        in_folder=True,
+    _paper(12, "Joint angles of the first legs", ANGLES, _all_angles),
+    _paper(13, "Joint torques of the first legs", TORQUES, _first),
+    _paper(14, "Joint torques of the other legs", TORQUES, _others),
+    _paper(15, "Normal forces on the first feet", FORCES, _first),
+    _paper(16, "Normal forces on the other feet", FORCES, _others),
+    _all_legs("joint-angle", "Joint angles of all legs over time.", ANGLES),
+    _all_legs(
+        "joint-torque", "Joint torques of all legs over time, simulated and by the model.", TORQUES
     ),
-    FigureKind(
-        "fig13",
-        f"Joint torques of the first legs over time, {PAPER}13.",
-        (TORQUES,),
-        _torques,
-        _first,
-        in_folder=True,
-    ),
-    FigureKind(
-        "fig14",
-        f"Joint torques of the other legs over time, {PAPER}14.",
-        (TORQUES,),
-        _torques,
-        _others,
-        in_folder=True,
-    ),
-    FigureKind(
-        "fig15",
-        f"Normal forces on the first feet over time, {PAPER}15.",
-        (FORCES,),
-        _forces,
-        _first,
-        in_folder=True,
-    ),
-    FigureKind(
-        "fig16",
-        f"Normal forces on the other feet over time, {PAPER}16.",
-        (FORCES,),
-        _forces,
-        _others,
-        in_folder=True,
-    ),
-    FigureKind(
-        "joint-angle",
-        "Joint angles of all legs over time.",
-        (ANGLES,),
-        _angles,
-        in_page=False,
-    ),
-    FigureKind(
-        "joint-torque",
-        "Joint torques of all legs over time, simulated and by the model.",
-        (TORQUES,),
-        _torques,
-        in_page=False,
-    ),
-    FigureKind(
-        "normal-force",
-        "Normal forces on all feet over time, simulated and by the model.",
-        (FORCES,),
-        _forces,
-        in_page=False,
+    _all_legs(
+        "normal-force", "Normal forces on all feet over time, simulated and by the model.", FORCES
     ),
     FigureKind(
         "gait-diagram",
-        "Which foot is down when, as planned and as seen.",
+        "Planned stance and recorded contact of each leg over time.",
         gait_diagram.NEEDS,
         gait_diagram.gait_diagram,
     ),
@@ -201,13 +118,13 @@ KINDS: tuple[FigureKind, ...] = (
     ),
     FigureKind(
         "friction-demand",
-        "Tangential over normal force of each standing foot, against the coefficient of friction.",
+        "Tangential over normal force of each stance foot, against the coefficient of friction.",
         friction.NEEDS,
         friction.friction_figure,
     ),
     FigureKind(
         "foot-path",
-        "Ways of the feet in body axes and in the world, from above and from the side.",
+        "Foot paths in body axes and in the world, from above and from the side.",
         foot_path.NEEDS,
         foot_path.foot_path_figure,
     ),
@@ -225,19 +142,19 @@ KINDS: tuple[FigureKind, ...] = (
     ),
     *(
         FigureKind(
-            name.replace("_", "-"),
-            f"{title} of every joint over time.",
-            ((name,),),
-            _servo(name),
+            quantity.channels[0].replace("_", "-"),
+            f"{quantity.title} of every joint over time.",
+            (quantity.channels,),
+            partial(quantity_figure, quantity=quantity),
             in_folder=True,
         )
-        for name, (title, _, _) in SERVO_FIGURES.items()
+        for quantity in SERVO_QUANTITIES
     ),
     FigureKind(
         "sensors",
-        "What sensors told in the last cycle, over what was true.",
+        "Measured over true values of the last cycle.",
         (SENSOR_CHANNELS,),
-        _sensors,
+        sensor_figure,
         in_folder=True,
         several=False,
     ),
@@ -249,7 +166,7 @@ KINDS: tuple[FigureKind, ...] = (
             ("body_orientation",),
             ("joint_position", "joint_position_target"),
         ),
-        _walk,
+        walk_figure,
         in_page=False,
         several=False,
     ),
@@ -261,12 +178,7 @@ CATALOGUE: dict[str, FigureKind] = {kind.name: kind for kind in KINDS}
 
 
 def find_figure(name: str) -> FigureKind:
-    """The figure of a name.
-
-    Raises:
-        InvalidInput: There is none.
-    """
-    check_type("name", name, (str,), "the name of a figure", "phasmid plot --list")
+    """Return the figure of a name; raise InvalidInput where there is none."""
     if name not in CATALOGUE:
         guess = nearest(name, CATALOGUE)
         raise InvalidInput(f'no figure "{name}".', hint=guess or f"one of {', '.join(CATALOGUE)}")
@@ -274,8 +186,8 @@ def find_figure(name: str) -> FigureKind:
 
 
 def can_be_plotted(recording: Recording) -> list[FigureKind]:
-    """The figures that a recording has the channels for."""
-    return [kind for kind in KINDS if not lacking(recording, kind.needs)]
+    """Return the figures whose channels are recorded."""
+    return [kind for kind in KINDS if not missing_group(recording, kind.needs)]
 
 
 def plot(
@@ -291,50 +203,41 @@ def plot(
 
     Args:
         recordings: A recording, or its file or folder; or a list of two to six of these.
-        name: Of a figure, such as ``"support-margin"``; ``phasmid plot --list`` has them all.
-        legs: Numbers of the legs that are shown, from 1; by default all that the figure is of.
-        labels: What each run is called; by default the scenario's name. What differs in the
-            runs' scenarios is added.
-        width: Of the figure [m]; type keeps a legible size. A column of a paper has 0.085 m.
-        title: Whether the figure has a title and a subtitle.
+        name: Name of the figure, such as ``"support-margin"``; ``phasmid plot --list`` lists them.
+        legs: Leg numbers, from 1; by default all legs of the figure.
+        labels: Name of each run; by default the scenario's. Differences between the runs'
+            scenarios are added.
+        width: Width of the figure [m]; type keeps a legible size. A column of a paper has 0.085 m.
+        title: Draw a title and a subtitle.
 
     Returns:
-        A matplotlib figure, which ``savefig`` writes.
+        A matplotlib figure; its ``savefig`` writes it.
 
     Raises:
-        InvalidInput: There is no such figure or leg, a recording lacks what the figure shows, or
-            the width is out of range.
+        InvalidInput: There is no such figure or leg, a required channel is not recorded, or the
+            width is out of range.
     """
     kind = find_figure(name)
-    page = page_layout(width, title=title)
     given = list(recordings) if isinstance(recordings, list | tuple) else [recordings]
-    if legs is not None:
-        check_type("legs", legs, (list, tuple), "a list of legs' numbers, or None")
-        for place, leg in enumerate(legs):
-            check_type(f"legs[{place}]", leg, (int,), "the number of a leg")
-    if labels is not None:
-        check_type("labels", labels, (list, tuple), "a list of texts, or None")
-        for place, label in enumerate(labels):
-            check_type(f"labels[{place}]", label, (str,), "text")
     loaded = [load_recording(one) if isinstance(one, str | Path) else one for one in given]
     for recording in loaded:
         check_recording(recording)
-    with laid_out(page):
+    with laid_out(page_layout(width, title=title)):
         return draw_groups(gather(loaded, labels), kind, legs)[0]
 
 
 def draw_groups(
     runs: Sequence[Run], kind: FigureKind, legs: Sequence[int] | None = None
 ) -> list[Figure]:
-    """All figures of one kind: one, or as many as its groups of legs need.
+    """Draw all figures of one kind: one for each of its groups of legs.
 
     Args:
         runs: One, or several that are compared.
-        kind: Of figure.
-        legs: Numbers of the legs that are shown, from 1, in one figure.
+        kind: The kind of figure.
+        legs: Leg numbers, from 1, of a single figure instead.
 
     Raises:
-        InvalidInput: A run lacks what the figure shows, or it cannot show several.
+        InvalidInput: A required channel is not recorded, or the figure cannot compare runs.
     """
     check_figure(runs, kind)
     count = min(len(run.source.robot.legs) for run in runs)
@@ -343,59 +246,34 @@ def draw_groups(
 
 
 def check_figure(runs: Sequence[Run], kind: FigureKind) -> None:
-    """Refuse runs that a figure cannot show.
-
-    Raises:
-        InvalidInput: A run lacks what the figure shows, or it cannot show several.
-    """
+    """Raise InvalidInput for runs that a figure cannot show."""
     if len(runs) > 1 and not kind.several:
         raise InvalidInput(f"the figure {kind.name} shows one run; {len(runs)} were given.")
     for run in runs:
-        where = run.label if len(runs) > 1 else ""
-        with located(where):
+        with located(run.label if len(runs) > 1 else ""):
             check_needs(run.recording, kind.needs, kind.name)
 
 
 def figures(recording: Recording) -> dict[str, Figure]:
-    """Every figure of a run's folder that the recording has the channels for, by its file's stem.
+    """Draw every figure of a run's folder whose channels are recorded, by its file's stem.
 
     Returns:
-        For a hexapod ``fig12`` to ``fig16``, as in the paper. With another number of legs there
-        are as many of a kind as groups of three legs need: ``fig14b`` follows ``fig14``. Of the
-        robot's own servos ``servo-duty``, ``servo-current`` and ``servo-temperature``. And
-        ``sensors``, where sensors were recorded.
+        For a hexapod ``fig12`` to ``fig16``, as in the paper. Other numbers of legs take as many of
+        a kind as groups of three legs: ``fig14b`` follows ``fig14``. With the servos' own law
+        ``servo-duty``, ``servo-current`` and ``servo-temperature``, and ``sensors`` where sensors
+        were recorded.
     """
-    return {name: figure for name, kind, figure in drawn(recording) if kind.in_folder}
+    run = gather([recording])[0]
+    return {
+        name: kind.draw([run], legs) for name, kind, legs in report_figures(run) if kind.in_folder
+    }
 
 
-def drawn(recording: Recording) -> Iterator[tuple[str, FigureKind, Figure]]:
-    """Every figure of a run's folder and of its page, each drawn when it is asked for.
-
-    Returns:
-        Its file's stem, its kind, and the figure.
-    """
-    runs = gather([recording])
-    for name, kind, legs in listed(runs[0]):
-        yield name, kind, kind.draw(runs, legs)
-
-
-def listed(run: Run) -> Iterator[tuple[str, FigureKind, tuple[int, ...]]]:
-    """What `drawn` draws.
-
-    Returns:
-        Of each figure its file's stem, its kind, and its legs' numbers, from 1.
-    """
-    for kind in can_be_plotted(run.recording):
-        if kind.in_folder or kind.in_page:
-            for number, legs in enumerate(kind.groups(len(run.source.robot.legs))):
-                yield kind.name + suffix_of(number), kind, legs
-
-
-def save_figures(recording: Recording, folder: Path) -> list[Path]:
-    """Write every figure of `figures` as ``.svg`` and ``.png`` into an existing folder."""
-    written = []
-    for name, figure in figures(recording).items():
-        for suffix in (".svg", ".png"):
-            written.append(folder / f"{name}{suffix}")
-            save_figure(figure, written[-1])
-    return written
+def report_figures(run: Run) -> list[tuple[str, FigureKind, tuple[int, ...]]]:
+    """Return file stem, kind and leg numbers of each figure of a run's folder and page."""
+    return [
+        (kind.name + suffix_of(number), kind, legs)
+        for kind in can_be_plotted(run.recording)
+        if kind.in_folder or kind.in_page
+        for number, legs in enumerate(kind.groups(len(run.source.robot.legs)))
+    ]

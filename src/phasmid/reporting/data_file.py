@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.arguments import check_number, check_type, path_of
+from phasmid.arguments import check_number, path_of
 from phasmid.errors import AlreadyExists, InvalidInput, nearest, plain
 from phasmid.recording import (
     CHANNELS,
@@ -23,10 +23,10 @@ from phasmid.recording.ros import rows_at
 from phasmid.reporting.source import read_source
 
 ENDINGS = {"csv": ".csv", "netcdf": ".nc", "mcap": ".mcap"}
-"""Formats, and how their files' names end."""
+"""Endings of the file names of each format."""
 
 MCAP_RATE = 100.0
-"""Most messages of a topic a second where no rate is asked for [1/s]."""
+"""Default of the most messages of a topic per second [1/s]."""
 
 
 def export(
@@ -41,13 +41,13 @@ def export(
     """Write a recording as a file that other programs read.
 
     Args:
-        recording: What was seen.
-        path: The file; its ending gives the format by default: ``.csv``, ``.nc``, or ``.mcap`` with
-            the extra ``ros``.
-        format: ``csv``, ``netcdf`` or ``mcap``.
-        channels: Names of those that are written; by default all.
-        rate: Most samples a second that are written [1/s]; by default all, of MCAP 100.
-        force: Whether an older file of that name is replaced.
+        recording: The recording.
+        path: The file; its ending selects the format: ``.csv``, ``.nc``, or ``.mcap`` with the
+            extra ``ros``.
+        format: ``csv``, ``netcdf`` or ``mcap``, instead of the ending.
+        channels: Names of the channels that are written; by default all.
+        rate: Most samples per second [1/s]; by default all, of MCAP 100.
+        force: Replace an older file of that name.
 
     Returns:
         The file.
@@ -79,40 +79,35 @@ def export(
 
 
 def check_export(path: str | Path, format: str | None = None, *, force: bool = False) -> str:
-    """Refuse a file that `export` could not write; to be asked before a recording is read.
+    """Return the format of a file, or raise where `export` could not write it.
 
     Args:
         path: The file.
-        format: By default that which the name's ending tells.
-        force: Whether an older file of that name may be replaced.
-
-    Returns:
-        The format.
+        format: The format; by default that of the ending.
+        force: Replace an older file of that name.
 
     Raises:
         InvalidInput: It exists and may not be replaced; there is no such format, or the name's
-            ending belongs to another; the extra that writes it is absent.
-        OutputError: No file can be called so.
+            ending belongs to another; its extra is not installed.
+        OutputError: The name is impossible.
     """
     path = path_of("path", path)
     by_ending = {ending: name for name, ending in ENDINGS.items()}
-    told = by_ending.get(path.suffix.lower())
+    implied = by_ending.get(path.suffix.lower())
     known = ", ".join(ENDINGS)
-    if format is None and told is None:
+    if format is None and implied is None:
         raise InvalidInput(
             f'"{path}" does not end in {", ".join(ENDINGS.values())}; '
             "it must, or the format be given.",
             hint=f"--format, one of {known}",
         )
-    if format is not None:
-        check_type("format", format, (str,), "text, or None")
     if format is not None and format not in ENDINGS:
         guess = nearest(format, ENDINGS)
         raise InvalidInput(f'no format "{format}".', hint=guess or f"one of {known}")
-    kind = format or told or ""
-    if told is not None and told != kind:
+    kind = format or implied or ""
+    if implied is not None and implied != kind:
         raise InvalidInput(
-            f'"{path}" ends as a {told} file, and the format is {kind}; they must agree.',
+            f'"{path}" ends as a {implied} file, and the format is {kind}; they must agree.',
             hint=f'"{path.with_suffix(ENDINGS[kind])}"',
         )
     try:
@@ -129,12 +124,9 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
 
 
 def _chosen(recording: Recording, channels: Sequence[str] | None) -> Recording:
-    """The recording with these channels alone, in the order in which recordings keep them."""
+    """Return the recording with these channels alone, in the order of the recording."""
     if channels is None:
         return recording
-    check_type("channels", channels, (list, tuple), "a list of names, or None")
-    for place, name in enumerate(channels):
-        check_type(f"channels[{place}]", name, (str,), "text")
     if not channels:
         raise InvalidInput("channels is empty; it must name at least one.")
     here = [str(name) for name in recording.data_vars]

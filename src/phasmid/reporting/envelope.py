@@ -1,20 +1,26 @@
-"""Torque and speed of the joints against what their servos can give."""
+"""Torque over speed of the joints, within the envelope of their servos."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
-from phasmid.reporting.demand import how_to_get
-from phasmid.reporting.panels import check_legs, leg_name
-from phasmid.reporting.runs import Run, who
-from phasmid.reporting.sheet import Axes, legend, name_row, sheet
+from phasmid.reporting.figure_layout import (
+    Axes,
+    Entry,
+    check_legs,
+    leg_name,
+    name_row,
+    panel_figure,
+)
+from phasmid.reporting.required_channels import how_to_get
+from phasmid.reporting.runs import Run, shared_caption
 from phasmid.reporting.source import Source, channel
 from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, leg_colour, styled
 from phasmid.robot import Servo
@@ -24,7 +30,7 @@ PAIRS = (("joint_torque", "joint_velocity"), ("joint_torque_model", "joint_veloc
 NEEDS = (("joint_torque", "joint_torque_model"), ("joint_velocity", "joint_velocity_target"))
 
 MOST_MARKS = 20_000
-"""Most samples of a joint that are drawn; those beyond the envelope always are."""
+"""Most samples of a joint that are drawn, besides those beyond the envelope."""
 
 ADVICE_DASH = (0, (2.2, 1.6))
 
@@ -33,11 +39,11 @@ Limits: TypeAlias = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def envelope_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    """Torque over speed of coxae, femora and tibiae, in their servos' envelope.
+    """Draw torque over speed of coxae, femora and tibiae, in their servos' envelope.
 
     Args:
         runs: A row of panels each.
-        legs: Their numbers, from 1.
+        legs: Leg numbers, from 1.
 
     Raises:
         InvalidInput: There is no such leg or no such channel.
@@ -46,47 +52,39 @@ def envelope_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
         check_legs(legs, run.source)
     found = [torque_and_speed(run.recording) for run in runs]
     alone = len(runs) == 1
-    notes = [*who(runs), *([_told(runs[0], *found[0][:2])] if alone else [])]
+    notes = [*shared_caption(runs), _shares(runs[0], *found[0][:2]) if alone else ""]
     with styled():
-        lines = -(-len(legs) // 3) + 1
         rows = [2.75 if alone else 2.45] * len(runs)
-        drawing = sheet(
-            "Torque and speed of the servos",
-            notes,
-            rows,
-            columns=3,
-            legend_rows=lines if alone else lines + 1,
-            space=0.10,
-            gap=0.42,
-        )
-        for number, (run, (tau, qd, name)) in enumerate(zip(runs, found, strict=True)):
-            axes = drawing.axes[3 * number : 3 * number + 3]
+        title = "Torque and speed of the servos"
+        drawing = panel_figure(title, notes, rows, columns=3, space=0.10, gap=0.42)
+        for run, axes, (tau, qd, name) in zip(runs, drawing.rows(), found, strict=True):
             for joint, axis in enumerate(axes):
                 _draw_joint(axis, run, tau, qd, legs, joint)
                 axis.set_title(JOINTS[joint])
             if not alone:
-                name_row(axes[0], f"{run.label} · {_told(run, tau, qd)}")
+                name_row(axes[0], f"{run.label} · {_shares(run, tau, qd)}")
             model = " by the model" if name.endswith("_model") else ""
             axes[0].set_ylabel(f"torque{model} [N·m]")
-        for axis in drawing.axes[-3:]:
+        for axis in axes:
             axis.set_xlabel("speed [rad/s]")
-        entries: list[tuple[str, str, Any]] = [
-            (f"{leg} {leg_name(runs[0].source, leg)}", leg_colour(leg - 1), "-") for leg in legs
+        blank: Entry = ("", {"color": "none"})
+        entries: list[Entry] = [
+            (leg_name(runs[0].source, leg), {"color": leg_colour(leg - 1)}) for leg in legs
         ]
-        entries += [("", "none", "-")] * (-len(legs) % 3)
+        entries += [blank] * (-len(legs) % 3)
         entries += [
-            ("steady limit of the servo", LIMIT_COLOUR, "-"),
-            ("continuous torque", FAINT, ADVICE_DASH),
-            ("", "none", "-"),
+            ("steady limit of the servo", {"color": LIMIT_COLOUR}),
+            ("continuous torque", {"color": FAINT, "linestyle": ADVICE_DASH}),
+            blank,
         ]
-        legend(drawing, entries, columns=3)
+        drawing.add_legend(entries, columns=3, lines_below=0 if alone else 1)
     return drawing.figure
 
 
 def torque_and_speed(recording: Recording) -> tuple[np.ndarray, np.ndarray, str]:
-    """Torques [N·m] and speeds [rad/s], shape (N, L, 3), as seen or else of the model and planned.
+    """Return torques [N·m], speeds [rad/s], shape (N, L, 3), and the name of the torques' channel.
 
-    The name of the torques' channel is the third.
+    They are the recorded ones, or else those of the model and the plan.
 
     Raises:
         InvalidInput: The recording has no such pair.
@@ -102,7 +100,7 @@ def torque_and_speed(recording: Recording) -> tuple[np.ndarray, np.ndarray, str]
 
 
 def servo_limits(source: Source) -> tuple[Limits, str]:
-    """What the servos of an experiment can give at each steady speed, and under which terms.
+    """Return the torque limits of an experiment's servos at steady speed, and their conditions.
 
     Servos that move the joints by their own law have the scenario's voltage and torque limit.
     Under another drive they are taken at the voltage of their data sheet; the ideal servo, and one
@@ -124,7 +122,7 @@ def servo_limits(source: Source) -> tuple[Limits, str]:
 def motor_limits(
     motor: Motor, voltage: float, stall: float, speed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest torque of a motor and its gears at steady speeds, in all four quadrants.
+    """Return the lowest and highest torque of a geared motor at steady speeds.
 
     Under the voltage u the motor has the torque m = k (u - k w) / R. The gears' friction
     c1 |m| + c0 and b w oppose the motion: they are lost while the servo drives its load, and help
@@ -152,8 +150,9 @@ def _highest(motor: Motor, voltage: float, speed: np.ndarray) -> np.ndarray:
 
 
 def ideal_limits(servo: Servo, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest torque of the ideal servo [N·m]: on a line from stall to no-load speed
-    where it drives its load, the stall torque where it brakes.
+    """Return the lowest and highest torque of the ideal servo [N·m].
+
+    They lie on a line from stall to no-load speed while it drives, at stall torque while it brakes.
 
     Args:
         servo: The servo.
@@ -169,7 +168,7 @@ def ideal_limits(servo: Servo, speed: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def beyond(source: Source, tau: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    """Which samples lie beyond the servos' steady limits, of the torques' shape."""
+    """Return which samples exceed the servos' steady limits, of the torques' shape."""
     lowest, highest = servo_limits(source)[0](qd)
     # A servo at its limit is on it up to round-off.
     slack = 1e-6 * source.stall_torque
@@ -177,7 +176,7 @@ def beyond(source: Source, tau: np.ndarray, qd: np.ndarray) -> np.ndarray:
     return outside
 
 
-def _told(run: Run, tau: np.ndarray, qd: np.ndarray) -> str:
+def _shares(run: Run, tau: np.ndarray, qd: np.ndarray) -> str:
     words = servo_limits(run.source)[1]
     outside = 100 * float(beyond(run.source, tau, qd).mean())
     above = 100 * float((np.abs(tau) > run.source.continuous_torque).mean())
@@ -207,7 +206,7 @@ def _draw_joint(
             markeredgewidth=0,
             color=leg_colour(leg - 1),
             alpha=0.5,
-            # Some hundred thousand marks are a picture, in files of lines too.
+            # A hundred thousand marks are an image in vector files too.
             rasterized=True,
         )
     reach = 1.05 * max(run.source.no_load_speed, float(np.abs(qd).max(initial=0.0)))
@@ -221,7 +220,7 @@ def _draw_joint(
     for level in (-advice, advice):
         axis.axhline(level, color=FAINT, linewidth=1.0, linestyle=ADVICE_DASH)
     axis.set_xlim(-reach, reach)
-    # The limits of braking are far above what drives, and would leave the marks no room.
+    # The limits of braking are far above those of driving, and would hide the marks.
     largest = max(1.25 * float(limits(np.array([tiny]))[1][0]), 1.1 * float(np.abs(tau).max()))
     low, high = axis.get_ylim() if axis.get_autoscaley_on() is False else (0.0, 0.0)
     axis.set_ylim(min(low, -largest), max(high, largest))

@@ -1,4 +1,4 @@
-"""What the feet did: slip, load, support, and how the model's load compares."""
+"""Slip, load and support of the feet, and the model's load beside the simulated one."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from phasmid.reporting.steps import SETTLING, away_from_switches, durations, int
 
 
 def slip(recording: Recording, source: Source) -> dict[str, Any]:
-    """Horizontal way of standing feet from touchdown to lift-off; steps cut short do not count.
+    """Return the horizontal displacement of stance feet from touchdown to lift-off, in whole steps.
 
     Returns:
         Mean and largest over all steps [m] and the mean of each leg [m]; empty without feet.
@@ -32,8 +32,8 @@ def slip(recording: Recording, source: Source) -> dict[str, Any]:
     for leg in range(stance.shape[1]):
         paths.append([])
         for start, stop in intervals(stance[:, leg]):
-            # A whole stance may miss one sample at either end. How long one is in a driven run only
-            # its controller knows: there those that the ends of the run cut are left out.
+            # A whole stance may miss one sample at either end. In a driven run its
+            # duration is unknown: stances cut by the ends of the run are left out.
             missing = source.step_time - (time[stop - 1] - time[start])
             whole = missing <= 2.001 * widest
             if "controller" in recording.attrs:
@@ -52,11 +52,11 @@ def slip(recording: Recording, source: Source) -> dict[str, Any]:
 
 
 def load(recording: Recording, source: Source, name: str) -> dict[str, Any]:
-    """Normal forces of one channel.
+    """Return the normal forces of one channel.
 
     Args:
-        recording: What was seen.
-        source: The experiment.
+        recording: The recording.
+        source: Its robot and experiment.
         name: ``foot_normal_force`` or ``foot_normal_force_model``.
 
     Returns:
@@ -91,7 +91,7 @@ def load(recording: Recording, source: Source, name: str) -> dict[str, Any]:
 
 
 def load_difference(recording: Recording) -> list[float] | None:
-    """Rms difference of the model's normal forces from the simulated ones, of each leg [N].
+    """Return the rms difference of normal forces, model less simulation, of each leg [N].
 
     Samples within `SETTLING` of any leg's switch are left out.
     """
@@ -107,7 +107,7 @@ def load_difference(recording: Recording) -> list[float] | None:
 
 
 def least_support(recording: Recording, source: Source) -> float | None:
-    """Smallest distance of the centre of mass from the edge of the planned support polygon [m]."""
+    """Return the smallest static stability margin in planned stance [m]; None where unknown."""
     feet, stance = channel(recording, "foot_position"), channel(recording, "stance")
     p_world_com = centre_of_mass(recording, source)
     if feet is None or stance is None or p_world_com is None:
@@ -117,9 +117,9 @@ def least_support(recording: Recording, source: Source) -> float | None:
 
 
 def centre_of_mass(recording: Recording, source: Source) -> np.ndarray | None:
-    """Centre of mass of the whole robot in the world [m], shape (N, 3).
+    """Return the centre of mass of the whole robot in the world [m], shape (N, 3).
 
-    Of the joint angles as seen, or else as planned; None where the pose is not recorded.
+    Joint angles are the recorded or else the planned ones; None where the pose is not recorded.
     """
     position = channel(recording, "body_position")
     orientation = channel(recording, "body_orientation")

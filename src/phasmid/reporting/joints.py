@@ -1,4 +1,4 @@
-"""What the joints did: torque, speed, energy, and how the model's torque compares."""
+"""Torque, speed and energy of the joints, and the model's torque beside the simulated one."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from phasmid.recording import Recording
 from phasmid.reporting.source import Source, channel
 from phasmid.reporting.steps import away_from_switches, durations, middle_halves, rms
 
-SHORTEST_WAY = 1e-3
-"""Ways shorter than this have no cost of transport [m]."""
+SHORTEST_DISTANCE = 1e-3
+"""Shortest distance with a cost of transport [m]."""
 
 
 def torque(recording: Recording, source: Source, name: str) -> dict[str, Any]:
-    """Torques of one channel.
+    """Return the torques of one channel.
 
     Args:
-        recording: What was seen.
-        source: The experiment.
+        recording: The recording.
+        source: Its robot and experiment.
         name: ``joint_torque`` or ``joint_torque_model``.
 
     Returns:
@@ -43,7 +43,7 @@ def torque(recording: Recording, source: Source, name: str) -> dict[str, Any]:
 
 
 def torque_difference(recording: Recording) -> dict[str, Any]:
-    """Rms difference of the model's torques from the simulated ones, of each joint [N·m].
+    """Return the rms difference of torques, model less simulation, of each joint [N·m].
 
     Returns:
         ``rms`` away from all legs' switches and ``rms_mid_stance`` over the middle half of each
@@ -64,7 +64,7 @@ def torque_difference(recording: Recording) -> dict[str, Any]:
 
 
 def speed(recording: Recording, source: Source) -> dict[str, Any]:
-    """Peak speed of the joints [rad/s], as seen or else as planned, and against the servo's own."""
+    """Return the peak speed of the joints [rad/s], and its share of the no-load speed."""
     for name in ("joint_velocity", "joint_velocity_target"):
         qd = channel(recording, name)
         if qd is not None:
@@ -79,16 +79,16 @@ def speed(recording: Recording, source: Source) -> dict[str, Any]:
 
 
 def energy(recording: Recording, source: Source, distance: float | None) -> dict[str, Any]:
-    """Mechanical work of the joints, and what the way cost.
+    """Return the mechanical work of the joints and the cost of transport.
 
     Args:
-        recording: What was seen.
-        source: The experiment.
-        distance: Way of the body [m], if it is known.
+        recording: The recording.
+        source: Its robot and experiment.
+        distance: Distance of the body [m]; None where unknown.
 
     Returns:
-        ``work`` [J]: the integral of the sum over joints of max(torque · speed, 0), as nothing
-        is won back from a joint that brakes; ``mean_power`` [W]; ``cost_of_transport``: work over
+        ``work`` [J]: the integral of the sum over joints of max(torque · speed, 0), as braking
+        recovers nothing; ``mean_power`` [W]; ``cost_of_transport``: work over
         weight and distance; ``drawn_power`` [W]: mean power that servos of their own law draw from
         their supply, most of which heats them. Empty without torques and speeds.
     """
@@ -107,7 +107,7 @@ def energy(recording: Recording, source: Source, distance: float | None) -> dict
             "work": work,
             "mean_power": work / float(time[-1] - time[0]),
         }
-        if distance is not None and distance >= SHORTEST_WAY:
+        if distance is not None and distance >= SHORTEST_DISTANCE:
             found["cost_of_transport"] = work / (source.weight * distance)
         drawn = drawn_power(recording, source)
         if drawn is not None:
@@ -119,9 +119,9 @@ def energy(recording: Recording, source: Source, distance: float | None) -> dict
 
 
 def drawn_power(recording: Recording, source: Source) -> np.ndarray | None:
-    """Power that each servo draws from its supply [W], shape (N, L, 3); None where unknown.
+    """Return each servo's power from its supply [W], shape (N, L, 3); None where unknown.
 
-    The bridge chops the supply: of the winding's current it draws that share. Nothing is won back.
+    The bridge chops the supply: of the winding's current it draws that share. Nothing is recovered.
     """
     duty, current = channel(recording, "servo_duty"), channel(recording, "servo_current")
     if duty is None or current is None:

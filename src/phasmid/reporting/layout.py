@@ -1,4 +1,4 @@
-"""The width that figures are drawn for, and the size of their type at that width."""
+"""Width of the figures, and the size of their type at that width."""
 
 from __future__ import annotations
 
@@ -7,28 +7,28 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-from phasmid.arguments import check_number, check_type
+from phasmid.arguments import check_number
 from phasmid.errors import InvalidInput
 
 NORMAL_WIDTH = 7.2
-"""Width of a figure unless another is set [inches]."""
+"""Default width of a figure [inches]."""
 
 NARROWEST, WIDEST = 0.06, 0.5
-"""Widths of figures [m]."""
+"""Bounds of the width of a figure [m]."""
 
 METRES_PER_INCH = 0.0254
 
 SMALLEST_TYPE = 0.78
-"""Smallest scale of type: 7 pt for the labels of an axis, which print still shows."""
+"""Smallest scale of type: 7 pt for axis labels, which are legible in print."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How figures are laid out.
+    """Layout of the figures.
 
     Attributes:
-        width: Of the figures [inches].
-        title: Whether they have a title and a subtitle; captions of papers replace both.
+        width: Width of the figures [inches].
+        title: Draw a title and a subtitle.
     """
 
     width: float = NORMAL_WIDTH
@@ -41,7 +41,7 @@ class Layout:
 
     @property
     def is_narrow(self) -> bool:
-        """Whether panels side by side have no room for long words."""
+        """True where panels side by side have no space for long words."""
         return self.width < 0.7 * NORMAL_WIDTH
 
     @property
@@ -54,7 +54,7 @@ _LAYOUT: ContextVar[Layout] = ContextVar("layout", default=Layout())  # noqa: B0
 
 
 def layout() -> Layout:
-    """Return the layout of figures that are drawn now."""
+    """Return the present layout."""
     return _LAYOUT.get()
 
 
@@ -69,12 +69,11 @@ def laid_out(layout: Layout) -> Iterator[None]:
 
 
 def page_layout(width: float | None, *, title: bool = True) -> Layout:
-    """Return the layout for a width [m]; None stands for the normal one.
+    """Return the layout for a width [m]; None selects the default.
 
     Raises:
         InvalidInput: The width is out of range.
     """
-    check_type("title", title, (bool,), "true or false")
     if width is None:
         return Layout(title=title)
     check_number("width", width)

@@ -1,4 +1,4 @@
-"""Scripts that write a page of the documentation."""
+"""Command line of the scripts that write a page of the documentation."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def write_page(
     default: str,
     arguments: Sequence[str] | None = None,
 ) -> int:
-    """Run such a script; the exit status is 1 where the page cannot be written.
+    """Write a page, and return the exit status: 1 where it cannot be written.
 
     Args:
-        write: Writes the page to a path.
-        module: As which the script is run.
-        description: What it does.
-        default: Path of the page.
-        arguments: Of the command line; those of the process where None.
+        write: Function that writes the page to a path.
+        module: Module of the script.
+        description: Its help text.
+        default: Default path of the page.
+        arguments: Arguments of the command line; by default those of the process.
     """
     parser = argparse.ArgumentParser(prog=f"python -m {module}", description=description)
     parser.add_argument("path", nargs="?", default=default, help="default: %(default)s")

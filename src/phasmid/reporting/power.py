@@ -1,4 +1,4 @@
-"""Power and energy of the joints and their servos, over time."""
+"""Power and energy of the joints and their servos over time."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ import numpy as np
 
 from phasmid.recording import Recording
 from phasmid.reporting.envelope import NEEDS, torque_and_speed
-from phasmid.reporting.joints import SHORTEST_WAY, drawn_power
-from phasmid.reporting.panels import time_axis
-from phasmid.reporting.runs import Run, shown, who
-from phasmid.reporting.sheet import legend, sheet
+from phasmid.reporting.figure_layout import Entry, panel_figure, time_axis
+from phasmid.reporting.joints import SHORTEST_DISTANCE, drawn_power
+from phasmid.reporting.runs import Run, shared_caption, shown_part
 from phasmid.reporting.source import Source
 from phasmid.reporting.style import POWER_COLOURS, Figure, styled, thin
 from phasmid.reporting.travel import travel
 
 __all__ = ["NEEDS", "Power", "power_figure", "power_of"]
 
-KINDS = {
-    "net": ": Σ τω",
-    "given": ": Σ max(τω, 0)",
-    "absolute": ": Σ |τω|",
-    "electrical": ", from the supply",
+KINDS: dict[str, tuple[str, Any]] = {
+    "net": ("Σ τω", "-"),
+    "given": ("Σ max(τω, 0)", (0, (5, 1.6))),
+    "absolute": ("Σ |τω|", (0, (2, 1.4))),
+    "electrical": ("from the supply", "-"),
 }
-"""Each kind of power, and what it is."""
+"""Kinds of power: definition and dash."""
 
-DASHES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (2, 1.4)), "-")
+COSTS = ("given", "electrical")
+"""Kinds of power whose cost of transport the subtitle states."""
 
 
 @dataclass(frozen=True, eq=False)
 class Power:
-    """What all joints together did.
+    """Power of all joints together.
 
     Attributes:
-        name: In words.
-        power: At each sample [W], shape (N,).
-        energy: Since the first sample, by the trapezoidal rule [J], shape (N,).
-        cost_of_transport: Energy over weight and way; None where the way is not known or none.
+        name: A key of `KINDS`.
+        power: Power of each sample [W], shape (N,).
+        energy: Its integral by the trapezoidal rule [J], shape (N,).
+        cost_of_transport: Energy over weight and distance; None where the distance is unknown or 0.
     """
 
     name: str
@@ -49,71 +49,61 @@ class Power:
 
 
 def power_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    """Power of all joints together and, under it, the energy since the run began.
+    """Draw the power of all joints together and, under it, its integral since the start.
 
     Args:
-        runs: One with every kind of power, or several with what their joints gave.
-        legs: All of them count, whichever are named.
+        runs: One with every kind of power, or several with the positive power of their joints.
+        legs: Ignored: all legs count.
 
     Raises:
         InvalidInput: A channel is absent.
     """
     del legs
-    parts, note = shown(runs)
+    parts, note = shown_part(runs)
+    # Energy counts from the start of the whole run.
     found = [power_of(run.recording, run.source) for run in runs]
     alone = len(parts) == 1
     model = " by the model" if torque_and_speed(runs[0].recording)[2].endswith("_model") else ""
-    told = f"cost of transport {_cost(found[0][1])} (given)" if alone else ""
-    electric = found[0][3:]
-    if alone and electric:
-        told += f", {_cost(electric[0])} (electrical)"
+    costs = [f"{_cost(kind)} ({kind.name})" for kind in found[0] if kind.name in COSTS]
+    cost = f"cost of transport {', '.join(costs)}" if alone else ""
     with styled():
-        drawing = sheet(
-            f"Power and energy of all joints{model}",
-            [*who(parts), told, note],
-            [2.1, 1.9],
-            share_y=False,
-            legend_rows=1 if alone else len(parts),
-            gap=0.12,
-        )
-        above, below = drawing.axes
-        labels: list[tuple[str, str, Any]] = []
+        title = f"Power and energy of all joints{model}"
+        notes = [*shared_caption(parts), cost, note]
+        drawing = panel_figure(title, notes, [2.1, 1.9], share_y=False, gap=0.12)
+        labels: list[Entry] = []
         for run, whole, kinds in zip(parts, runs, found, strict=True):
             rows = np.searchsorted(whole.time, run.time)
-            for number, kind in enumerate(kinds if alone else kinds[1:2]):
-                colour = POWER_COLOURS[number] if alone else run.colour
-                dash = DASHES[number] if alone else run.dash
-                line: dict[str, Any] = {"color": colour, "linestyle": dash}
-                line["linewidth"] = 1.3 if alone else run.width
-                above.plot(*thin(run.time, kind.power[rows]), **line)
-                below.plot(*thin(run.time, kind.energy[rows]), **line)
-                labels.append((f"{kind.name}{KINDS[kind.name]}", colour, dash))
-        if not alone:
-            labels = []
-            for run, kinds in zip(parts, found, strict=True):
-                cost = _cost(kinds[1])
-                labels.append((f"{run.label} · cost of transport {cost}", run.colour, run.dash))
-        above.set_ylabel("power [W]" if alone else "power given [W]")
-        below.set_ylabel("energy [J]" if alone else "energy given [J]")
-        time_axis(below, parts[0].recording, shaded=False)
+            for kind, colour in zip(kinds, POWER_COLOURS, strict=False):
+                words, dash = KINDS[kind.name]
+                line = {"color": colour, "linestyle": dash, "linewidth": 1.3}
+                label = f"{kind.name}: {words}".replace(": from", ", from")
+                if not alone:
+                    if kind.name != "given":
+                        continue
+                    line, label = run.line, f"{run.label} · cost of transport {_cost(kind)}"
+                for axis, values in zip(drawing.axes, (kind.power, kind.energy), strict=True):
+                    axis.plot(*thin(run.time, values[rows]), **line)
+                labels.append((label, line))
+        given = "" if alone else " given"
+        drawing.axes[0].set_ylabel(f"power{given} [W]")
+        drawing.axes[1].set_ylabel(f"energy{given} [J]")
+        time_axis(drawing.axes[1], parts[0].time)
         drawing.figure.align_ylabels(drawing.axes)
-        widths = [] if alone else [run.width for run in parts]
-        legend(drawing, labels, columns=0 if alone else 1, widths=widths)
+        drawing.add_legend(labels, columns=0 if alone else 1)
     return drawing.figure
 
 
 def power_of(recording: Recording, source: Source) -> list[Power]:
-    """What joints and servos gave, kind by kind.
+    """Return each kind of power of joints and servos.
 
     Args:
-        recording: What was seen, or computed; all of a run.
-        source: The experiment.
+        recording: A whole run, recorded or computed.
+        source: Its robot and experiment.
 
     Returns:
-        ``net``, the sum over joints of torque times speed; ``given``, of its positive parts, as
-        nothing is won back from a joint that brakes; ``absolute``, of its sizes; and where the
-        servos' currents are known ``electrical``, the sum of output times supply voltage times
-        current, of its positive parts for the same reason.
+        ``net``, the sum over joints of torque times speed; ``given``, that of the positive parts,
+        as braking recovers nothing; ``absolute``, that of the magnitudes; and with recorded servo
+        currents ``electrical``, the positive part of output times supply voltage times current.
 
     Raises:
         InvalidInput: A channel is absent.
@@ -136,7 +126,7 @@ def _summed(
 ) -> Power:
     means = (power[1:] + power[:-1]) / 2 * np.diff(time)
     energy = np.concatenate([[0.0], np.cumsum(means)])
-    known = way is not None and way >= SHORTEST_WAY
+    known = way is not None and way >= SHORTEST_DISTANCE
     cost = float(energy[-1]) / (source.weight * way) if known and way else None
     return Power(name, power, energy, cost)
 

@@ -1,29 +1,29 @@
-"""How the model's forces and torques differ from the simulated ones, over time."""
+"""Differences of the model's forces and torques from the simulated ones, over time."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from phasmid.recording import Recording
 from phasmid.recording.channels import JOINTS
-from phasmid.reporting.demand import first_channel
-from phasmid.reporting.layout import layout, points
-from phasmid.reporting.panels import (
+from phasmid.reporting.figure_layout import (
+    Axes,
     check_legs,
     leg_name,
     listed_legs,
     model_words,
+    name_panel,
+    panel_figure,
     shade,
     time_axis,
 )
-from phasmid.reporting.runs import Run, entries, shown, who
-from phasmid.reporting.sheet import Axes, legend, sheet
-from phasmid.reporting.source import channel
+from phasmid.reporting.layout import layout
+from phasmid.reporting.required_channels import first_channel
+from phasmid.reporting.runs import Run, entries, shared_caption, shown_part
 from phasmid.reporting.steps import SETTLING, away_from_switches
-from phasmid.reporting.style import STANCE_COLOUR, Figure, leg_colour, paler, shrunk, styled, thin
+from phasmid.reporting.style import STANCE_COLOUR, Figure, leg_colour, paler, styled, thin
 
 NEEDS = (
     ("foot_normal_force",),
@@ -34,59 +34,53 @@ NEEDS = (
 
 
 def residuals_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
-    """Normal forces and joint torques by the model less the simulated ones.
+    """Draw normal forces and joint torques of the model less the simulated ones.
 
     Args:
-        runs: One with a line for each leg, or several with each one's rms over these legs.
-        legs: Their numbers, from 1.
+        runs: One with a line for each leg, or several with the rms over these legs.
+        legs: Leg numbers, from 1.
 
     Raises:
         InvalidInput: There is no such leg or no such channel.
     """
-    parts, note = shown(runs)
+    parts, note = shown_part(runs)
     for run in parts:
         check_legs(legs, run.source)
     found = [residuals(run.recording) for run in parts]
+    calm = [_calm(run) for run in parts]
     alone = len(parts) == 1
     models = {model_words(run.recording) for run in parts}
-    settling = f"shaded: {1000 * SETTLING:g} ms around the switches of legs"
-    calm = [_calm(run) for run in parts]
-    notes = [*who(parts), *(models if len(models) == 1 else []), note]
-    what = "Model less simulation" if alone else "Model less simulation, rms over the feet"
+    title = "Model less simulation"
+    title += f", {listed_legs(legs)}" if alone else ", rms over the feet"
+    notes = [*shared_caption(parts), *(models if len(models) == 1 else []), note]
     with styled():
-        drawing = sheet(
-            f"{what}, {listed_legs(legs)}" if alone else what,
-            notes,
-            [1.35] * 4,
-            share_y=False,
-            legend_rows=-(-len(legs) // 3) if alone else len(parts),
-            gap=0.26,
-            left=0.13,
-        )
+        drawing = panel_figure(title, notes, [1.35] * 4, share_y=False, gap=0.26, left=0.13)
         names = ["normal force", *(f"{joint} torque" for joint in JOINTS)]
         for row, (axis, name) in enumerate(zip(drawing.axes, names, strict=True)):
-            axis.set_title(name)
             axis.set_ylabel("force [N]" if row == 0 else "torque [N·m]")
             for run, values, quiet in zip(parts, found, calm, strict=True):
                 _draw(axis, run, values[row], quiet, legs, alone=alone)
-            _keep_calm(axis, [values[row] for values in found], calm, legs, alone=alone)
-        time_axis(drawing.axes[-1], parts[0].recording, shaded=False)
+            impacts = _limit(axis, [values[row] for values in found], calm, legs, alone=alone)
+            unit = "N" if row == 0 else "N·m"
+            cut = "" if layout().is_narrow else " are cut off"
+            words = f"   (impacts up to {impacts:.2g} {unit}{cut})" if impacts else ""
+            name_panel(axis, name + words)
         shaded = alone and "stance" in parts[0].recording.data_vars
-        drawing.axes[-1].set_xlabel(f"time [s]   ({settling})" if shaded else "time [s]")
+        words = f"shaded: {1000 * SETTLING:g} ms around the switches of legs" if shaded else ""
+        time_axis(drawing.axes[-1], parts[0].time, words)
         drawing.figure.align_ylabels(drawing.axes)
         if alone:
-            told: list[tuple[str, str, Any]] = [
-                (f"{leg} {leg_name(parts[0].source, leg)}", leg_colour(leg - 1), "-")
-                for leg in legs
+            labels = [
+                (leg_name(parts[0].source, leg), {"color": leg_colour(leg - 1)}) for leg in legs
             ]
-            legend(drawing, told, columns=min(3, len(legs)))
+            drawing.add_legend(labels, columns=3)
         else:
-            legend(drawing, entries(parts), columns=1, widths=[run.width for run in parts])
+            drawing.add_legend(entries(parts), columns=1)
     return drawing.figure
 
 
 def residuals(recording: Recording) -> list[np.ndarray]:
-    """The model's normal forces [N] less the simulated ones, then torques [N·m] of each joint.
+    """Return normal forces [N] of the model less the simulated ones, then torques [N·m].
 
     Returns:
         Four arrays of shape (N, L): normal force, coxa, femur, tibia.
@@ -99,8 +93,8 @@ def residuals(recording: Recording) -> list[np.ndarray]:
 
 
 def _calm(run: Run) -> np.ndarray:
-    """Samples away from the switches of all legs; all of them where no stance is recorded."""
-    stance = channel(run.recording, "stance")
+    """Return the samples away from the switches of all legs; all without a recorded stance."""
+    stance = run.channel("stance")
     if stance is None:
         return np.ones(len(run.time), dtype=bool)
     calm: np.ndarray = np.all(away_from_switches(run.time, stance), axis=1)
@@ -108,7 +102,7 @@ def _calm(run: Run) -> np.ndarray:
 
 
 def _line(values: np.ndarray, legs: tuple[int, ...]) -> np.ndarray:
-    """Rms over these legs, shape (N,)."""
+    """Return the rms over these legs, shape (N,)."""
     rms: np.ndarray = np.sqrt(np.mean(values[:, [leg - 1 for leg in legs]] ** 2, axis=1))
     return rms
 
@@ -122,38 +116,30 @@ def _draw(
     *,
     alone: bool,
 ) -> None:
-    time = run.time
     if not alone:
-        look: dict[str, Any] = {"color": run.colour, "linestyle": run.dash, "linewidth": run.width}
-        axis.plot(*thin(time, _line(values, legs)), **look)
+        axis.plot(*thin(run.time, _line(values, legs)), **run.line)
         return
-    shade(axis, time, ~calm, STANCE_COLOUR)
+    shade(axis, run.time, ~calm, STANCE_COLOUR)
     for leg in legs:
         colour, line = leg_colour(leg - 1), values[:, leg - 1]
-        axis.plot(*thin(time, line), color=paler(colour), linewidth=0.8)
-        axis.plot(*thin(time, np.where(calm, line, np.nan)), color=colour, linewidth=1.2)
+        axis.plot(*thin(run.time, line), color=paler(colour), linewidth=0.8)
+        axis.plot(*thin(run.time, np.where(calm, line, np.nan)), color=colour, linewidth=1.2)
 
 
-def _keep_calm(
+def _limit(
     axis: Axes,
     rows: Sequence[np.ndarray],
     calm: Sequence[np.ndarray],
     legs: tuple[int, ...],
     *,
     alone: bool,
-) -> None:
-    """Choose the upright axis for what lies away from switches, and say what that leaves out."""
+) -> float:
+    """Limit the vertical axis to values away from switches; return the largest value cut off."""
     chosen = [leg - 1 for leg in legs]
-    lines = [values[:, chosen] if alone else _line(values, legs)[:, None] for values in rows]
-    most = max(float(np.abs(line).max(initial=0.0)) for line in lines)
-    quiet = max(
-        float(np.abs(line[mask]).max(initial=0.0)) for line, mask in zip(lines, calm, strict=True)
-    )
+    lines = [np.abs(values[:, chosen] if alone else _line(values, legs)) for values in rows]
+    most = max(float(line.max(initial=0.0)) for line in lines)
+    quiet = max(float(line[mask].max(initial=0.0)) for line, mask in zip(lines, calm, strict=True))
     if quiet == 0.0 or most <= 3 * quiet:
-        return
+        return 0.0
     axis.set_ylim(-1.6 * quiet if alone else 0.0, 1.6 * quiet)
-    unit = "N" if axis.get_ylabel().endswith("[N]") else "N·m"
-    name = axis.get_title(loc="left")
-    words = f"impacts up to {most:.2g} {unit}" + ("" if layout().is_narrow else " are cut off")
-    title = axis.set_title(f"{name}   ({words})")
-    shrunk(title, axis.bbox.width, least=points(6.5))
+    return most

@@ -1,4 +1,4 @@
-"""A run's folder, which appears whole or not at all."""
+"""The folder of a run, which appears whole or not at all."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from pathlib import Path
 from phasmid.arguments import path_of
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
-from phasmid.reporting.companion import Draw, drawing
-from phasmid.reporting.gallery import WALK, Gallery
+from phasmid.reporting.catalogue import CATALOGUE, report_figures
+from phasmid.reporting.drawing import can_be_drawn, walk_picture
+from phasmid.reporting.runs import gather
 from phasmid.reporting.source import read_source
-from phasmid.reporting.style import uncollected
+from phasmid.reporting.style import encoded_figure, save_figure
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.robot import Appearance
 from phasmid.robot.appearance import glb
 from phasmid.toml import read_toml
 
 OWN_FILES = ("summary.json", "recording.nc")
-"""A folder that holds one of these is a run's."""
+"""Files by which a folder is recognised as a run's."""
 
 ENTRIES = {*OWN_FILES, "scenario.toml", "robot.toml", "figures", "recording.mcap"}
 ENTRIES |= {"report.html", "video.mp4", "video.gif", "commands.toml"}
-"""All that phasmid puts into a run's folder; with anything else in it, it is never replaced."""
+"""Entries of a run's folder; a folder with any other is never replaced."""
 
 
 def report(
@@ -38,19 +39,18 @@ def report(
     mcap: bool = False,
     appearance: Appearance | None = None,
 ) -> Path:
-    """Write a run's folder: scenario, robot, recording, numbers, figures and the page of all these.
+    """Write a run's folder: scenario, robot, recording, summary, figures and page.
 
-    Everything is written into a folder beside it first, which is then renamed, so that the folder
-    is complete as soon as it exists; an older run is removed only after that.
+    Files are written into a folder beside it, which is renamed when it is complete; an older run is
+    removed only after that.
 
     Args:
         recording: A simulation, an analysis or a robot's log.
-        folder: Where to; folders above it are made.
-        force: Whether an older run of that name is replaced.
-        figures: Whether pictures are drawn, and ``report.html`` written, which shows them.
-        appearance: The robot's meshes, kept beside its file; those that come with phasmid are
-            found without it.
-        mcap: Whether ``recording.mcap`` is written too, as `phasmid.save_mcap` does.
+        folder: The folder; folders above it are made.
+        force: Replace an older run of that name.
+        figures: Draw the figures, and write ``report.html``.
+        appearance: The robot's meshes, kept beside its file, where they do not come with phasmid.
+        mcap: Write ``recording.mcap`` too, as `phasmid.save_mcap` does.
 
     Returns:
         The folder.
@@ -63,7 +63,7 @@ def report(
     check_recording(recording)
     folder = path_of("folder", folder)
     check_folder(folder, force=force)
-    # What the recording lacks is found out before anything is written.
+    # A recording without its robot is refused before anything is written.
     source = read_source(recording)
     if mcap:
         check_mcap()
@@ -91,11 +91,11 @@ def report(
 
 
 def check_folder(folder: str | Path, *, force: bool = False) -> None:
-    """Refuse a folder into which `report` could not write; to be asked before a run starts.
+    """Raise where `report` could not write a folder, before a run starts.
 
     Args:
-        folder: Where the run shall go.
-        force: Whether an older run of that name may be replaced.
+        folder: Folder of the run.
+        force: Replace an older run of that name.
 
     Raises:
         InvalidInput: It exists and may not be replaced.
@@ -143,8 +143,6 @@ def _check_existing(folder: Path, *, force: bool) -> None:
 
 def _foreign(folder: Path) -> list[str]:
     """Return the names in a run's folder, and in its figures, that no run writes."""
-    from phasmid.reporting.catalogue import CATALOGUE
-
     figures = f"({'|'.join(map(re.escape, CATALOGUE))})([b-z]|-[0-9]+)?[.](svg|png)|walk[.]png"
     found = []
     for path in sorted(folder.iterdir()):
@@ -177,43 +175,37 @@ def _fill(
         (folder / "commands.toml").write_text(text, encoding="utf-8", newline="\n")
     if appearance is not None and appearance.name and appearance.parts:
         (folder / appearance.name).write_bytes(glb(appearance.parts))
-    if not figures:
-        _write_numbers(recording, folder)
-        return
-    gallery = Gallery(recording, appearance)
-    with uncollected(), drawing(gallery) as draw:
-        summary = _write_numbers(recording, folder)
-        _write_pictures(gallery, draw, summary, folder)
-
-
-def _write_numbers(recording: Recording, folder: Path) -> Summary:
-    """Write the recording and its summary."""
     save_recording(recording, folder / "recording.nc")
     summary = summarise(recording)
     text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8", newline="\n")
-    return summary
+    if figures:
+        _write_figures(recording, summary, folder, appearance)
 
 
-def _write_pictures(gallery: Gallery, draw: Draw, summary: Summary, folder: Path) -> None:
-    """Write the page, and the figures that the folder has as files."""
-    from phasmid.reporting.webpage import Page, Picture
+def _write_figures(
+    recording: Recording, summary: Summary, folder: Path, appearance: Appearance | None
+) -> None:
+    """Write the page, and the figures that are files of the folder."""
+    from phasmid.reporting.webpage import Picture, page_html
 
-    page = Page(gallery.recording, summary, gallery.appearance)
-    drawn = draw(gallery.of_page)
-    pictures = [
-        Picture(name, kind.sentence, drawn[name, "svg"])
-        for name, kind in gallery.kinds.items()
-        if kind.in_page
-    ]
-    text = page.html(pictures, drawn.get(WALK))
-    (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
-    drawn |= draw(gallery.of_folder)
     place = folder / "figures"
     place.mkdir()
-    for (name, ending), content in drawn.items():
-        if (name, ending) == WALK or gallery.kinds[name].in_folder:
-            (place / f"{name}.{ending}").write_bytes(content)
+    run = gather([recording])[0]
+    pictures, still = [], None
+    for name, kind, legs in report_figures(run):
+        figure = kind.draw([run], legs)
+        svg = encoded_figure(figure, "svg")
+        if kind.in_page:
+            pictures.append(Picture(name, kind.sentence, svg))
+        if kind.in_folder:
+            (place / f"{name}.svg").write_bytes(svg)
+            save_figure(figure, place / f"{name}.png")
+    if can_be_drawn(recording):
+        still = encoded_figure(walk_picture(recording, appearance), "png")
+        (place / "walk.png").write_bytes(still)
+    page = page_html(recording, summary, pictures, still, appearance)
+    (folder / "report.html").write_text(page, encoding="utf-8", newline="\n")
 
 
 def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> None:
@@ -233,6 +225,6 @@ def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> No
     try:
         shutil.rmtree(old, ignore_errors=True)
     except BaseException:
-        # What was interrupted is the removal of what is no longer needed.
+        # Only the removal of the older run was interrupted.
         shutil.rmtree(old, ignore_errors=True)
         raise

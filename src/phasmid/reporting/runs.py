@@ -1,4 +1,4 @@
-"""The runs that a figure shows, side by side: their names, colours, and what tells them apart."""
+"""The runs of a figure: labels, line properties, and differences between their scenarios."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ import numpy as np
 from phasmid import units
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
-from phasmid.reporting.panels import LAST_CYCLES, MOST_CYCLES, shown_part
-from phasmid.reporting.sheet import caption, short
-from phasmid.reporting.source import Source, finite_part, read_source, run_title
-from phasmid.reporting.style import RUN_COLOURS, RUN_DASHES, RUN_WIDTHS
+from phasmid.reporting.figure_layout import Entry, caption, short
+from phasmid.reporting.source import Source, channel, finite_part, read_source, run_title
+from phasmid.reporting.style import RUN_LINES
 from phasmid.scenario import option_keys
 from phasmid.scenario.scenario import Scenario
 from phasmid.tables import quantity
 
-MOST_RUNS = len(RUN_COLOURS)
-"""Most runs in one figure: of more nobody could tell the lines apart."""
+MOST_RUNS = len(RUN_LINES)
+"""Most runs in one figure."""
+
+MOST_CYCLES, LAST_CYCLES = 6, 5
+"""Walks of more cycles than the first are drawn over the second number of last cycles."""
 
 MOST_DIFFERENCES = 3
 """Most differences that a run's label names."""
-
 
 LEAST_TELLING = ("duration", "samples", "record_interval", "measured", "max_steps")
 """Fields that are named after all others."""
@@ -32,36 +33,36 @@ LEAST_TELLING = ("duration", "samples", "record_interval", "measured", "max_step
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run as a figure shows it.
+    """A run in a figure.
 
     Attributes:
         recording: Its finite part.
-        source: The machine and the experiment behind it.
-        label: What it is called beside others.
-        colour: Of its lines beside others.
-        dash: Of its lines beside others.
-        width: Of its lines beside others [pt].
+        source: Its robot and experiment.
+        label: Its name beside others.
+        line: Properties of its lines beside others.
     """
 
     recording: Recording
     source: Source
     label: str
-    colour: str
-    dash: Any
-    width: float
+    line: dict[str, Any]
 
     @property
     def time(self) -> np.ndarray:
-        """Of its samples [s], shape (N,)."""
+        """Times of the samples [s], shape (N,)."""
         return np.asarray(self.recording["time"].values)
+
+    def channel(self, name: str) -> np.ndarray | None:
+        """Return a channel's values, or None where it is not recorded."""
+        return channel(self.recording, name)
 
 
 def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None) -> list[Run]:
-    """Recordings as the runs of one figure.
+    """Return recordings as the runs of one figure.
 
     Args:
         recordings: One, or several that are compared.
-        labels: What each is called; by default what it differs in, or its robot and gait.
+        labels: Name of each; by default its differences, or its robot and gait.
 
     Raises:
         InvalidInput: There are none or too many, or one does not carry its robot and scenario.
@@ -73,7 +74,6 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
         raise InvalidInput(f"{len(labels)} labels were given for {count} runs; each needs one.")
     sources = [read_source(recording) for recording in recordings]
     unlike = differences(sources)
-    # A run without a label is called by what it differs in.
     words = [short(name or run_title(source)) for name, source in zip(unlike, sources, strict=True)]
     if labels:
         words = [
@@ -85,9 +85,7 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
             finite_part(recording),
             source,
             f"{word}, run {number + 1}" if words.count(word) > 1 else word,
-            RUN_COLOURS[number],
-            RUN_DASHES[number],
-            RUN_WIDTHS[number],
+            RUN_LINES[number],
         )
         for number, (recording, source, word) in enumerate(
             zip(recordings, sources, words, strict=True)
@@ -96,16 +94,11 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
 
 
 def differences(sources: Sequence[Source]) -> list[str]:
-    """What each run's robot and scenario have that another's have not, in words.
-
-    Args:
-        sources: Of runs that are compared.
-    """
+    """Return the fields of each run's robot and scenario that differ between runs, in words."""
     rows: list[list[str]] = []
     robots = [source.robot.name for source in sources]
     if len(set(robots)) > 1:
         rows.append(robots)
-    # Which gait and which drive says more of a run than how long it was.
     for key, path in sorted(option_keys().items(), key=lambda item: item[1][-1] in LEAST_TELLING):
         if path[-1] in {"name", "description", "robot"} and len(path) == 1:
             continue
@@ -125,7 +118,7 @@ def _field(scenario: Scenario, path: tuple[str, ...]) -> Any:
 
 
 def _in_words(key: str, path: tuple[str, ...], value: Any) -> str:
-    """A field and its value, such as ``step length 40 mm``."""
+    """Return a field and its value, such as ``step length 40 mm``."""
     table: Any = Scenario
     for part in path[:-1]:
         table = table.model_fields[part].annotation
@@ -140,36 +133,37 @@ def _in_words(key: str, path: tuple[str, ...], value: Any) -> str:
     return f"{name} {text if len(text) <= 24 else f'{text[:23]}…'}"
 
 
-def shown(runs: Sequence[Run]) -> tuple[list[Run], str]:
-    """The part of each run that figures over time show, and what to say of it.
+def shown_part(runs: Sequence[Run]) -> tuple[list[Run], str]:
+    """Return the part of each run that figures over time show, and a note on it.
 
-    One run is cut as `shown_part` does; several are cut at the end of the shortest, and to the
-    last cycles before it.
+    One run is cut to its last `LAST_CYCLES` where it has more than `MOST_CYCLES`. Several are cut
+    at the end of the shortest, and to the last cycles before it.
+
+    Raises:
+        InvalidInput: The runs have no time in common.
     """
-    if len(runs) == 1:
-        recording, note = shown_part(runs[0].recording)
-        return [replace(runs[0], recording=recording)], note
     first = max(float(run.time[0]) for run in runs)
     last = min(float(run.time[-1]) for run in runs)
     if last < first:
         raise InvalidInput("the runs have no time in common; they cannot be compared over time.")
     period = max(run.source.scenario.stride.period for run in runs)
+    cycles = (last - first) / period
     note = ""
-    if last - first > MOST_CYCLES * period * (1 + 1e-6):
-        first, note = last - LAST_CYCLES * period, f"{last - LAST_CYCLES * period:.4g}"
-        note = f"{note} to {last:.4g} s"
+    if cycles > MOST_CYCLES + 1e-6:
+        first = last - LAST_CYCLES * period
+        note = f"{first:.4g} to {last:.4g} s"
+        if len(runs) == 1:
+            note = f"last {LAST_CYCLES} of {cycles:.4g} cycles"
     part = slice(first - 1e-9, last + 1e-9)
     return [replace(run, recording=run.recording.sel(time=part)) for run in runs], note
 
 
-def who(runs: Sequence[Run]) -> list[str]:
-    """Parts of the subtitle: who walked how; of several runs what they have in common."""
-    if len(runs) == 1:
-        return caption(runs[0].recording, runs[0].source)
+def shared_caption(runs: Sequence[Run]) -> list[str]:
+    """Return the parts of the caption that all runs have in common."""
     rows = [caption(run.recording, run.source) for run in runs]
     return [parts[0] for parts in zip(*rows, strict=True) if len(set(parts)) == 1]
 
 
-def entries(runs: Sequence[Run]) -> list[tuple[str, str, Any]]:
-    """Of a legend: each run's label, colour and dash."""
-    return [(run.label, run.colour, run.dash) for run in runs]
+def entries(runs: Sequence[Run]) -> list[Entry]:
+    """Return a legend's entry for each run."""
+    return [(run.label, run.line) for run in runs]

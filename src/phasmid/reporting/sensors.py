@@ -1,17 +1,17 @@
-"""What sensors told beside what was true."""
+"""Measured over true values of the last cycle."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
-from phasmid.recording import Recording
-from phasmid.reporting.sheet import caption, legend, sheet
-from phasmid.reporting.source import channel, read_source
+from phasmid.reporting.figure_layout import panel_figure, time_axis
+from phasmid.reporting.runs import Run, shared_caption
 from phasmid.reporting.style import JOINT_COLOURS, Figure, darker, styled, thin
 
 SENSOR_CHANNELS = (
@@ -21,91 +21,78 @@ SENSOR_CHANNELS = (
     "imu_angular_velocity",
     "imu_acceleration",
 )
-"""What is drawn of what sensors told; one of these makes a figure."""
+"""Measured channels that are drawn; one suffices."""
 
-TRUE_COLOUR = "#b9bec7"
-LEG, FEMUR, UP = 0, 1, 2
-"""Of the many channels those are drawn that say most: leg 1, its femur, and the upright axis."""
+TRUE_LINE: dict[str, Any] = {"color": "#b9bec7", "linewidth": 2.4}
+MEASURED_LINE: dict[str, Any] = {"color": darker(JOINT_COLOURS[1]), "linewidth": 1.0}
 
-
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    """A quantity as it was and as it was told; what was true may not be known."""
-
-    label: str
-    told: np.ndarray
-    true: np.ndarray | None
+LEG, FEMUR, Y, Z = 0, 1, 1, 2
 
 
-def sensor_figure(recording: Recording) -> Figure:
-    """What sensors told in the last cycle, over what was true.
+def sensor_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
+    """Draw measured over true values of leg 1 and the body in the last cycle.
+
+    Args:
+        runs: One.
+        legs: Ignored.
 
     Raises:
-        InvalidInput: The recording holds nothing that sensors told.
+        InvalidInput: Nothing measured is recorded.
     """
-    source = read_source(recording)
-    time = np.asarray(recording["time"].values)
-    period = source.scenario.stride.period
-    recording = recording.isel(
-        time=slice(int(np.searchsorted(time, time[-1] - period - 1e-9)), None)
-    )
-    found = [pair for pair in _pairs(recording) if pair is not None]
-    if not found:
+    del legs
+    run = runs[0]
+    first = run.time[-1] - run.source.scenario.stride.period - 1e-9
+    run = replace(run, recording=run.recording.sel(time=slice(first, None)))
+    pairs = [
+        (label, measured, true) for label, measured, true in _pairs(run) if measured is not None
+    ]
+    if not pairs:
         raise InvalidInput(
-            "the recording holds nothing that sensors told.", hint="--measured everything"
+            "the recording holds nothing that sensors measured.", hint="--measured everything"
         )
-    time = np.asarray(recording["time"].values)
     with styled():
-        drawing = sheet(
-            "What sensors tell, last cycle, leg 1 and body",
-            caption(recording, source),
-            [1.1] * len(found),
+        drawing = panel_figure(
+            "Measured and true values, last cycle, leg 1 and body",
+            shared_caption([run]),
+            [1.1] * len(pairs),
             share_y=False,
             left=0.13,
             right=0.965,
             gap=0.2,
         )
-        grid = drawing.axes
-        for axis, pair in zip(grid, found, strict=True):
-            if pair.true is not None:
-                axis.plot(*thin(time, pair.true), color=TRUE_COLOUR, linewidth=2.4)
+        for axis, (label, measured, true) in zip(drawing.axes, pairs, strict=True):
+            if true is not None:
+                axis.plot(*thin(run.time, true), **TRUE_LINE)
             # A reading stands until the next one arrives.
-            colour = darker(JOINT_COLOURS[1])
-            axis.step(time, pair.told, where="post", color=colour, linewidth=1.0)
-            axis.set_ylabel(pair.label)
-        grid[-1].set_xlabel("time [s]")
-        grid[-1].set_xlim(time[0], time[-1])
-        drawing.figure.align_ylabels(grid)
-        legend(drawing, [("true", TRUE_COLOUR, "-"), ("measured", darker(JOINT_COLOURS[1]), "-")])
+            axis.step(run.time, measured, where="post", **MEASURED_LINE)
+            axis.set_ylabel(label)
+        time_axis(drawing.axes[-1], run.time)
+        drawing.figure.align_ylabels(drawing.axes)
+        drawing.add_legend([("true", TRUE_LINE), ("measured", MEASURED_LINE)])
     return drawing.figure
 
 
-def _pairs(recording: Recording) -> list[_Pair | None]:
-    degrees, at = np.degrees(1.0), (slice(None), LEG, FEMUR)
-    up = (slice(None), UP)
-    spin = channel(recording, "body_angular_velocity")
-    orientation = channel(recording, "body_orientation")
+def _pairs(run: Run) -> list[tuple[str, np.ndarray | None, np.ndarray | None]]:
+    """Return label, measured values and true values of each panel; None where not recorded."""
+    spin, orientation = run.channel("body_angular_velocity"), run.channel("body_orientation")
     if spin is not None and orientation is not None:
         spin = np.einsum("tji,tj->ti", quaternion_rotation(orientation), spin)
+
+    def of(values: Any, *index: int, scale: float = 1.0) -> np.ndarray | None:
+        return None if values is None else scale * values[:, *index]
+
+    def joint(name: str, scale: float = 1.0) -> np.ndarray | None:
+        return of(run.channel(name), LEG, FEMUR, scale=scale)
+
+    def foot(name: str) -> np.ndarray | None:
+        return of(run.channel(name), LEG)
+
+    deg = float(np.degrees(1.0))
+    gyro = of(run.channel("imu_angular_velocity"), Y, scale=deg)
     return [
-        _pair(recording, "femur [°]", "joint_position", "joint_position_measured", at, degrees),
-        _pair(recording, "femur load [1]", "servo_duty", "joint_load_measured", at),
-        _pair(recording, "foot [N]", "foot_normal_force", "foot_normal_force_measured", at[:2]),
-        _pair(recording, "gyro y [°/s]", spin, "imu_angular_velocity", (slice(None), 1), degrees),
-        _pair(recording, "acc. z [m/s²]", None, "imu_acceleration", up),
+        ("femur [°]", joint("joint_position_measured", deg), joint("joint_position", deg)),
+        ("femur load [1]", joint("joint_load_measured"), joint("servo_duty")),
+        ("foot [N]", foot("foot_normal_force_measured"), foot("foot_normal_force")),
+        ("gyro y [°/s]", gyro, of(spin, Y, scale=deg)),
+        ("acc. z [m/s²]", of(run.channel("imu_acceleration"), Z), None),
     ]
-
-
-def _pair(
-    recording: Recording,
-    label: str,
-    true: str | np.ndarray | None,
-    told: str,
-    of: tuple[Any, ...],
-    scale: float = 1.0,
-) -> _Pair | None:
-    values = channel(recording, told)
-    if values is None:
-        return None
-    known = channel(recording, true) if isinstance(true, str) else true
-    return _Pair(label, scale * values[of], None if known is None else scale * known[of])

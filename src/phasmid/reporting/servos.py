@@ -1,4 +1,4 @@
-"""What the servos had to give: output, load, heat, and which of them gave up."""
+"""Output, load, heat and shutdowns of the servos."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from phasmid.robot.servo import HEAT_RANGE
 
 
 def servo_verdict(recording: Recording) -> dict[str, Any]:
-    """Whether the servos hold the robot, as whatever made the recording computed it.
+    """Return the verdict on the servos that the recording carries.
 
     Args:
         recording: Its attribute ``servo_verdict`` is read: `phasmid.forces.ServoVerdict` as JSON.
@@ -30,19 +30,19 @@ def servo_verdict(recording: Recording) -> dict[str, Any]:
 
 
 def servos(recording: Recording, source: Source) -> dict[str, Any]:
-    """How near to their limits the servos were.
+    """Return how close the servos came to their limits.
 
     Args:
-        recording: What was seen.
-        source: The experiment.
+        recording: The recording.
+        source: Its robot and experiment.
 
     Returns:
         Of each joint, shape (L, 3): ``saturated`` and ``above_continuous``, the parts of the time
         at the largest output and above the continuous torque; ``peak_temperature``,
         ``final_temperature`` and ``steady_temperature`` [°C], the last that which the mean loss
-        in the winding would lead to; ``time_to_limit`` [s], how long it could go on like this
-        until it is too hot, None where it never is; ``shutdown_time`` [s]. Besides them the
-        supply, the limits and where the joints began. ``peak_range`` and ``steady_range`` are the
+        in the winding leads to; ``time_to_limit`` [s] at this load, None where it never
+        gets there; ``shutdown_time`` [s]. Besides them the
+        supply and the limits. ``peak_range`` and ``steady_range`` are the
         lowest and highest estimates of the warmest joint [°C]: warmings times `HEAT_RANGE`, the
         highest with the current that the torques take without help from friction. Empty without
         the servos' channels.

@@ -1,4 +1,4 @@
-"""Solids as triangles: the parts of which pictures of robots are made."""
+"""Solids as triangles, the parts of robots without meshes."""
 
 from __future__ import annotations
 
@@ -11,38 +11,23 @@ from jaxtyping import Float
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Coloured triangles; seen from outside their corners run counter-clockwise.
+    """Coloured triangles; from outside their corners run counter-clockwise.
 
     Attributes:
-        corners: Of each triangle [m], shape (T, 3, 3).
-        colours: Red, green and blue of each triangle, 0 to 1, shape (T, 3).
+        corners: Corners of each triangle [m], shape (T, 3, 3).
+        colours: Colour of each triangle, red, green and blue, 0 to 1, shape (T, 3).
     """
 
     corners: Float[np.ndarray, "triangles 3 3"]
     colours: Float[np.ndarray, "triangles 3"]
 
     def at(self, X: Float[np.ndarray, "4 4"]) -> Mesh:
-        """The mesh moved by a pose."""
+        """Return the mesh moved by a pose."""
         return Mesh(self.corners @ X[:3, :3].T + X[:3, 3], self.colours)
-
-    def extent(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """The least and the largest coordinates [m]."""
-        parts = [self.corners[..., k] for k in range(3)]
-        return np.array([part.min() for part in parts]), np.array([part.max() for part in parts])
-
-    def outward(self) -> Float[np.ndarray, "triangles 3"]:
-        """Vectors out of the triangles, as long as twice their areas [m²]."""
-        a, b, c = np.moveaxis(self.corners, 1, 0)
-        return np.cross(b - a, c - a)
-
-    def front(self, towards: Float[np.ndarray, "3"] | Float[np.ndarray, "triangles 3"]) -> Mesh:
-        """The triangles that look in a direction, or each in its own; these hide a solid's rest."""
-        seen = np.einsum("...k,...k->...", self.outward(), towards) > 0
-        return Mesh(self.corners[seen], self.colours[seen])
 
 
 def joined(meshes: list[Mesh]) -> Mesh:
-    """Several meshes as one."""
+    """Return several meshes as one."""
     return Mesh(
         np.concatenate([mesh.corners for mesh in meshes]),
         np.concatenate([mesh.colours for mesh in meshes]),
@@ -50,12 +35,12 @@ def joined(meshes: list[Mesh]) -> Mesh:
 
 
 def rgb(colour: str) -> Float[np.ndarray, "3"]:
-    """A colour such as ``#4a6fc4`` in numbers from 0 to 1."""
+    """Return a colour such as ``#4a6fc4`` as red, green and blue from 0 to 1."""
     return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
 
 
 def loft(rings: Float[np.ndarray, "rings points 3"], colour: str) -> Mesh:
-    """The closed solid through rings of points, each seen counter-clockwise from the last one.
+    """Return the closed solid through rings of points, each counter-clockwise seen from the last.
 
     Args:
         rings: Convex outlines of equal number of points, from the first end to the last [m].
@@ -74,7 +59,7 @@ def loft(rings: Float[np.ndarray, "rings points 3"], colour: str) -> Mesh:
 
 
 def _outline(half_y: float, half_z: float, chamfer: float) -> np.ndarray:
-    """Rectangle in y and z with cut corners, counter-clockwise seen from +x, shape (8, 2)."""
+    """Return a rectangle with cut corners in y and z, counter-clockwise, shape (8, 2)."""
     c = chamfer * min(half_y, half_z)
     y, z = half_y, half_z
     points = [(y, z - c), (y - c, z), (c - y, z), (-y, z - c)]
@@ -83,7 +68,7 @@ def _outline(half_y: float, half_z: float, chamfer: float) -> np.ndarray:
 
 
 def beam(sections: list[tuple[float, float, float]], colour: str, chamfer: float = 0.35) -> Mesh:
-    """A beam along x through rectangles with cut corners.
+    """Return a beam along x through rectangles with cut corners.
 
     Args:
         sections: Place along x, half width in y and half width in z of each [m].
@@ -98,7 +83,7 @@ def beam(sections: list[tuple[float, float, float]], colour: str, chamfer: float
 
 
 def box(centre: tuple[float, float, float], size: tuple[float, float, float], colour: str) -> Mesh:
-    """A box along the axes with bevelled edges [m]."""
+    """Return a box along the axes with bevelled edges [m]."""
     length, width, height = size
     bevel = 0.12 * min(size)
     end, inner = length / 2, length / 2 - bevel
@@ -118,7 +103,7 @@ def cylinder(
     colour: str,
     sides: int = 28,
 ) -> Mesh:
-    """A cylinder, or a cone where the radii differ, with bevelled ends where they do not [m]."""
+    """Return a cylinder with bevelled ends, or a cone where the radii differ [m]."""
     axis = end - start
     length = float(np.linalg.norm(axis))
     axis = axis / length
@@ -136,7 +121,7 @@ def cylinder(
 
 
 def ball(centre: Float[np.ndarray, "3"], radius: float, colour: str) -> Mesh:
-    """A ball [m]."""
+    """Return a ball [m]."""
     angle = np.arange(20) * math.pi / 10
     latitudes = np.linspace(-1.45, 1.45, 9)
     around = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -149,7 +134,7 @@ def ball(centre: Float[np.ndarray, "3"], radius: float, colour: str) -> Mesh:
 def slab(
     points: Float[np.ndarray, "points 2"], radius: float, low: float, high: float, colour: str
 ) -> Mesh:
-    """A plate whose outline is the hull of some points, rounded off about them.
+    """Return a plate whose outline is the hull of some points, rounded off about them.
 
     Args:
         points: Seen from above [m].
@@ -172,7 +157,7 @@ def slab(
 
 
 def _hull(points: np.ndarray) -> np.ndarray:
-    """Corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
+    """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
     ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
 
     def chain(row: np.ndarray) -> list[np.ndarray]:

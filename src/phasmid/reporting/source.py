@@ -1,4 +1,4 @@
-"""What a recording says of itself: its robot, its scenario, its gait."""
+"""Robot, scenario and gait of a recording."""
 
 from __future__ import annotations
 
@@ -15,19 +15,18 @@ from phasmid.robot import Appearance, Robot
 from phasmid.scenario import Scenario, recorded_scenario, scenario_names
 
 LEAST = 1e-6
-"""What is taken as stall torque [N·m] and no-load speed [rad/s] of a servo whose supply does not
-overcome its friction, so that shares of them are numbers."""
+"""Least stall torque [N·m] and no-load speed [rad/s], so that shares of them are finite."""
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The machine and the experiment behind a recording.
+    """Robot and experiment of a recording.
 
     Attributes:
-        robot: As it was simulated: with the scenario's variants of mass, mounts and stance.
-        scenario: The experiment; its robot is only a file's name.
-        gait: Which legs were to stand, when.
-        weight: Of the whole robot [N].
+        robot: The robot as simulated, with the scenario's variants of mass, mounts and stance.
+        scenario: The experiment.
+        gait: The gait.
+        weight: Weight of the whole robot [N].
     """
 
     robot: Robot
@@ -37,7 +36,7 @@ class Source:
 
     @property
     def step_time(self) -> float:
-        """Time for which a foot stands, and in which the body makes one step [s]."""
+        """Duration of a stance, in which the body makes one step [s]."""
         return self.gait.duty_factor * self.scenario.stride.period
 
     @property
@@ -49,7 +48,7 @@ class Source:
 
     @property
     def stall_torque(self) -> float:
-        """Of the servos at their supply, or else as rated [N·m]."""
+        """Stall torque of the servos at their supply, or else as rated [N·m]."""
         servo = self.robot.servo
         if self.supply is None:
             return servo.stall_torque
@@ -58,12 +57,12 @@ class Source:
 
     @property
     def continuous_torque(self) -> float:
-        """Torque that the servos hold without an end [N·m]."""
+        """Torque that the servos hold continuously [N·m]."""
         return min(self.robot.servo.continuous, self.stall_torque)
 
     @property
     def no_load_speed(self) -> float:
-        """Of the servos at their supply, or else as rated [rad/s]."""
+        """No-load speed of the servos at their supply, or else as rated [rad/s]."""
         servo = self.robot.servo
         if self.supply is None:
             return servo.no_load_speed
@@ -71,15 +70,14 @@ class Source:
 
 
 def read_source(recording: Recording, appearance: Appearance | None = None) -> Source:
-    """The robot and the scenario that a recording carries as text.
+    """Return robot and experiment of a recording.
 
     Args:
         recording: The recording.
-        appearance: The robot's meshes, which no text carries; those that come with phasmid are
-            found without it.
+        appearance: The robot's meshes, where they do not come with phasmid.
 
     Raises:
-        InvalidInput: The recording carries none, or not one that fits its channels.
+        InvalidInput: The recording carries none, or they do not fit its channels.
     """
     check_recording(recording)
     scenario, robot = _read(*(str(recording.attrs.get(n, "")) for n in ("scenario", "robot")))
@@ -104,23 +102,21 @@ def run_title(source: Source) -> str:
 
 @lru_cache(maxsize=4)
 def _read(scenario: str, robot: str) -> tuple[Scenario, Robot]:
-    """Both as they were run; each figure of a report asks for them."""
+    """Return both as they were run; cached for the figures of a report."""
     experiment, base = recorded_scenario({"scenario": scenario, "robot": robot})
     return experiment, experiment.vary(base)
 
 
 def channel(recording: Recording, name: str) -> np.ndarray | None:
-    """A channel's numbers, or None where the recording lacks it."""
+    """Return a channel's values, or None where it is not recorded."""
     return np.asarray(recording[name].values) if name in recording.data_vars else None
 
 
 def finite_part(recording: Recording) -> Recording:
-    """The recording until its first sample that is not finite, as a run that diverged ends in.
+    """Return the recording up to its first sample that is not finite; itself where all are finite.
 
-    One that is finite all through is given back itself.
-
-    A channel that is not finite from the beginning is left out. Sensors that tell no number have
-    failed, and the run has not: what they tell is kept as it is.
+    A channel that is not finite from the beginning is left out. Sensor channels may hold NaN, from
+    failed sensors.
     """
     time = recording.sizes["time"]
     good, lost = np.ones(time, dtype=bool), []
@@ -128,7 +124,7 @@ def finite_part(recording: Recording) -> Recording:
         if str(name).startswith("imu_") or str(name).endswith("_measured"):
             continue
         values = np.asarray(recording[name].values)
-        # Most are finite all through, and so is their sum, which is sooner found.
+        # The sum of a finite channel is finite, and quick to compute.
         with np.errstate(over="ignore", invalid="ignore"):
             if np.isfinite(np.sum(values)):
                 continue
@@ -144,14 +140,14 @@ def finite_part(recording: Recording) -> Recording:
 
 
 def events(recording: Recording) -> list[tuple[float, str]]:
-    """What a controller said during a run, and when [s]; safe to print."""
+    """Return time [s] and text of the controller's events; safe to print."""
     try:
-        told = json.loads(str(recording.attrs.get("events", "[]")))
-        return [(float(time), plain(str(sentence))) for time, sentence in told]
+        stored = json.loads(str(recording.attrs.get("events", "[]")))
+        return [(float(time), plain(str(sentence))) for time, sentence in stored]
     except (ValueError, TypeError):
         return []
 
 
 def attribute(recording: Recording, name: str) -> str:
-    """An attribute as text that is safe to print; empty where the recording lacks it."""
+    """Return an attribute as text that is safe to print; empty where it is absent."""
     return plain(str(recording.attrs.get(name, "")))

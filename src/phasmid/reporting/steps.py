@@ -1,4 +1,4 @@
-"""When feet stand: intervals, and the samples that lie away from lift-off and touchdown."""
+"""Intervals of stance, and the samples away from lift-off and touchdown."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 SETTLING = 0.080
-"""Time about a switch of legs in which impacts hide what model and simulation share [s]."""
+"""Time around a switch of legs in which impacts dominate [s]."""
 
 
 def intervals(mask: Bool[np.ndarray, " time"]) -> list[tuple[int, int]]:
-    """Runs of true samples, each as its first sample and the one after its last."""
+    """Return runs of true samples: the first sample of each, and the one after its last."""
     edges = np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8))
     starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     return [(int(a), int(b)) for a, b in zip(starts, stops, strict=True)]
@@ -26,7 +26,7 @@ def away_from_switches(
 
     Args:
         time: Time of the samples [s].
-        stance: Which feet are planned to stand.
+        stance: Planned stance, shape (N, L).
     """
     away = np.ones(stance.shape, dtype=bool)
     for leg in range(stance.shape[1]):
@@ -40,10 +40,9 @@ def away_from_switches(
 
 
 def middle_halves(stance: Bool[np.ndarray, "time legs"]) -> Bool[np.ndarray, "time legs"]:
-    """Samples in the middle half of each stance of each leg.
+    """Return the samples in the middle half of each whole stance of each leg.
 
-    A stance that touches the first or the last sample may be cut short, so that its middle is not
-    known: it is left out, and a leg of which no stance is whole has no such sample.
+    A stance that touches the first or the last sample is left out, as it may be cut short.
     """
     middle = np.zeros(stance.shape, dtype=bool)
     for leg in range(stance.shape[1]):
@@ -56,7 +55,7 @@ def middle_halves(stance: Bool[np.ndarray, "time legs"]) -> Bool[np.ndarray, "ti
 
 
 def durations(time: Float[np.ndarray, " time"]) -> Float[np.ndarray, " time"]:
-    """Time for which each sample stands in means and shares [s], by the trapezoidal rule."""
+    """Return the weight of each sample in means over time [s], by the trapezoidal rule."""
     weights = np.zeros(len(time))
     steps = np.diff(time) / 2
     weights[:-1] += steps
@@ -65,7 +64,7 @@ def durations(time: Float[np.ndarray, " time"]) -> Float[np.ndarray, " time"]:
 
 
 def rms(values: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Root mean square over time where the mask holds; NaN where it never does.
+    """Return the root mean square over time where the mask holds; NaN where it never does.
 
     Args:
         values: Shape (N, ...).

@@ -21,12 +21,12 @@ Summary: TypeAlias = dict[str, Any]
 """Numbers in SI by name, as JSON holds them."""
 
 REFINEMENT = ("time_step", "duration", "normal_force", "joint_torque", "way")
-"""What a recording may tell, as attributes, of the same walk at half its time step: relative rms
-differences of forces and torques, and the largest distance between the trunks [m]."""
+"""Attributes of a comparison with half the time step: relative rms differences of forces and
+torques, and the largest distance between the trunks [m]."""
 
 
 def summarise(recording: Recording) -> Summary:
-    """The numbers that tell how a walk went.
+    """Return the numbers of a walk.
 
     Args:
         recording: A simulation, an analysis or a robot's log; it carries its robot and scenario.
@@ -35,8 +35,8 @@ def summarise(recording: Recording) -> Summary:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
         ``velocity``, ``slip``, ``normal_force``, ``torque``, ``speed``, ``servo_verdict``,
         ``servos``, ``support``, ``energy``, ``time_step_refinement`` and
-        ``model_against_simulation``, and ``warnings``, sentences on what makes the walk doubtful.
-        What the recording does not tell is absent.
+        ``model_against_simulation``, and ``warnings``, sentences on doubtful results.
+        What is not recorded is absent.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
@@ -114,7 +114,7 @@ def summarise(recording: Recording) -> Summary:
 
 
 def _known(value: Any) -> Any:
-    """A copy without what is not known; in rows, which keep their length, it becomes None."""
+    """Return a copy without unknown values; in rows, which keep their length, they become None."""
     if isinstance(value, dict):
         kept = {key: _known(inner) for key, inner in value.items()}
         return {key: inner for key, inner in kept.items() if inner not in (None, {}, [], "")}

@@ -1,4 +1,4 @@
-"""The summary as a person reads it in a terminal."""
+"""The summary as text for a terminal."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from phasmid.reporting.summary import REFINEMENT, Summary
 from phasmid.reporting.warnings import largest_joint
 
 WIDTH = 80
-"""Columns for which the tables are laid out; they are no wider where there are more."""
+"""Largest width of the tables [columns]."""
 
 LABEL_WIDTH = 17
-"""Columns of a line's label."""
+"""Width of a label [columns]."""
 
 ABSENT = "-"
 
@@ -28,7 +28,7 @@ MOST_EVENTS = 5
 
 @runtime_checkable
 class Sink(Protocol):
-    """What takes text: an open file, standard output, or text in memory."""
+    """A file, standard output, or text in memory."""
 
     def write(self, text: str, /) -> int:
         """Take some text."""
@@ -40,9 +40,9 @@ def print_summary(
     """Print the numbers of `summarise`, about a screen of them.
 
     Args:
-        summary: What `summarise` gave, or the content of a ``summary.json``.
-        legs: Numbers of the legs whose rows are shown, from 1; all by default.
-        file: Where to; standard output by default. Without a terminal there is no colour.
+        summary: Result of `summarise`, or the content of a ``summary.json``.
+        legs: Leg numbers, from 1; by default all.
+        file: Destination; by default standard output. Without a terminal there is no colour.
 
     Raises:
         InvalidInput: There is no such leg.
@@ -107,13 +107,13 @@ def print_summary(
 
 
 def headline(summary: Summary) -> str:
-    """Who walked how, on one line."""
+    """Return title and kind of the run, on one line."""
     kind = summary["run"].get("kind", "recording")
     return plain(f"{summary['run']['title']} · {'analysis' if kind == 'model' else kind}")
 
 
 def head(summary: Summary) -> Iterator[tuple[str, str]]:
-    """Label and text of the five answers that come first."""
+    """Yield label and text of the first five lines."""
     run, warnings = summary["run"], summary.get("warnings", ())
     ended, reason = run.get("ending", "no end recorded"), run.get("ending_reason", "")
     yield "Walked?", plain(f"{ended}: {reason}" if reason else ended)
@@ -175,7 +175,7 @@ def _share(difference: Any, reference: Any) -> float | None:
 
 
 def facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    """Label and text of each line above the table; lines of which nothing is known are left out."""
+    """Yield label and text of each line above the table; unknown ones are left out."""
     way, run = summary.get("travel", {}), summary["run"]
     of_plan = ""
     if run["planned_duration"] - run["duration"] > 1e-9:
@@ -263,7 +263,7 @@ def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _kinds(summary: Summary, section: str, label: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """The simulated numbers and, under them or alone, the model's."""
+    """Yield the simulated numbers and, under them or alone, the model's."""
     found = summary.get(section, {})
     if "simulation" in found:
         yield label, found["simulation"]
@@ -321,7 +321,7 @@ def _servo_facts(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _between(ends: list[float]) -> str:
-    """A range of temperatures."""
+    """Return a range of temperatures in words."""
     low, high = (f"{end:.0f}" for end in ends)
     return f"{low} °C" if low == high else f"{low} to {high} °C"
 
@@ -362,17 +362,17 @@ def _refinement_facts(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _small(way: float) -> str:
-    """A small length in the unit that needs no power of ten."""
+    """Return a small length in millimetres or micrometres."""
     return f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
 
 
 def leg_row(summary: Summary, leg: int, name: str) -> list[str]:
-    """A leg's row of the table: its name, normal force [N], slip [mm] and torques [N·m].
+    """Return a leg's row of the table: name, normal force [N], slip [mm] and torques [N·m].
 
     Args:
-        summary: What `summarise` gave.
-        leg: Counted from 0.
-        name: As which the row begins.
+        summary: Result of `summarise`.
+        leg: Index of the leg, from 0.
+        name: Name of the row.
     """
     means = [kind.get("mean_in_stance") for kind in summary.get("normal_force", {}).values()]
     slips = summary.get("slip", {}).get("mean_by_leg")
@@ -388,7 +388,7 @@ def leg_row(summary: Summary, leg: int, name: str) -> list[str]:
 
 
 def _newtons(force: float | None) -> str:
-    """A force in at most four columns where it is below 10 kN, so that two fit the table."""
+    """Return a force in at most four columns where it is below 10 kN, so that two fit the table."""
     if force is None:
         return ABSENT
     size = abs(force)
@@ -396,7 +396,7 @@ def _newtons(force: float | None) -> str:
 
 
 def note(summary: Summary) -> str:
-    """What the table shows, and of which samples."""
+    """Return the notes on the table."""
     sentences = []
     if "normal_force" in summary:
         sentences.append("Normal forces are means over all of stance.")
@@ -432,13 +432,13 @@ def _torque_note(summary: Summary) -> str:
 
 
 def _at_supply(summary: Summary) -> str:
-    """At which voltage servos of their own law have their limits."""
+    """Return the supply voltage of servos with their own law, in words."""
     supply = summary["robot"].get("supply")
     return "" if supply is None else f" at {supply:g} V"
 
 
 def _first(kinds: dict[str, Any]) -> dict[str, Any]:
-    """The simulated numbers, or else the model's."""
+    """Return the simulated numbers, or else the model's."""
     found: dict[str, Any] = kinds.get("simulation") or kinds.get("model") or {}
     return found
 

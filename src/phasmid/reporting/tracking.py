@@ -1,4 +1,4 @@
-"""How well a driven walk keeps to what it was told, and what that costs."""
+"""Tracking of a commanded velocity, and its cost."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from phasmid.recording import Recording
 
 
 class Tracking(NamedTuple):
-    """ModelReference of the last cycles of a walk at a constant velocity.
+    """Tracking in the last cycles of a walk at a constant velocity.
 
     Attributes:
-        velocity: Of the body over ground in its own axes: ahead, left [m/s], turn [rad/s].
-        velocity_error: How far that is from the commanded one, as a part of it.
-        joint_error: Root of the mean square of all joints' errors [rad].
-        slip: Way that a standing foot slides, per step [m].
-        tangential: Sum of the forces along the ground of all feet, the mean over time [N].
-        power: What the joints give, the mean over time; what they take back is not counted [W].
-        torque: Largest of all joints [N·m].
+        velocity: Actual velocity in body axes: vx, vy [m/s], wz [rad/s].
+        velocity_error: Its deviation, as a share of the commanded velocity.
+        joint_error: Rms position error of all joints [rad].
+        slip: Displacement of a stance foot per step [m].
+        tangential: Mean of the sum of all tangential foot forces [N].
+        power: Mean positive power of the joints [W].
+        torque: Largest torque of all joints [N·m].
     """
 
     velocity: tuple[float, float, float]
@@ -36,13 +36,13 @@ class Tracking(NamedTuple):
 def track(
     recording: Recording, velocity: tuple[float, float, float], *, period: float, cycles: int
 ) -> Tracking:
-    """ModelReference of a walk's last cycles.
+    """Return the tracking in a walk's last cycles.
 
     Args:
-        recording: Of a walk on level ground, simulated.
-        velocity: What was commanded all the while: ahead, left [m/s], turn [rad/s].
-        period: Time of one cycle [s].
-        cycles: How many of them count.
+        recording: A simulated walk on level ground.
+        velocity: Commanded velocity: vx, vy [m/s], wz [rad/s].
+        period: Duration of a cycle [s].
+        cycles: Number of last cycles.
 
     Raises:
         InvalidInput: The recording is shorter than that, or no velocity was commanded.
@@ -66,17 +66,17 @@ def track(
     yaw = np.unwrap(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
     c, s = np.cos(yaw), np.sin(yaw)
     x, y = np.diff(channel["body_position"][:, :2], axis=0).T
-    ahead = float(np.sum(c[:-1] * x + s[:-1] * y)) / lasts
-    left = float(np.sum(c[:-1] * y - s[:-1] * x)) / lasts
-    made = (ahead, left, float(yaw[-1] - yaw[0]) / lasts)
+    forward = float(np.sum(c[:-1] * x + s[:-1] * y)) / lasts
+    lateral = float(np.sum(c[:-1] * y - s[:-1] * x)) / lasts
+    actual = (forward, lateral, float(yaw[-1] - yaw[0]) / lasts)
 
     feet, force = channel["foot_position"], channel["foot_force"]
-    # A turn counts by how fast it moves the feet.
+    # Yaw counts by the speed of the feet that it causes.
     reach = feet[0, :, :2] - channel["body_position"][0, :2]
     scale = np.array([1.0, 1.0, np.linalg.norm(reach, axis=-1).mean()])
-    asked = float(np.linalg.norm(scale * velocity))
-    if asked == 0.0:
-        raise InvalidInput("velocity is (0, 0, 0); it must be what was commanded, not nothing.")
+    commanded = float(np.linalg.norm(scale * velocity))
+    if commanded == 0.0:
+        raise InvalidInput("velocity is (0, 0, 0); a walk in place has no velocity error.")
     touches = channel["contact"].astype(bool)
     stays = touches[1:] & touches[:-1]
     slid = np.linalg.norm(np.diff(feet[..., :2], axis=0), axis=-1) * stays
@@ -84,8 +84,8 @@ def track(
     error = channel["joint_position"] - channel["joint_position_target"]
     power = np.maximum(channel["joint_torque"] * channel["joint_velocity"], 0.0)
     return Tracking(
-        made,
-        float(np.linalg.norm(scale * (np.array(made) - velocity))) / asked,
+        actual,
+        float(np.linalg.norm(scale * (np.array(actual) - velocity))) / commanded,
         float(np.sqrt(np.mean(error**2))),
         float(slid.sum()) / steps,
         float(np.linalg.norm(force[..., :2], axis=-1).sum(axis=-1).mean()),

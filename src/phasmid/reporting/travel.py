@@ -1,4 +1,4 @@
-"""Where the body went, and where it was told to go."""
+"""Path of the body, and the commanded one."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from phasmid.reporting.steps import durations
 
 
 def commanded_way(source: Source, duration: float) -> dict[str, float]:
-    """Where the stride's steps take the body from its start, at constant pace.
+    """Return the displacement of the body by the stride's steps, at constant pace.
 
     Args:
-        source: The experiment.
+        source: Its robot and experiment.
         duration: Time from the start [s].
 
     Returns:
@@ -44,9 +44,9 @@ def commanded_way(source: Source, duration: float) -> dict[str, float]:
 
 
 def driven_way(recording: Recording, source: Source) -> dict[str, float] | None:
-    """Where the velocities that were commanded would take the body; as `commanded_way`.
+    """Return the displacement of the body by the commanded velocities, as `commanded_way`.
 
-    None where the recording is of no driven run.
+    None without a velocity command.
     """
     velocity = channel(recording, "velocity_command")
     if velocity is None:
@@ -92,7 +92,7 @@ def velocity(recording: Recording) -> dict[str, Any]:
 
 
 def travel(recording: Recording, source: Source) -> dict[str, Any]:
-    """How far the body went, how straight and how level; what is not recorded is absent."""
+    """Return distance, drift, heading and tilt of the body; what is not recorded is absent."""
     time = np.asarray(recording["time"].values)
     duration = float(time[-1] - time[0])
     # Between waypoints the velocity follows from where the robot is: it commands no path.
@@ -107,13 +107,13 @@ def travel(recording: Recording, source: Source) -> dict[str, Any]:
         if orientation is not None:
             yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
         first = float(yaw[0])
-        # What sways a driven robot is in its controller's own time.
+        # The sway of a driven robot follows its controller's clock.
         if not {"trajectory", "controller"} & set(recording.attrs):
             position = _without_sway(source, time, position, yaw)
         dx, dy = (position[-1] - position[0])[:2]
         forward = math.cos(first) * dx + math.sin(first) * dy
         sideways = math.cos(first) * dy - math.sin(first) * dx
-        # Chords of one step each follow a curved way and leave out the wavering within a step.
+        # Chords of one step each follow a curved path without the oscillation within a step.
         marks = np.append(np.arange(time[0], time[-1] - 1e-9, source.step_time), time[-1])
         places = np.stack([np.interp(marks, time, position[:, k]) for k in range(2)], axis=-1)
         distance = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
@@ -143,7 +143,7 @@ def _without_sway(
     position: Float[np.ndarray, "time 3"],
     yaw: Float[np.ndarray, " time"],
 ) -> Float[np.ndarray, "time 3"]:
-    """Where the body would be if its gait did not sway it about its path."""
+    """Return the body's position without the gait's sway about its path."""
     if not source.gait.sway:
         return position
     neutral, period = kinematics.neutral_feet(source.robot), source.scenario.stride.period

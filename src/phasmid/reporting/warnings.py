@@ -1,4 +1,4 @@
-"""What makes a walk doubtful, in sentences."""
+"""Warnings on a walk, in sentences."""
 
 from __future__ import annotations
 
@@ -7,42 +7,41 @@ from typing import Any
 
 from phasmid.errors import plain
 from phasmid.recording.channels import JOINTS
-from phasmid.reporting.joints import SHORTEST_WAY
+from phasmid.reporting.joints import SHORTEST_DISTANCE
 from phasmid.reporting.source import Source
 from phasmid.scenario import idle_fields
 
 NOTABLE_SLIP = 5e-3
-"""Mean slip per step above which feet do not stay where they stand [m]."""
+"""Notable mean slip per step [m]."""
 
 NOTABLE_SATURATION = 0.01
-"""Part of the time at full output above which a servo cannot follow."""
+"""Notable share of the time at full output."""
 
 NOTABLE_SWING_LOAD = 0.01
-"""Part of the weight above which a swinging leg bears load."""
+"""Notable load of a swing leg, as a share of the weight."""
 
 NOTABLE_LAG = 0.1
-"""Part of the commanded way, or turn, by which a walk that was completed may miss it."""
+"""Notable deviation from the commanded distance or turn, as a share."""
 
 WITHIN_STEP = 0.15
 """Part of a step by which a rest-to-rest walk leads or trails the constant pace within it: the
 largest difference of 10 s³ - 15 s⁴ + 6 s⁵ from s is 0.147."""
 
 NOTABLE_REFINEMENT = 0.05
-"""Rms difference of forces or torques from those at half the time step, over their rms, above which
-the step is too long. The paper's walk has 0.4 %, and the law of contact and its numbers, which are
-assumed, change the forces by some per cent: what the time step does shall not hide that."""
+"""Notable rms difference of forces or torques from those at half the time step, over their rms.
+The paper's walk has 0.4 %; the assumed contact law changes the forces by some per cent."""
 
 MOST_HALVES = 4
-"""How often a time step is halved at most in what is proposed."""
+"""Most halvings of the proposed time step."""
 
 
 def warnings(summary: dict[str, Any], source: Source) -> list[str]:
-    """Sentences on what the robot cannot do or what the walk should not do.
+    """Return sentences on infeasible or doubtful results.
 
     Args:
         summary: The sections of `phasmid.reporting.summarise`. Torques are the simulated ones, or
             else the model's.
-        source: The experiment, of which some fields may do nothing.
+        source: Robot and experiment; idle fields of its scenario are named.
     """
     # Servos with a law of their own may be turned faster by a load.
     limited = bool(summary["servos"])
@@ -78,12 +77,12 @@ def _unknown_ground(summary: dict[str, Any], source: Source) -> str:
 
 
 def _way(summary: dict[str, Any]) -> list[str]:
-    """How much of its way and of its turn a walk made that came to its end elsewhere."""
+    """Warn of a completed walk that missed its commanded distance or turn."""
     run, way = summary["run"], summary["travel"]
-    # A trajectory commands joints and no way.
+    # A trajectory commands joints only.
     if run.get("ending") != "COMPLETED" or run.get("follows") == "trajectory":
         return []
-    # A driven robot may be asked for more than it can, and says so; nobody planned its way.
+    # A driven robot reports infeasible commands itself.
     if run.get("controller"):
         return []
     found = []
@@ -102,7 +101,7 @@ def _way(summary: dict[str, Any]) -> list[str]:
     return [
         f"The robot {verb} {100 * made / asked:.0f} % of its {noun}: it does not follow its plan."
         for verb, noun, made, asked in found
-        if abs(asked) > SHORTEST_WAY and abs(made / asked - 1) > allowed
+        if abs(asked) > SHORTEST_DISTANCE and abs(made / asked - 1) > allowed
     ]
 
 
@@ -129,12 +128,12 @@ def _speed(summary: dict[str, Any]) -> str:
 
 
 def largest_joint(summary: dict[str, Any], name: str, *, least: bool = False) -> tuple[float, str]:
-    """The largest of the servos' numbers of one name, or the least, and the joint that has it.
+    """Return the largest, or the least, of the servos' numbers of one name, and its joint.
 
     Args:
         summary: The sections of `phasmid.reporting.summarise`.
-        name: Of a number that all joints have, shape (L, 3); those without one are passed over.
-        least: Whether the least is meant.
+        name: Name of the numbers of all joints, shape (L, 3); unknown ones are left out.
+        least: Return the least.
     """
     known = _known_joints(summary, name)
     return (min if least else max)(known, key=lambda item: item[0], default=(math.nan, ""))

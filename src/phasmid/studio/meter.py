@@ -6,7 +6,7 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from phasmid.reporting.joints import SHORTEST_WAY
+from phasmid.reporting.joints import SHORTEST_DISTANCE
 
 
 class Reading(NamedTuple):
@@ -81,5 +81,5 @@ class Meter:
         c, s = math.cos((old.yaw + new.yaw) / 2), math.sin((old.yaw + new.yaw) / 2)
         velocity = ((c * dx + s * dy) / span, (c * dy - s * dx) / span, (new.yaw - old.yaw) / span)
         way, work = math.hypot(dx, dy), new.work - old.work
-        cost = work / (self._weight * way) if way >= SHORTEST_WAY else math.nan
+        cost = work / (self._weight * way) if way >= SHORTEST_DISTANCE else math.nan
         return Reading(velocity, work / span, cost)

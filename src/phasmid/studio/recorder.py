@@ -22,7 +22,6 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import RecordingLog
-from phasmid.reporting.companion import SWITCH
 from phasmid.robot import preset_names
 from phasmid.robot.appearance import glb
 from phasmid.scenario import scenario_to_toml
@@ -47,7 +46,7 @@ NICENESS = 10
 PATIENCE = 5.0
 """Time in which a writer that is asked to end must have done so [s]."""
 
-ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", SWITCH: "1"}
+ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 """Environment of a writer, which leaves all cores but one to the live robot."""
 
 MOST_EVENTS = 10_000

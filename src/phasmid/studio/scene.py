@@ -18,13 +18,8 @@ from phasmid import kinematics
 from phasmid.errors import PhasmidError
 from phasmid.forces import ModelLoad, holding_forces
 from phasmid.gait import support_margin
-from phasmid.reporting.webpage.replay import (
-    Place,
-    looks,
-    quaternions,
-    solids_of,
-    surroundings,
-)
+from phasmid.reporting.robot_mesh import Place, mesh_pieces, quaternions
+from phasmid.reporting.webpage.replay import looks, surroundings
 from phasmid.robot import Robot
 from phasmid.studio.live import LiveRobot
 
@@ -250,6 +245,5 @@ class _Looks(NamedTuple):
 @lru_cache(maxsize=8)
 def _looks(look: _Look) -> _Looks:
     """Meshes of a robot; they stay the same under any load and on any ground."""
-    solids = solids_of(look.robot)
-    places = [place for place in solids if place is not None]
-    return _Looks(places, looks(look.robot, solids, places))
+    pieces = mesh_pieces(look.robot)
+    return _Looks(pieces.links, looks(look.robot, pieces))

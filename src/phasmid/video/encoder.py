@@ -5,58 +5,67 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from PIL import Image
 
 from phasmid.errors import OutputError, plain
 from phasmid.recording.file import whole_file
-from phasmid.reporting.shapes import rgb
-from phasmid.reporting.style import LEG_COLOURS
-from phasmid.video.probe import h264_encoder
+
+ENCODERS = ("libx264", "libopenh264", "h264_videotoolbox", "h264_mf", "h264_nvenc")
+"""Encoders of H.264, the best first."""
 
 QUALITY = "21"
 """Constant quality of H.264: lower is better and larger."""
 
-COLOURS, SAMPLED = 144, 24
-"""Colours of a GIF, and how many of its first frames they are chosen from."""
-
-SHADES, PALE = (1.0, 0.76, 0.52), 0.38
-"""Brightnesses of the legs' colours that a GIF keeps, and the strength of their pale ones."""
+SAMPLED = 24
+"""First frames of a GIF from which its colours are chosen."""
 
 
-def encode(frames: Iterator[Image.Image], path: Path, fps: float) -> None:
+@cache
+def h264_encoder() -> str | None:
+    """Return the name of PyAV's encoder for MP4, or None."""
+    try:
+        import av
+    except Exception:  # A broken package counts as absent.
+        return None
+    return next((name for name in ENCODERS if name in av.codecs_available), None)
+
+
+def encode(frames: Iterator[np.ndarray], path: Path, fps: float, count: int) -> None:
     """Write frames as a video.
 
     Args:
-        frames: All of one size; of an even one for MP4.
-        path: ``.mp4`` or ``.gif``.
+        frames: Frames of one size, an even one for MP4, each of shape (height, width, 3).
+        path: File ending in ``.mp4`` or ``.gif``.
         fps: Frames per second.
+        count: Number of frames.
 
     Raises:
         OutputError: The file cannot be written; nothing is left behind.
     """
-    write = _write_gif if path.suffix.lower() == ".gif" else _write_mp4
     with whole_file(path) as file:
-        write(frames, file, fps)
+        if path.suffix.lower() == ".gif":
+            _write_gif(frames, file, fps, count)
+        else:
+            _write_mp4(frames, file, fps)
 
 
-def _write_mp4(frames: Iterator[Image.Image], file: BinaryIO, fps: float) -> None:
+def _write_mp4(frames: Iterator[np.ndarray], file: BinaryIO, fps: float) -> None:
     import av
 
-    rate = Fraction(fps).limit_denominator(1001)
     try:
         with av.open(file, "w", format="mp4") as container:
-            stream: Any = None
-            for image in frames:
-                if stream is None:
-                    stream = container.add_stream(h264_encoder() or "", rate=rate)
-                    stream.width, stream.height = image.size
-                    stream.pix_fmt = "yuv420p"
-                    stream.options = {"crf": QUALITY, "preset": "veryfast"}
-                frame = av.VideoFrame.from_ndarray(np.asarray(image), format="rgb24")
+            rate = Fraction(fps).limit_denominator(1001)
+            stream: Any = container.add_stream(h264_encoder() or "", rate=rate)
+            stream.pix_fmt = "yuv420p"
+            stream.options = {"crf": QUALITY, "preset": "veryfast"}
+            first = next(frames)
+            stream.height, stream.width = first.shape[:2]
+            for pixels in itertools.chain([first], frames):
+                frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
                 container.mux(stream.encode(frame))
             container.mux(stream.encode(None))
     except av.FFmpegError as error:
@@ -65,51 +74,27 @@ def _write_mp4(frames: Iterator[Image.Image], file: BinaryIO, fps: float) -> Non
         raise OutputError(f"the video could not be encoded: {plain(str(error))[:200]}.") from None
 
 
-def _write_gif(frames: Iterator[Image.Image], file: BinaryIO, fps: float) -> None:
+def _write_gif(frames: Iterator[np.ndarray], file: BinaryIO, fps: float, count: int) -> None:
+    from PIL import Image
+
+    # One palette for all frames, chosen from some of the first: others would flicker.
     first = list(itertools.islice(frames, SAMPLED))
-    palette = _palette(first)
+    montage = Image.fromarray(np.concatenate(first[:: max(len(first) // 6, 1)]))
+    palette = montage.quantize(256, method=Image.Quantize.FASTOCTREE)
     drawn = (
-        image.quantize(palette=palette, dither=Image.Dither.NONE)
-        for image in itertools.chain(first, frames)
+        Image.fromarray(np.ascontiguousarray(pixels)).quantize(
+            palette=palette, dither=Image.Dither.NONE
+        )
+        for pixels in itertools.chain(first, frames)
     )
-    opening = next(drawn)
-    opening.save(
+    # A GIF counts hundredths of a second.
+    ends = np.round(100 / fps * np.arange(count + 1)).astype(int)
+    next(drawn).save(
         file,
         "GIF",
         save_all=True,
         append_images=drawn,
-        duration=_Durations(fps),
+        duration=[10 * int(lasts) for lasts in np.diff(ends)],
         loop=0,
         disposal=1,
     )
-
-
-class _Durations(list[int]):
-    """How long each frame is shown [ms]; a GIF knows hundredths of a second, so they take turns."""
-
-    def __init__(self, fps: float) -> None:
-        super().__init__([0])
-        self._fps = fps
-
-    def __getitem__(self, frame: Any) -> Any:
-        return 10 * (round(100 * (frame + 1) / self._fps) - round(100 * frame / self._fps))
-
-
-def _palette(frames: list[Image.Image]) -> Image.Image:
-    """Colours of all frames; those of the legs, in light and in shadow, are never given up."""
-    legs = [rgb(colour) for colour in LEG_COLOURS]
-    shades = [shade * leg for leg in legs for shade in SHADES] + [
-        1 - PALE * (1 - leg) for leg in legs
-    ]
-    own = [round(255 * float(part)) for colour in shades for part in colour]
-    width, height = frames[0].size
-    chosen = frames[:: max(len(frames) // 6, 1)]
-    montage = Image.new("RGB", (width, height * len(chosen)))
-    for k, image in enumerate(chosen):
-        montage.paste(image, (0, k * height))
-    count = COLOURS - len(shades)
-    found = montage.quantize(count, method=Image.Quantize.MEDIANCUT, kmeans=1).getpalette() or []
-    colours = found[: 3 * count] + own
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(colours + colours[-3:] * (256 - len(colours) // 3))
-    return palette

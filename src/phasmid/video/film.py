@@ -1,7 +1,8 @@
-"""What the frames of a video show: times, poses, forces and where the camera is."""
+"""The frames of a video: times, poses, forces and the camera."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +11,12 @@ from jaxtyping import Float
 from phasmid import kinematics
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
-from phasmid.reporting.machine import robot_mesh
+from phasmid.reporting.camera import View, camera_axes, fitted_view
+from phasmid.reporting.drawing import AZIMUTH, UNEVEN_AZIMUTH
+from phasmid.reporting.robot_mesh import robot_mesh
 from phasmid.reporting.source import Source, channel
-from phasmid.reporting.webpage.replay import link_poses, quaternions, solids_of
-from phasmid.video.camera import Camera, camera_of
-from phasmid.video.floor import floor, square_side
-from phasmid.video.solid import surface
+from phasmid.scenario import Scenario
+from phasmid.terrain import Ground
 
 MOST_FRAMES = 54_000
 """Most frames of a video: half an hour."""
@@ -23,21 +24,33 @@ MOST_FRAMES = 54_000
 LOOKS = 12
 """Moments at which the robot is measured, so that the camera holds all of it."""
 
+ELEVATIONS = [math.radians(degrees) for degrees in range(24, 70, 3)]
+"""Elevations of the camera, in the order in which they are tried."""
+
+WIDE, HIGH = 0.56, 0.80
+"""Shares of the picture's width and height that the robot takes."""
+
+CLEARANCE = 0.03
+"""Least height of the line of sight over the ground [m]."""
+
+SQUARE = 0.1
+"""Approximate side of the squares on the ground [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Film:
     """A recording, frame by frame.
 
     Attributes:
-        source: The machine and the experiment.
-        time: Of each frame [s], shape (F,).
+        source: Robot and experiment.
+        time: Time of each frame [s], shape (F,).
         body: Pose of the trunk, ``X_world_body``, shape (F, 4, 4).
         q: Joint angles [rad], shape (F, L, 3).
-        feet: Their positions in the world [m], shape (F, L, 3); None where they are not recorded.
-        force: On the feet, world axes [N], shape (F, L, 3); None likewise.
+        feet: Foot positions in the world [m], shape (F, L, 3); None where not recorded.
+        force: Forces on the feet in world axes [N], shape (F, L, 3); None likewise.
         normal: Normal forces of all samples [N], shape (T, L), at times `normal_time`.
-        normal_time: [s], shape (T,).
-        whose: ``simulated``, ``by the model`` or ``as recorded``.
+        normal_time: Times of the samples [s], shape (T,).
+        origin: ``simulated``, ``by the model`` or ``as recorded``, of the forces.
     """
 
     source: Source
@@ -48,23 +61,24 @@ class Film:
     force: Float[np.ndarray, "frames legs 3"] | None
     normal: Float[np.ndarray, "time legs"] | None
     normal_time: Float[np.ndarray, " time"]
-    whose: str
+    origin: str
 
 
 def film_of(recording: Recording, source: Source, *, fps: float, speed: float) -> Film:
-    """The frames of a recording's video.
+    """Return the frames of a recording's video.
 
     Args:
-        recording: Its finite part, with the body's pose and joint angles, seen or planned.
-        source: The machine and the experiment behind it.
+        recording: Finite part of a recording with the body's pose and joint angles.
+        source: Its robot and experiment.
         fps: Frames per second of the video.
         speed: Recorded seconds per second of the video.
 
     Raises:
-        InvalidInput: The recording lacks what is shown, or is too long.
+        InvalidInput: The pose is not recorded, or there are too many frames.
     """
-    names = ("body_position", "body_orientation")
-    position, orientation = (channel(recording, name) for name in names)
+    position, orientation = (
+        channel(recording, name) for name in ("body_position", "body_orientation")
+    )
     angles = channel(recording, "joint_position")
     if angles is None:
         angles = channel(recording, "joint_position_target")
@@ -74,16 +88,14 @@ def film_of(recording: Recording, source: Source, *, fps: float, speed: float) -
     stamps = np.asarray(recording["time"].values)
     time = frame_times(stamps, fps, speed)
     body = np.zeros((len(time), 4, 4))
-    body[:, :3, :3] = kinematics.quaternion_rotation(_turning(stamps, orientation, time))
-    body[:, :3, 3] = between(stamps, position, time)
+    body[:, :3, :3] = kinematics.quaternion_rotation(_orientations(stamps, orientation, time))
+    body[:, :3, 3] = interpolate(stamps, position, time)
     body[:, 3, 3] = 1
     feet = channel(recording, "foot_position")
-    ending, whose = "", "simulated"
-    force = channel(recording, "foot_force")
-    if recording.attrs.get("kind") != "simulation":
-        whose = "as recorded"
+    force, ending = channel(recording, "foot_force"), ""
+    origin = "simulated" if recording.attrs.get("kind") == "simulation" else "as recorded"
     if force is None:
-        ending, whose, force = "_model", "by the model", channel(recording, "foot_force_model")
+        force, ending, origin = channel(recording, "foot_force_model"), "_model", "by the model"
     normal = channel(recording, f"foot_normal_force{ending}")
     if normal is None and force is not None:
         normal = force[..., 2]
@@ -91,27 +103,27 @@ def film_of(recording: Recording, source: Source, *, fps: float, speed: float) -
         source,
         time,
         body,
-        between(stamps, angles, time),
-        None if feet is None else between(stamps, feet, time),
-        None if force is None or feet is None else between(stamps, force, time),
+        interpolate(stamps, angles, time),
+        None if feet is None else interpolate(stamps, feet, time),
+        None if force is None or feet is None else interpolate(stamps, force, time),
         normal,
         stamps,
-        whose,
+        origin,
     )
 
 
 def frame_times(
     stamps: Float[np.ndarray, " time"], fps: float, speed: float
 ) -> Float[np.ndarray, " frames"]:
-    """Times that frames show [s]; a run that repeats itself makes a video that does.
+    """Return the times of the frames [s]; whole cycles make a video that loops.
 
     Args:
-        stamps: Of the recorded samples [s].
+        stamps: Times of the samples [s].
         fps: Frames per second of the video.
         speed: Recorded seconds per second of the video.
 
     Raises:
-        InvalidInput: There are too many.
+        InvalidInput: There are too many frames.
     """
     length = float(stamps[-1] - stamps[0])
     count = max(1, round(length / speed * fps))
@@ -120,16 +132,14 @@ def frame_times(
             f"a video of {length:.4g} s has {count} frames; the limit is {MOST_FRAMES}.",
             hint=f"speed={np.ceil(length * fps / MOST_FRAMES):g}",
         )
-    # The moment after the last frame is that of the last sample, so that whole cycles loop.
+    # The last sample would be the frame after the last, so that whole cycles loop.
     return stamps[0] + np.arange(count) * (speed / fps)
 
 
-def between(
-    stamps: Float[np.ndarray, " time"],
-    values: np.ndarray,
-    time: Float[np.ndarray, " frames"],
+def interpolate(
+    stamps: Float[np.ndarray, " time"], values: np.ndarray, time: Float[np.ndarray, " frames"]
 ) -> np.ndarray:
-    """Values of shape (T, ...) at times between samples, along straight lines, shape (F, ...)."""
+    """Return values of shape (T, ...) interpolated linearly at times, shape (F, ...)."""
     if len(stamps) == 1:
         return np.repeat(values, len(time), axis=0)
     after = np.clip(np.searchsorted(stamps, time, side="right"), 1, len(stamps) - 1)
@@ -138,62 +148,70 @@ def between(
     return values[after - 1] * (1 - part) + values[after] * part
 
 
-def _turning(
+def _orientations(
     stamps: Float[np.ndarray, " time"],
     quaternion: Float[np.ndarray, "time 4"],
     time: Float[np.ndarray, " frames"],
 ) -> Float[np.ndarray, "frames 4"]:
-    """Orientations between samples; neighbours are near each other, so that a line will do."""
+    """Return orientations between samples; neighbours are close enough for a straight line."""
     same = np.sign(np.sum(quaternion[1:] * quaternion[:-1], axis=1))
     sign = np.cumprod(np.concatenate([[1.0], np.where(same == 0, 1.0, same)]))
-    found = between(stamps, quaternion * sign[:, None], time)
+    found = interpolate(stamps, quaternion * sign[:, None], time)
     return found / np.linalg.norm(found, axis=1, keepdims=True)
 
 
-def film_camera(film: Film, size: tuple[int, int]) -> Camera:
-    """The camera that follows the robot.
+def camera_of(film: Film, size: tuple[int, int]) -> tuple[View, Float[np.ndarray, "frames 3"]]:
+    """Return the camera of the first frame, and its displacement in each frame [m].
+
+    It follows the robot smoothly, from the least elevation at which the ground hides nothing.
 
     Args:
-        film: What it sees.
-        size: Width and height of its picture, in pixels.
+        film: The frames.
+        size: Width and height of the picture [pixels].
     """
     rows = np.unique(np.linspace(0, len(film.time) - 1, LOOKS).astype(int))
-    robot = film.source.robot
-    looks = [robot_mesh(robot, film.q[k], film.body[k]).corners.reshape(-1, 3) for k in rows]
-    period = film.source.scenario.stride.period
-    terrain = film.source.scenario.load_terrain()
-    seen = dict(zip(rows.tolist(), looks, strict=True))
-    return camera_of(film.time, film.body, period, terrain, seen, size)
+    every = float(film.time[1] - film.time[0]) if len(film.time) > 1 else 1.0
+    path = smoothed(film.body[:, :3, 3], 0.5 * film.source.scenario.stride.period / every)
+    robot, terrain = film.source.robot, film.source.scenario.load_terrain()
+    displacement = path - path[0]
+    points = np.concatenate(
+        [
+            robot_mesh(robot, film.q[k], film.body[k]).corners.reshape(-1, 3) - displacement[k]
+            for k in rows
+        ]
+    )
+    azimuth = math.atan2(film.body[0, 1, 0], film.body[0, 0, 0])
+    azimuth += AZIMUTH if terrain.is_level else UNEVEN_AZIMUTH
+    for elevation in ELEVATIONS:
+        view = fitted_view(points, camera_axes(azimuth, elevation), size, (WIDE, HIGH))
+        if terrain.is_level or _sees(view, displacement, terrain):
+            break
+    return view, displacement
 
 
-def scene(film: Film, camera: Camera) -> dict[str, np.ndarray]:
-    """All that the process that draws is told, as arrays.
+def smoothed(
+    values: Float[np.ndarray, "frames parts"], width: float
+) -> Float[np.ndarray, "frames parts"]:
+    """Return values smoothed over a width [frames], with the first and last kept."""
+    from scipy.ndimage import gaussian_filter1d
 
-    Args:
-        film: What is shown.
-        camera: From where.
-    """
-    solids = solids_of(film.source.robot)
-    places = [place for place in solids if place is not None]
-    X_world_link = film.body[:, None] @ link_poses(film.source.robot, film.q, places)
-    X = np.concatenate([film.body[:, None], X_world_link], axis=1)
-    pieces: list[tuple[float, ...]] = []
-    told: dict[str, np.ndarray] = {}
-    for place, meshes in solids.items():
-        link = 0 if place is None else 1 + places.index(place)
-        for mesh in meshes:
-            for colour in np.unique(mesh.colours, axis=0):
-                found = surface(mesh.corners[(mesh.colours == colour).all(axis=1)])
-                if found is None:
-                    continue
-                name = f"piece{len(pieces)}"
-                told[f"{name}_vertices"] = found.vertices
-                told[f"{name}_normals"] = found.normals
-                told[f"{name}_faces"] = found.faces.astype(np.int32)
-                pieces.append((link, *(float(c) for c in colour)))
-    scenario = film.source.scenario
-    told |= floor(scenario.load_terrain(), film.body[:, :2, 3], square_side(scenario))
-    told["pieces"] = np.array(pieces)
-    told["position"] = X[..., :3, 3]
-    told["orientation"] = quaternions(X[..., :3, :3])
-    return told | camera.arrays()
+    if len(values) < 3:
+        return values
+    line = np.linspace(values[0], values[-1], len(values))
+    width = min(width, len(values) / 4)
+    return np.asarray(line + gaussian_filter1d(values - line, width, axis=0, mode="nearest"))
+
+
+def _sees(view: View, displacement: Float[np.ndarray, "frames 3"], terrain: Ground) -> bool:
+    """Return whether the ground leaves all lines of sight free."""
+    part = np.linspace(0.15, 1.0, 30)[:, None, None]
+    points = view.middle + displacement + part * (view.eye - view.middle)
+    return bool((points[..., 2] > terrain.height(points[..., 0], points[..., 1]) + CLEARANCE).all())
+
+
+def square_side(scenario: Scenario) -> float:
+    """Return the side of the squares [m]: whole steps, so that each cycle passes whole squares."""
+    step = scenario.stride.step_length
+    if not 0.01 <= step <= 2 * SQUARE:
+        return SQUARE
+    return step * max(1, round(SQUARE / step - 1e-9))

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
-from PIL import Image
-
-from phasmid.arguments import check_callable, check_number, check_type, path_of
+from phasmid.arguments import check_number, path_of
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_recording
 from phasmid.recording.file import cannot_write, new_file
+from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
 from phasmid.reporting.source import finite_part, read_source
+from phasmid.reporting.style import styled
 from phasmid.robot import Appearance
-from phasmid.video.encoder import encode
-from phasmid.video.film import film_camera, film_of, scene
-from phasmid.video.painter import painted
-from phasmid.video.probe import gl_backend, lack
-from phasmid.video.sheet import Sheet, picture_size
+from phasmid.video.encoder import encode, h264_encoder
+from phasmid.video.film import Film, camera_of, film_of, square_side
+from phasmid.video.frame import FrameFigure, Pixels, picture_size
 
 SIZES = {".mp4": (1280, 720), ".gif": (640, 360)}
 RATES = {".mp4": 30.0, ".gif": 15.0}
@@ -32,7 +30,7 @@ FASTEST = {".mp4": 120.0, ".gif": 50.0}
 """Most frames per second."""
 
 Progress = Callable[[int, int], object]
-"""What is told how many of how many frames are done."""
+"""Function called with the number of finished frames and of all frames."""
 
 
 def save_video(
@@ -48,32 +46,27 @@ def save_video(
 ) -> Path:
     """Write a recording as a video: the robot on its ground, and the forces on its feet.
 
-    The engine's renderer draws in a process of its own, by a graphics card or without one.
-
     Args:
-        recording: With the body's pose and joint angles, seen or planned.
+        recording: Recording with the body's pose and joint angles, simulated or planned.
         path: The file, ``.mp4`` or ``.gif``.
         appearance: The robot's meshes, where they do not come with phasmid.
-        size: Width and height in pixels; 1280 by 720 by default, of a GIF 640 by 360.
-        fps: Frames per second; 30 by default, of a GIF 15.
+        size: Width and height [pixels]; by default 1280 by 720, of a GIF 640 by 360.
+        fps: Frames per second; by default 30, of a GIF 15.
         speed: Recorded seconds per second of the video.
-        force: Whether an older file of that name is replaced.
-        progress: Called with the number of frames that are done, and of all.
+        force: Replace an older file of that name.
+        progress: Function called with the number of finished frames and of all frames.
 
     Returns:
         The file.
 
     Raises:
-        InvalidInput: The file exists or is of another kind; the recording lacks the robot's pose;
-            this machine lacks what a video needs, see `phasmid.video.lack`.
+        InvalidInput: The file exists or is of another kind; the pose is not recorded; the machine
+            lacks a prerequisite, see `phasmid.video.lack`.
         OutputError: The file cannot be written; nothing is left behind.
     """
     check_recording(recording)
     path = check_video(path, force=force)
     suffix = path.suffix.lower()
-    if appearance is not None:
-        check_type("appearance", appearance, (Appearance,), "an Appearance, or None")
-    check_callable("progress", progress)
     size = _checked_size(SIZES[suffix] if size is None else size)
     fps = _checked_rate("fps", RATES[suffix] if fps is None else fps, FASTEST[suffix])
     speed = _checked_rate("speed", speed, 1000.0)
@@ -82,33 +75,58 @@ def save_video(
     missing = lack(suffix)
     if missing is not None:
         raise InvalidInput(f"{missing.sentence}.", hint=missing.advice)
-    camera = film_camera(film, picture_size(film, size))
-    sheet = Sheet(recording, film, camera, size, speed)
-    with painted(scene(film, camera), gl_backend() or "") as pictures:
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise cannot_write(path, error) from None
-        with new_file(path, option="--video FILE", force=force) as place:
-            encode(_frames(sheet, pictures, len(film.time), progress), place, fps)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    with styled(), new_file(path, option="--video FILE", force=force) as place:
+        frames = _frames(recording, film, size, speed, progress)
+        encode(frames, place, fps, len(film.time))
     return path
 
 
 def _frames(
-    sheet: Sheet, pictures: Iterator[np.ndarray], count: int, progress: Progress | None
-) -> Iterator[Image.Image]:
-    for number, picture in enumerate(pictures):
-        yield sheet.frame(number, picture)
-        if progress is not None:
-            progress(number + 1, count)
+    recording: Recording,
+    film: Film,
+    size: tuple[int, int],
+    speed: float,
+    progress: Progress | None,
+) -> Iterator[Pixels]:
+    view, displacement = camera_of(film, picture_size(film, size))
+    figure = FrameFigure(recording, film, size, speed)
+    scenario = film.source.scenario
+    path, square = film.body[:, :2, 3], square_side(scenario)
+    renderer = SceneRenderer(film.source.robot, scenario.load_terrain(), path, view, square)
+    try:
+        for number in range(len(film.time)):
+            moved = view.moved(displacement[number])
+            picture = renderer.picture(moved, film.body[number], film.q[number])
+            yield figure.frame(number, picture, moved)
+            if progress is not None:
+                progress(number + 1, len(film.time))
+    finally:
+        renderer.close()
+
+
+def lack(suffix: str = ".mp4") -> Lack | None:
+    """Return the first prerequisite of a video that this machine lacks, or None.
+
+    Args:
+        suffix: Ending of the file: ``.mp4`` or ``.gif``; only the first needs an encoder.
+    """
+    if suffix == ".mp4" and find_spec("av") is None:
+        return Lack("PyAV", VIDEO_EXTRA)
+    if suffix == ".mp4" and h264_encoder() is None:
+        return Lack("an H.264 encoder in PyAV", VIDEO_EXTRA)
+    return opengl_lack()
 
 
 def check_video(path: str | Path, *, force: bool = False) -> Path:
-    """Refuse a file into which no video can be written; to be asked before a run starts.
+    """Raise where no video can be written to a file, before a run starts.
 
     Args:
         path: The file; folders above it may be absent.
-        force: Whether an older file of that name may be replaced.
+        force: Replace an older file of that name.
 
     Returns:
         The file.
@@ -141,25 +159,19 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
     return path
 
 
-def _checked_size(size: object) -> tuple[int, int]:
-    must = "a width and a height in pixels"
-    check_type("size", size, (tuple, list), must)
-    assert isinstance(size, tuple | list)
-    if len(size) != 2:
-        raise InvalidInput(f"size has {len(size)} values; it must be {must}.")
+def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    width, height = size
     for name, pixels, low, high in zip(("width", "height"), size, SMALLEST, LARGEST, strict=True):
-        whole = isinstance(pixels, int | np.integer) and not isinstance(pixels, bool)
-        if not whole or not low <= pixels <= high or pixels % 2:
+        if not low <= pixels <= high or pixels % 2:
             raise InvalidInput(
-                f"the video's {name} is {pixels!r:.40}; it must be an even number of pixels from "
+                f"the video's {name} is {pixels}; it must be an even number of pixels from "
                 f"{low} to {high}."
             )
-    return int(size[0]), int(size[1])
+    return int(width), int(height)
 
 
-def _checked_rate(name: str, value: object, most: float) -> float:
+def _checked_rate(name: str, value: float, most: float) -> float:
     check_number(name, value)
-    assert isinstance(value, int | float | np.number)
-    if not 0 < float(value) <= most:
+    if not 0 < value <= most:
         raise InvalidInput(f"{name} is {value}; it must be greater than 0 and {most:g} or less.")
     return float(value)

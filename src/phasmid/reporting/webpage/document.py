@@ -25,7 +25,7 @@ from phasmid.reporting.webpage.words import VERSIONS, Claim, claims, repeat, sen
 from phasmid.robot import Appearance
 
 LONGEST_FILE = 200_000
-"""Most letters of a robot's or scenario's file that the page shows; it may be downloaded whole."""
+"""Most letters of a robot or scenario file that the page shows; the download is whole."""
 
 
 DRAWING = (
@@ -37,7 +37,7 @@ DRAWING = (
     "marks.js",
     "camera.js",
 )
-"""Scripts that draw a robot, in the order in which they are read; the live page has them too."""
+"""Scripts that draw a robot, in their order; the studio uses them too."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class Picture:
     """A figure in a page.
 
     Attributes:
-        name: Of the figure and its file, such as ``fig12``.
-        words: What it shows, in a sentence.
-        svg: Its drawing.
+        name: Name of the figure and its file, such as ``fig12``.
+        words: Its content, in a sentence.
+        svg: The figure.
     """
 
     name: str
@@ -55,91 +55,79 @@ class Picture:
     svg: bytes
 
 
-class Page:
-    """A recording's page: replay, numbers, figures and data in one file without a network.
-
-    What needs no picture is made at once, so that the pictures can be drawn beside it.
+def page_html(
+    recording: Recording,
+    summary: Summary,
+    pictures: Sequence[Picture],
+    still: bytes | None = None,
+    appearance: Appearance | None = None,
+) -> str:
+    """Return a recording's page: replay, numbers, figures and data in one file without a network.
 
     Args:
         recording: A simulation, an analysis or a robot's log; it carries its robot and scenario.
-        summary: What `phasmid.reporting.summarise` says of it.
+        summary: Its `phasmid.reporting.summarise`.
+        pictures: Its figures, in order.
+        still: A ``.png`` of the robot, for paper and for browsers that do not play.
         appearance: The robot's meshes, where they do not come with phasmid.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
     """
-
-    def __init__(
-        self, recording: Recording, summary: Summary, appearance: Appearance | None = None
-    ) -> None:
-        self._source = read_source(recording, appearance)
-        kept = finite_part(recording)
-        self._summary = summary
-        self._scene = replay(kept, self._source) if can_be_drawn(recording) else None
-        self._block = json_block(self._scene)
-        self._data = _data(recording, summary, self._source)
-        self._version = attribute(recording, "phasmid_version")
-
-    def html(self, pictures: Sequence[Picture], still: bytes | None = None) -> str:
-        """All of the page.
-
-        Args:
-            pictures: Its figures, in order.
-            still: A ``.png`` of the robot, for paper and for browsers that do not play.
-        """
-        summary = self._summary
-        sections = [
-            ("replay", "Replay", player(self._source, self._scene, still)),
-            ("summary", "Summary", _summary(summary)),
-            ("claims", "Claims and warnings", _claims(list(claims(summary)), summary)),
-            ("figures", "Figures", _figures(pictures)),
-            ("data", "Data, files and how to repeat it", self._data),
-        ]
-        sections = [section for section in sections if section[2]]
-        links = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title, _ in sections)
-        style = "".join(map(own_text, ("colours.css", "style.css")))
-        script = "".join(map(own_text, (*DRAWING, "player.js")))
-        policy = (
-            f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
-            f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
-        )
-        words = headline(summary)
-        footer = f"Written by phasmid {self._version}".strip() + ". This file needs no network."
-        return Template(own_text("template.html")).substitute(
-            policy=policy,
-            title=escape(f"{words} · phasmid"),
-            style=style,
-            script=script,
-            kind="Report of a run" if summary["run"].get("kind") else "Report of a recording",
-            headline=escape(words),
-            sentence=escape(sentence(summary, self._source)),
-            links=f"<ul>{links}</ul>",
-            sections="\n".join(
-                f'<section id="{name}" aria-labelledby="{name}-title">'
-                f'<h2 id="{name}-title">{title}</h2>\n{content}\n</section>'
-                for name, title, content in sections
-            ),
-            footer=escape(footer),
-            scene=self._block,
-        )
+    source = read_source(recording, appearance)
+    scene = replay(finite_part(recording), source) if can_be_drawn(recording) else None
+    sections = [
+        ("replay", "Replay", player(source, scene, still)),
+        ("summary", "Summary", _summary(summary)),
+        ("claims", "Claims and warnings", _claims(list(claims(summary)), summary)),
+        ("figures", "Figures", _figures(pictures)),
+        ("data", "Data, files and how to repeat it", _data(recording, summary, source)),
+    ]
+    sections = [section for section in sections if section[2]]
+    links = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title, _ in sections)
+    style = "".join(map(own_text, ("colours.css", "style.css")))
+    script = "".join(map(own_text, (*DRAWING, "player.js")))
+    policy = (
+        f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
+        f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
+    )
+    words, version = headline(summary), attribute(recording, "phasmid_version")
+    footer = f"Written by phasmid {version}".strip() + ". This file needs no network."
+    return Template(own_text("template.html")).substitute(
+        policy=policy,
+        title=escape(f"{words} · phasmid"),
+        style=style,
+        script=script,
+        kind="Report of a run" if summary["run"].get("kind") else "Report of a recording",
+        headline=escape(words),
+        sentence=escape(sentence(summary, source)),
+        links=f"<ul>{links}</ul>",
+        sections="\n".join(
+            f'<section id="{name}" aria-labelledby="{name}-title">'
+            f'<h2 id="{name}-title">{title}</h2>\n{content}\n</section>'
+            for name, title, content in sections
+        ),
+        footer=escape(footer),
+        scene=json_block(scene),
+    )
 
 
 def own_text(name: str) -> str:
-    """One of the files beside this one, such as ``colours.css``, which the live page shows too."""
+    """Return the text of a file of this package, such as ``colours.css``."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
 def _hash(text: str) -> str:
-    """By which a page's policy knows its own style and script; all others are refused."""
+    """Return the hash by which the page's policy admits its own style and script."""
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     return f"'sha256-{digest}'"
 
 
 def _summary(summary: Summary) -> str:
-    """The facts and the table that the terminal shows too."""
+    """Return the facts and the table of the terminal as HTML."""
     rows = ""
     for label, fact in (*head(summary), *facts(summary)):
-        # A line without a label goes on with the one before it.
+        # A line without a label continues the one before it.
         rows += f"<dt>{escape(label.replace('  ', '… '))}</dt>" if label else ""
         rows += f"<dd>{escape(fact)}</dd>"
     both = len(summary.get("normal_force", {})) == 2

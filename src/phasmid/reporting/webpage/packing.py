@@ -14,7 +14,7 @@ LARGEST = 32767
 
 
 def packed(values: np.ndarray, kind: str) -> dict[str, Any]:
-    """An array as text that the player reads.
+    """Return an array as text that the player reads.
 
     Args:
         values: Any shape.
@@ -35,21 +35,21 @@ def packed(values: np.ndarray, kind: str) -> dict[str, Any]:
 
 
 def unpacked(array: dict[str, Any]) -> np.ndarray:
-    """What `packed` made of an array, within half a step of it, as the player sees it."""
+    """Return the array of `packed`, within half a step, as the player reads it."""
     form = {"i16": "<i2", "f32": "<f4", "u8": "u1", "u16": "<u2", "u32": "<u4"}[array["kind"]]
     numbers = np.frombuffer(base64.b64decode(array["data"]), dtype=form)
     return numbers.reshape(array["shape"]).astype(float) * array["step"]
 
 
 def json_block(value: Any) -> str:
-    """A value as JSON that can stand in a ``<script>`` of a page, whatever texts are in it."""
+    """Return a value as JSON that is safe within a ``<script>`` of a page."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     # Only within texts do these letters occur, so that they may be written by their numbers.
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def data_url(content: bytes, kind: str) -> str:
-    """A file's bytes as an address that holds them.
+    """Return a file's bytes as a data URL.
 
     Args:
         content: The bytes.
@@ -59,6 +59,6 @@ def data_url(content: bytes, kind: str) -> str:
 
 
 def compressed(content: bytes) -> bytes:
-    """Bytes in gzip; the same bytes give the same file."""
+    """Return bytes in gzip; the same bytes give the same file."""
     # The highest levels take three times as long for a fifteenth less.
     return gzip.compress(content, 4, mtime=0)

@@ -1,4 +1,4 @@
-"""The replay's place in a page: picture, controls, and a still for those who cannot play it."""
+"""The replay in a page: picture, controls, and a still for browsers that cannot play it."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ VIEWS = {
     "behind": "behind",
     "above": "above",
 }
-"""Places to look from: what the player calls them, and what people do."""
+"""Views of the player, and their labels."""
 
 
 def player(source: Source, scene: dict[str, Any] | None, still: bytes | None) -> str:
-    """The replay as HTML.
+    """Return the replay as HTML.
 
     Args:
-        source: The machine and the experiment.
-        scene: What `phasmid.reporting.webpage.replay.replay` gives; None where there is none.
+        source: Robot and experiment.
+        scene: The scene of `phasmid.reporting.webpage.replay.replay`, or None.
         still: A ``.png`` of the robot.
     """
     if scene is None:
-        return "<p>The recording does not tell the robot's pose, so that it cannot be shown.</p>"
+        return "<p>The robot's pose is not recorded: there is no replay.</p>"
     name = escape(plain(source.robot.name))
     image = (
         f'<img class="still" alt="{name} in the middle of its walk, with the forces on its feet" '

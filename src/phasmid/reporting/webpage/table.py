@@ -17,14 +17,13 @@ MOST_CELLS = 400_000
 
 
 def data_table(recording: Recording, source: Source) -> tuple[bytes, float]:
-    """A recording as comma-separated values of six digits, and its rows per second.
+    """Return a recording as comma-separated values of six digits, and its rows per second.
 
-    Texts are quoted, and none is taken for a formula by a spreadsheet. The rest of what was
-    recorded, with all digits, is in the recording.
+    Texts are quoted and safe in a spreadsheet.
 
     Args:
         recording: The recording.
-        source: The machine and the experiment behind it.
+        source: Its robot and experiment.
     """
     time = np.asarray(recording["time"].values)
     length = max(float(time[-1] - time[0]), 1e-9)

@@ -1,4 +1,4 @@
-"""What a page says in sentences: what was run, what is claimed of it, how it is repeated."""
+"""Sentences of a page: the run, its claims, and how to repeat it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from phasmid import units
-from phasmid.reporting.sheet import short
+from phasmid.reporting.figure_layout import short
 from phasmid.reporting.source import Source
 from phasmid.reporting.summary import Summary
 from phasmid.reporting.warnings import NOTABLE_SLIP, NOTABLE_SWING_LOAD
@@ -25,13 +25,13 @@ ENDED = {
 
 @dataclass(frozen=True)
 class Claim:
-    """One thing that a walk should do, and whether it did.
+    """A requirement on a walk, and its verdict.
 
     Attributes:
-        what: The thing.
-        found: What was measured.
-        limit: Within which it holds.
-        holds: Whether it does.
+        what: The requirement.
+        found: The measured value.
+        limit: Its limit.
+        holds: The verdict.
     """
 
     what: str
@@ -41,7 +41,7 @@ class Claim:
 
 
 def sentence(summary: Summary, source: Source) -> str:
-    """What was run, and how it ended, in a sentence or two."""
+    """Return the run and its ending in a sentence or two."""
     run, robot, way = summary["run"], summary["robot"], summary.get("travel", {})
     stride, scenario = source.scenario.stride, source.scenario
     verb = {"simulation": "simulated", "model": "computed"}.get(run.get("kind", ""), "recorded")
@@ -73,7 +73,7 @@ def sentence(summary: Summary, source: Source) -> str:
 
 
 def claims(summary: Summary) -> Iterator[Claim]:
-    """What a walk should do, as far as is known; the limits are those of its warnings."""
+    """Yield the claims on a walk; their limits are those of its warnings."""
     run = summary["run"]
     if run.get("ending"):
         reason = str(run.get("ending_reason") or run["ending"].lower())
@@ -129,7 +129,7 @@ def claims(summary: Summary) -> Iterator[Claim]:
 
 
 def repeat(summary: Summary) -> list[tuple[str, str]]:
-    """What each command does that makes the run, its page or its data again, in its folder."""
+    """Return purpose and command line of each way to repeat the run, its page or its data."""
     found = []
     if summary["run"].get("kind") in ("simulation", "model"):
         follows = summary["run"].get("follows") == "trajectory"
@@ -156,4 +156,4 @@ VERSIONS = {
     "servo": "Servo",
     "time_step": "Time step [s]",
 }
-"""Attributes of a recording that a page tells, and what they are called there."""
+"""Attributes of a recording that a page shows, and their labels."""

@@ -1,4 +1,4 @@
-"""What a figure needs of a recording, and how one gets what is lacking."""
+"""The channels that a figure requires, and how to record an absent one."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from phasmid.recording import Recording
 from phasmid.reporting.source import channel
 
 Needs = tuple[tuple[str, ...], ...]
-"""Of each group of channels a figure needs one."""
+"""Groups of channels; a figure requires one of each."""
 
 
-def lacking(recording: Recording, needs: Needs) -> tuple[str, ...]:
-    """The first group of which the recording has no channel; empty where it has all it takes."""
+def missing_group(recording: Recording, needs: Needs) -> tuple[str, ...]:
+    """Return the first group without a recorded channel; empty where there is none."""
     for group in needs:
         if not any(name in recording.data_vars for name in group):
             return group
@@ -23,42 +23,33 @@ def lacking(recording: Recording, needs: Needs) -> tuple[str, ...]:
 
 
 def check_needs(recording: Recording, needs: Needs, figure: str) -> None:
-    """Refuse a recording that lacks what a figure shows.
-
-    Args:
-        recording: What was seen.
-        needs: Of each group one channel.
-        figure: Its name.
-
-    Raises:
-        InvalidInput: A channel is lacking.
-    """
-    group = lacking(recording, needs)
+    """Raise InvalidInput where the recording lacks what a figure requires."""
+    group = missing_group(recording, needs)
     if group:
-        raise InvalidInput(
-            f"the recording has no {' or '.join(group)}; the figure {figure} needs it.",
-            hint=how_to_get(group[0]),
-        )
+        raise _absent(group, f"the figure {figure}")
 
 
 def first_channel(recording: Recording, names: Sequence[str]) -> tuple[str, np.ndarray]:
-    """Name and numbers of the first channel that the recording has.
+    """Return name and values of the first recorded channel.
 
     Raises:
-        InvalidInput: It has none of them.
+        InvalidInput: None of them is recorded.
     """
     for name in names:
         values = channel(recording, name)
         if values is not None:
             return name, values
-    raise InvalidInput(
-        f"the recording has no {' or '.join(names)}; this figure needs it.",
-        hint=how_to_get(names[0]),
+    raise _absent(names, "this figure")
+
+
+def _absent(names: Sequence[str], what: str) -> InvalidInput:
+    return InvalidInput(
+        f"the recording has no {' or '.join(names)}; {what} needs it.", hint=how_to_get(names[0])
     )
 
 
 def how_to_get(name: str) -> str:
-    """What to run so that a recording has a channel."""
+    """Return the command that records a channel."""
     if name.startswith("servo_"):
         return "phasmid walk --drive servo records it"
     if name.endswith("_measured") or name.startswith("imu_"):

@@ -1,0 +1,235 @@
+"""The shape of a robot as triangles, link by link."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid import kinematics
+from phasmid.reporting.shapes import Mesh, ball, beam, box, cylinder, joined, loft, rgb, slab
+from phasmid.reporting.style import leg_colour
+from phasmid.reporting.terrain_mesh import indexed
+from phasmid.robot import JOINTS, Leg, Part, Robot
+
+PLATE, FRAME, SERVO, RUBBER, LAMP = "#4a515e", "#7d8796", "#343941", "#24272c", "#e8edf4"
+
+GREY = 0.15
+"""Colours whose strongest and weakest channel differ by less than this are grey."""
+
+
+def body_pose(
+    position: Float[np.ndarray, "3"], orientation: Float[np.ndarray, "4"]
+) -> Float[np.ndarray, "4 4"]:
+    """Return ``X_world_body`` of a position [m] and a unit quaternion."""
+    X = np.eye(4)
+    X[:3, :3] = kinematics.quaternion_rotation(orientation)
+    X[:3, 3] = position
+    return X
+
+
+def robot_mesh(
+    robot: Robot, q: Float[np.ndarray, "legs 3"], X_world_body: Float[np.ndarray, "4 4"]
+) -> Mesh:
+    """Return the robot in the world.
+
+    Args:
+        robot: The robot.
+        q: Joint angles [rad], shape (L, 3).
+        X_world_body: Pose of the body.
+    """
+    frames = [
+        X_world_body @ leg.X_body_hip @ kinematics.leg_frames(leg, q[number])
+        for number, leg in enumerate(robot.legs)
+    ]
+    return joined(
+        [
+            mesh.at(X_world_body if place is None else frames[place[0]][place[1]])
+            for place, meshes in link_meshes(robot).items()
+            for mesh in meshes
+        ]
+    )
+
+
+Place: TypeAlias = tuple[int, int]
+"""Number of a leg, from 0, and of its frame: coxa, femur, tibia, foot."""
+
+
+def link_meshes(robot: Robot) -> dict[Place | None, list[Mesh]]:
+    """Return the meshes of each link in its own frame; those of the trunk by None.
+
+    They are the robot's appearance. Without one, lengths and mounts give the shape, with assumed
+    widths.
+    """
+    look = robot.appearance
+    if look is not None and look.parts:
+        found: dict[Place | None, list[Mesh]] = {None: [_mesh(part) for part in look.body]}
+        for number, leg in enumerate(robot.legs):
+            for frame, joint in enumerate(JOINTS):
+                parts = look.link(leg.name, joint)
+                found[number, frame] = [_mesh(part, leg_colour(number)) for part in parts]
+        return {place: meshes for place, meshes in found.items() if meshes or place is None}
+    width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
+    height = float(robot.body.size[2])
+    found = {None: [body_mesh(robot, width)]}
+    for number, leg in enumerate(robot.legs):
+        links = _leg(leg, width, leg_colour(number), height)
+        found |= {(number, frame): meshes for frame, meshes in enumerate(links)}
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPieces:
+    """A robot's meshes, each once.
+
+    Attributes:
+        meshes: Vertices [m] and triangles of each mesh, in the frame of its link.
+        links: Legs' links with a mesh.
+        pieces: Index of the link, -1 for the trunk, index of the mesh, and colour of each piece.
+    """
+
+    meshes: list[tuple[np.ndarray, np.ndarray]]
+    links: list[Place]
+    pieces: list[tuple[int, int, tuple[float, ...]]]
+
+
+def mesh_pieces(robot: Robot) -> MeshPieces:
+    """Return a robot's meshes; legs that are alike share them."""
+    solids = link_meshes(robot)
+    links = [place for place in solids if place is not None]
+    numbers: dict[bytes, int] = {}
+    meshes: list[tuple[np.ndarray, np.ndarray]] = []
+    pieces: list[tuple[int, int, tuple[float, ...]]] = []
+    for place, solid in solids.items():
+        link = -1 if place is None else links.index(place)
+        for mesh in solid:
+            for colour, corners in _by_colour(mesh):
+                key = hashlib.sha256(np.ascontiguousarray(corners).tobytes()).digest()
+                if key not in numbers:
+                    numbers[key] = len(meshes)
+                    meshes.append(indexed(corners))
+                shade = tuple(round(float(c), 4) for c in colour)
+                pieces.append((link, numbers[key], shade))
+    return MeshPieces(meshes, links, pieces)
+
+
+def _by_colour(mesh: Mesh) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return each colour of a mesh and the corners of its triangles."""
+    # Most meshes have one colour; sorting thousands takes long.
+    if np.all(mesh.colours == mesh.colours[:1]):
+        return [(mesh.colours[0], mesh.corners)] if len(mesh.corners) else []
+    colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
+    return [(colour, mesh.corners[which.ravel() == k]) for k, colour in enumerate(colours)]
+
+
+def link_poses(
+    robot: Robot, q: Float[np.ndarray, "frames legs 3"], links: Sequence[Place]
+) -> Float[np.ndarray, "frames links 4 4"]:
+    """Return ``X_body_link`` of each sample and link."""
+    frames = [
+        leg.X_body_hip @ kinematics.leg_frames(leg, q[:, number])
+        for number, leg in enumerate(robot.legs)
+    ]
+    poses = [frames[leg][:, frame] for leg, frame in links]
+    return np.stack(poses, axis=1) if poses else np.zeros((len(q), 0, 4, 4))
+
+
+def quaternions(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 4"]:
+    """Return unit quaternions of rotations, w x y z, shape (..., 4)."""
+    from scipy.spatial.transform import Rotation
+
+    found = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    return np.asarray(found).reshape(*R.shape[:-2], 4)
+
+
+def _mesh(part: Part, leg_colour: str = "") -> Mesh:
+    """Return a part as triangles, coloured parts in the colour of their leg."""
+    colour = np.array(part.color[:3])
+    if leg_colour and np.ptp(colour) > GREY:
+        colour = rgb(leg_colour)
+    return Mesh(part.vertices[part.faces], np.broadcast_to(colour, (len(part.faces), 3)))
+
+
+def body_mesh(robot: Robot, width: float) -> Mesh:
+    """Return the trunk in its own frame: two plates at the hips, boxes between and on top."""
+    hips = robot.arrays.p_body_hip
+    length, breadth, height = (float(s) for s in robot.body.size)
+    middle = float(hips[:, 2].mean())
+    top, bottom = middle + height / 2, middle - height / 2
+    plate = 0.09 * height
+    outline = hips[:, :2]
+    parts = [
+        slab(outline, 0.62 * width, bottom, bottom + plate, PLATE),
+        slab(outline, 0.62 * width, top - plate, top, PLATE),
+        box((0, 0, middle), (0.78 * length, 0.42 * breadth, 0.80 * height), SERVO),
+        slab(0.52 * outline, 0.35 * width, top, top + 0.18 * height, FRAME),
+        box(
+            (0.02 * length, 0, top + 0.26 * height),
+            (0.30 * length, 0.34 * breadth, 0.22 * height),
+            SERVO,
+        ),
+    ]
+    # An arrow on the lid points forward.
+    tip, root, side = 0.13 * length, 0.02 * length, 0.085 * breadth
+    lid = top + 0.372 * height
+    arrow = np.array([[tip, 0], [root, side], [root + 0.02 * length, 0], [root, -side]])
+    rings = np.stack([np.c_[arrow, np.full(4, z)] for z in (lid - 0.004, lid)])
+    return joined([*parts, loft(rings, LAMP)])
+
+
+def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Mesh]]:
+    """Return coxa, femur and tibia as servos, brackets and a blade with a rubber foot."""
+    coxa, femur, tibia = (float(length) for length in leg.lengths)
+    up = np.array([0.0, 0.0, 1.0])
+    zero = np.zeros(3)
+    hip = cylinder(-0.40 * height * up, 0.40 * height * up, (0.46 * w, 0.46 * w), FRAME)
+    yoke = beam(
+        [
+            (-0.30 * w, 0.34 * w, 0.42 * w),
+            (-0.22 * w, 0.42 * w, 0.50 * w),
+            (coxa - 0.25 * w, 0.42 * w, 0.50 * w),
+            (coxa + 0.10 * w, 0.34 * w, 0.36 * w),
+        ],
+        SERVO,
+    )
+    pivot = cylinder(-0.66 * w * up, 0.66 * w * up, (0.36 * w, 0.36 * w), FRAME)
+    thigh = [pivot]
+    for side in (-1, 1):
+        plate = beam(
+            [
+                (-0.34 * w, 0.20 * w, 0.07 * w),
+                (-0.10 * w, 0.42 * w, 0.07 * w),
+                (0.5 * femur, 0.30 * w, 0.07 * w),
+                (femur + 0.10 * w, 0.42 * w, 0.07 * w),
+                (femur + 0.34 * w, 0.20 * w, 0.07 * w),
+            ],
+            colour,
+            chamfer=0.5,
+        )
+        offset = np.eye(4)
+        offset[2, 3] = side * 0.53 * w
+        thigh.append(plate.at(offset))
+    knee = beam(
+        [
+            (0.36 * femur, 0.22 * w, 0.38 * w),
+            (0.40 * femur, 0.30 * w, 0.44 * w),
+            (femur - 0.05 * w, 0.36 * w, 0.44 * w),
+        ],
+        SERVO,
+    )
+    thigh.append(knee)
+    blade = beam(
+        [
+            (-0.30 * w, 0.26 * w, 0.30 * w),
+            (0.10 * w, 0.44 * w, 0.42 * w),
+            (0.30 * tibia, 0.40 * w, 0.34 * w),
+            (0.72 * tibia, 0.19 * w, 0.20 * w),
+            (tibia - 0.12 * w, 0.12 * w, 0.13 * w),
+        ],
+        colour,
+    )
+    return [[hip, yoke], thigh, [pivot, blade], [ball(zero, 0.17 * w, RUBBER)]]

@@ -1,0 +1,135 @@
+"""Frames show the picture, and the recorded forces at their places; videos have their frames."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import phasmid
+from phasmid.errors import InvalidInput
+from phasmid.reporting.shapes import rgb
+from phasmid.reporting.style import leg_colour, styled
+from phasmid.video.film import camera_of
+from phasmid.video.frame import PAST, FrameFigure, newtons, picture_size
+
+SIZE = (640, 360)
+
+
+def constant(film, length):
+    """Forces that do not change, each leg's its own."""
+    time, forces = np.linspace(0.0, length, 200), np.linspace(2.0, 12.0, 6)
+    return replace(film, normal=np.tile(forces, (200, 1)), normal_time=time)
+
+
+def drawn(recording, film, number=1, size=SIZE):
+    """A frame around a grey picture, and its figure."""
+    width, height = picture_size(film, size)
+    view, displacement = camera_of(film, (width, height))
+    grey = np.full((height, width, 3), 200, dtype=np.uint8)
+    with styled():
+        figure = FrameFigure(recording, film, size, 1.0)
+        pixels = figure.frame(number, grey, view.moved(displacement[number]))
+    return pixels, figure, view
+
+
+def near(pixels, colour):
+    """Rows and columns of pixels of a colour, within the loss of a blurred edge."""
+    off = np.abs(pixels.astype(float) - 255 * rgb(colour)).max(axis=-1)
+    return np.nonzero(off < 12)
+
+
+def test_a_frame_holds_picture_words_and_forces(recording, film):
+    pixels, _, _ = drawn(recording, film)
+    assert pixels.shape == (360, 640, 3)
+    height = picture_size(film, SIZE)[1]
+    assert (pixels[height // 2, 5] == 200).all()
+    assert (pixels[-3, -3] == 255).all()
+    # The title and the time are dark letters in the upper corners.
+    assert pixels[: height // 8, :320].min() < 90
+    assert pixels[: height // 8, -100:].min() < 90
+
+
+def test_without_forces_the_picture_takes_the_whole_frame(recording, film):
+    bare = replace(film, normal=None, force=None)
+    pixels, _, _ = drawn(recording, bare)
+    assert (pixels[-3, -3] == 200).all()
+
+
+def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(recording, film):
+    _, figure, _ = drawn(recording, constant(film, 0.4))
+    strip = figure._strip
+    strip.show(0.2)
+    assert strip.axis.get_xlim() == pytest.approx((0.0, 0.4))
+    _, figure, _ = drawn(recording, constant(film, 60.0))
+    strip = figure._strip
+    for time, first in ((0.0, 0.0), (30.0, 30.0 - PAST * 10.0), (60.0, 50.0)):
+        strip.show(time)
+        # Five cycles of 2 s.
+        assert strip.axis.get_xlim() == pytest.approx((first, first + 10.0))
+
+
+def test_each_legs_line_is_its_force_in_its_colour(recording, film):
+    _, figure, _ = drawn(recording, constant(film, 0.4))
+    lines = figure._strip.axis.lines[:6]
+    for leg, line in enumerate(lines):
+        assert line.get_color() == leg_colour(leg)
+        np.testing.assert_allclose(line.get_ydata(), 2.0 + 2.0 * leg)
+    words = [text.get_text() for text in figure._strip.axis.texts]
+    assert words[:4] == ["leg 1", "2.0 N", "leg 2", "4.0 N"]
+    assert words[-2:] == ["sum", "42.0 N"]
+
+
+def test_newtons_have_a_tenth_and_no_negative_zero():
+    assert [newtons(f) for f in (-0.01, 0.04, 7.86, 10.0)] == ["0.0 N", "0.0 N", "7.9 N", "10.0 N"]
+
+
+def test_arrows_point_where_the_force_does_in_the_legs_colour(recording, film):
+    force = np.zeros_like(film.force)
+    force[:, 1, 2] = film.source.weight
+    size = (1280, 533)
+    still = replace(film, force=force, normal=None)
+    pixels, _, view = drawn(recording, still, number=0, size=size)
+    rows, columns = near(pixels, leg_colour(1))
+    # The whole weight is an arrow of 1.2 spans of the hips, straight up from the foot.
+    hips = film.source.robot.arrays.p_body_hip[:, :2]
+    foot = film.feet[0, 1]
+    tip = foot + np.array([0.0, 0.0, 1.2 * np.ptp(hips, axis=0).max()])
+    (x, y), (to_x, to_y) = view.project(np.stack([foot, tip]))
+    assert abs(rows.min() - to_y) < 4
+    assert abs(columns[rows.argmin()] - to_x) < 4
+    # The dot at the foot has a radius of 6 pixels.
+    assert abs(rows.max() - y) < 9
+    assert abs(np.median(columns[rows > (y + to_y) / 2]) - x) < abs(to_x - x) + 1
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_video_has_its_frames_and_reports_progress(recording, tmp_path):
+    told = []
+    path = phasmid.save_video(
+        recording,
+        tmp_path / "new" / "a.gif",
+        size=(320, 240),
+        fps=10,
+        progress=lambda done, count: told.append((done, count)),
+    )
+    with Image.open(path) as stored:
+        assert stored.size == (320, 240)
+        assert stored.n_frames == 4
+        frames = []
+        for k in range(4):
+            stored.seek(k)
+            frames.append(np.asarray(stored.convert("RGB"), dtype=float))
+    assert told == [(k, 4) for k in range(1, 5)]
+    assert np.abs(frames[3] - frames[0]).mean() > 0.5
+    with pytest.raises(InvalidInput, match=r"a\.gif exists; nothing was written\."):
+        phasmid.save_video(recording, path)
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_planned_walk_can_be_filmed(tmp_path):
+    scenario = phasmid.load_scenario("paper").replace(duration=0.2)
+    analysis = phasmid.analyse(scenario, phasmid.plan(scenario))
+    path = phasmid.save_video(analysis, tmp_path / "a.gif", size=(320, 240), fps=10)
+    with Image.open(path) as stored:
+        assert stored.n_frames == 2
