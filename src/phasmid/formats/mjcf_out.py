@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.mjcf_text import EXTENSION, MOST_STL_FACES, escaped
+from phasmid.formats.mjcf_in import EXTENSION, escaped
 from phasmid.formats.tree import HINGES, Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_out import meshes_of, stl
 from phasmid.robot import Part, Servo
@@ -19,6 +19,9 @@ from phasmid.units import STANDARD_GRAVITY
 
 FOOT_SHARE = 0.05
 """Radius of a foot's collision sphere, as a share of the way from its hinge."""
+
+MOST_STL_FACES = 200_000
+"""Largest number of faces in an STL file that the engine reads."""
 
 SAG = 0.1
 """Error at which a servo of unknown stiffness gives its torque, or carries the robot [rad]."""
