@@ -14,8 +14,10 @@ from phasmid.formats.robots import (
     import_robot,
     is_foreign,
     load_robot,
+    load_scenario,
     possible,
     save_robot,
+    with_robot,
 )
 from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import read_urdf
@@ -40,6 +42,7 @@ __all__ = [
     "judge",
     "judge_robot",
     "load_robot",
+    "load_scenario",
     "mjcf_files",
     "possible",
     "read_urdf",
@@ -47,4 +50,5 @@ __all__ = [
     "save_robot",
     "tree_of",
     "urdf_files",
+    "with_robot",
 ]

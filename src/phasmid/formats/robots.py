@@ -20,9 +20,12 @@ from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
 from phasmid.robot.appearance import Appearance, glb
+from phasmid.robot.file import OTHER_FORMATS
+from phasmid.scenario import Scenario
+from phasmid.scenario import load_scenario as load_own_scenario
 
-ROBOT_SUFFIXES = (".toml", ".urdf", ".xml", ".mjcf", ".step", ".stp")
-"""Endings of files that hold a robot; an ``.xml`` is MJCF or URDF by its root element."""
+ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)
+"""Endings of robot files; an ``.xml`` is MJCF or URDF by its root element."""
 
 UNREAD = {
     ".xacro": "is a xacro template; phasmid reads the URDF that xacro makes of it.",
@@ -34,7 +37,7 @@ UNREAD = {
 def is_foreign(source: str | Path) -> bool:
     """Return whether a source is a robot file of another program's format."""
     suffix = Path(source).suffix.lower()
-    return str(source) not in preset_names() and suffix in {*ROBOT_SUFFIXES[1:], *UNREAD}
+    return str(source) not in preset_names() and suffix in {*OTHER_FORMATS, *UNREAD}
 
 
 def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robot:
@@ -55,6 +58,32 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
         # Judging takes a moment, and such a robot is possible by construction.
         return load_own_robot(source)
     return possible(import_robot(source, options), source)
+
+
+def load_scenario(source: str | Path = "paper") -> Scenario:
+    """Load a scenario from a preset or a file, with its robot where that is no TOML file.
+
+    Args:
+        source: As of `phasmid.scenario.load_scenario`.
+
+    Raises:
+        InvalidInput: The scenario's or the robot's file is absent, or not well formed.
+        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+    """
+    return with_robot(load_own_scenario(source))
+
+
+def with_robot(scenario: Scenario) -> Scenario:
+    """Read the robot of a scenario where its file is URDF, MJCF or STEP.
+
+    Raises:
+        InvalidInput: The file is absent, or not well formed.
+        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+    """
+    if not isinstance(scenario.robot, str) or not is_foreign(scenario.robot):
+        return scenario
+    options = ImportOptions.of(scenario.robot_import)
+    return scenario.replace(robot=load_robot(scenario.robot, options))
 
 
 def possible(imported: Imported, source: str | Path) -> Robot:

@@ -11,10 +11,9 @@ from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, InvalidInput, nearest
-from phasmid.formats import is_foreign, load_robot
 from phasmid.gait import Gait, load_gait, offsets_in_order
 from phasmid.recording.channels import MOST_RECORDED
-from phasmid.robot import Robot, with_mass_model, with_mounts, with_neutral_foot
+from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.gait import GaitTable
@@ -232,11 +231,9 @@ class Scenario(Table):
         """
         if isinstance(self.robot, Robot):
             return self.robot
-        # What a robot needed once, its own file says in the folder of a run.
-        options = self.robot_import.options() if is_foreign(self.robot) else None
-        known: tuple[object, Robot] | None = self.__dict__.get("_read")
-        if known is None or known[0] != (self.robot, options):
-            known = (self.robot, options), load_robot(self.robot, options)
+        known: tuple[str, Robot] | None = self.__dict__.get("_read")
+        if known is None or known[0] != self.robot:
+            known = self.robot, load_robot(self.robot)
             self.__dict__["_read"] = known
         return known[1]
 
