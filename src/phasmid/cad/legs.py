@@ -40,20 +40,17 @@ class Workshop:
         *measures: Any,
         of: Material,
         mass: float | None = None,
-        is_hinge: bool = False,
         **more: Any,
     ) -> Solid:
         """A part of these measures, the same one whenever it is asked for again."""
         key = (name, make, *measures, *sorted(more.items()))
         if key not in self._made:
-            self._made[key] = Solid(name, make(*measures, **more), of, mass, is_hinge)
+            self._made[key] = Solid(name, make(*measures, **more), of, mass)
         return self._made[key]
 
     def servo(self) -> Solid:
         """The servo, which weighs what its maker says."""
-        return self.part(
-            "servo", parts.servo, self.case, of=SERVO, mass=self.case.mass, is_hinge=True
-        )
+        return self.part("servo", parts.servo, self.case, of=SERVO, mass=self.case.mass)
 
     def bracket(self, name: str, reach: float, *, start: float = 0.0) -> Solid:
         """A bracket around a servo; measures in millimetres."""

@@ -19,9 +19,10 @@ from phasmid.formats.robots import (
     save_robot,
     with_robot,
 )
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
+from phasmid.robot.inertial import Inertial
 
 __all__ = [
     "ROBOT_SUFFIXES",

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.tree import Inertial
 from phasmid.robot import Part
+from phasmid.robot.inertial import Inertial
 from phasmid.units import plain_number
 
 SMALLEST = 0.04

@@ -19,12 +19,13 @@ from phasmid.formats.found import named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.load import judge_servo
 from phasmid.formats.origins import WHOLE_TURN
-from phasmid.formats.rigid import RigidLink, merged, rigid_link
+from phasmid.formats.rigid import RigidLink, rigid_link
 from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
+from phasmid.formats.tree import HINGES, Tree, TreeLink
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Robot
+from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.link import LONGEST_LENGTH
 from phasmid.units import plain_number
 
@@ -239,8 +240,8 @@ def _fixed_to_others(tree: Tree, bones: Skeleton | None) -> dict[str, RigidLink]
 def _matters(link: TreeLink, rigid: RigidLink) -> bool:
     """Return whether a link changes the mass, centre or inertia of those that it is fixed to."""
     pieces = [(rigid.poses[each.name], each.inertial) for each in rigid.links if each.inertial]
-    whole = merged(pieces)
-    rest = merged([(X, inertial) for X, inertial in pieces if inertial is not link.inertial])
+    whole = merged([inertial.at(X) for X, inertial in pieces])
+    rest = merged([each.at(X) for X, each in pieces if each is not link.inertial])
     if whole is None or rest is None or not 0 <= whole.mass - rest.mass < NEGLIGIBLE * rest.mass:
         return True
     corners = [X[:3, 3] for X, _ in pieces] + [j.X_parent_child[:3, 3] for j in rigid.joints]

@@ -24,12 +24,13 @@ from phasmid.formats.load import judge_servo
 from phasmid.formats.masses import Weighed, weighed
 from phasmid.formats.mounts import Mount, body_frame, mount_of
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.rigid import RigidLink, inverse, moved
+from phasmid.formats.rigid import RigidLink, inverse
 from phasmid.formats.servos import missing, servo_of
 from phasmid.formats.standing import Stance, standing_feet
 from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import Inertial, Tree
+from phasmid.formats.tree import Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
+from phasmid.robot.inertial import Inertial
 from phasmid.robot.table import LONGEST_NAME
 from phasmid.units import plain_number
 
@@ -340,7 +341,7 @@ def _weighed(
             joint,
             length,
             size,
-            possible(moved(rigid.inertial, X)) if rigid.inertial else None,
+            possible(rigid.inertial.at(X)) if rigid.inertial else None,
             tuple(part.at(X) for part in rigid.parts),
             rigid.links[0].where,
         )

@@ -12,8 +12,8 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot, located
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.tree import Inertial
 from phasmid.robot import JOINTS, Part, Robot, load_robot
+from phasmid.robot.inertial import Inertial
 from phasmid.units import plain_number
 
 SLENDER = 0.25

@@ -20,11 +20,12 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.foot import names_a_foot
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.origins import ENDLESS
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import GREY
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
+from phasmid.robot.inertial import Inertial
 
 if TYPE_CHECKING:
     import mujoco

@@ -12,9 +12,10 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.mjcf_in import EXTENSION, escaped
-from phasmid.formats.tree import HINGES, Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import HINGES, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_out import meshes_of, stl
 from phasmid.robot import Part, Servo
+from phasmid.robot.inertial import Inertial
 from phasmid.units import STANDARD_GRAVITY
 
 FOOT_SHARE = 0.05

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Link, Part, Robot
+from phasmid.robot.inertial import Inertial
 
 BASE = "base_link"
 

@@ -67,7 +67,6 @@ class StepJointTable(Table):
     parent: str
     child: str
     axis_of: Pattern | None = None
-    face: str | None = None
     point: Vector | None = None
     direction: Direction | None = None
     drawn_at: Angle = 0.0
@@ -162,7 +161,6 @@ def sidecar_text(
                 f"parent = {toml_string(parent)}",
                 f"child = {toml_string(child)}",
                 f"axis_of = {toml_string(literal(_axle(assembly, paths, leg.name, joint)))}",
-                'face = "axis"',
                 f"direction = {_row(X_drawing_child[:3, 2])}",
                 f"drawn_at_rad = {float(q[number])!r}",
                 f"limits_rad = {_row(leg.joint_limits[number])}",

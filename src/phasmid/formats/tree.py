@@ -14,24 +14,10 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Finding
 from phasmid.robot import Part, Servo
+from phasmid.robot.inertial import Inertial
 
 HINGES = frozenset({"revolute", "continuous"})
 """Kinds of joints that turn; a continuous one has no limits."""
-
-
-@dataclass(frozen=True, eq=False)
-class Inertial:
-    """Mass and inertia as a file gives them, possible or not.
-
-    Attributes:
-        mass: Mass [kg].
-        com: Centre of mass in the link's frame [m], shape (3,).
-        inertia: About the centre of mass, in the axes of the link's frame [kg·m²], shape (3, 3).
-    """
-
-    mass: float
-    com: Float[np.ndarray, "3"]
-    inertia: Float[np.ndarray, "3 3"]
 
 
 @dataclass(frozen=True, eq=False)

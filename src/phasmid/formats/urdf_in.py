@@ -17,9 +17,10 @@ from phasmid.formats.files import named_file
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of, rotation
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import Element, load_xml, short
 from phasmid.robot import Part
+from phasmid.robot.inertial import Inertial
 from phasmid.units import plain_number
 
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
