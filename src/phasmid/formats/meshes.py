@@ -1,4 +1,4 @@
-"""Mesh files: STL by our own reader, OBJ, PLY and GLB by trimesh, each file read once."""
+"""Mesh files: STL by our own reader, as trimesh takes a second to load; OBJ and PLY by trimesh."""
 
 from __future__ import annotations
 

@@ -48,9 +48,6 @@ EXTENSION = "phasmid"
 _OWN_FILES = {"attach", "model", "replicate"}
 """Elements that multiply bodies or load models beyond this file and its includes."""
 
-_SIMMECHANICS = {"PhysicalModelingXMLFile", "SimscapeMultibodyImportXML"}
-"""Root elements of exports for SimMechanics and its successor."""
-
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 """Colour of a geom that takes the colour of its material."""
 
@@ -92,7 +89,7 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
         robot.strip()
         robot.name_elements()
         robot.check_ranges()
-        robot.load_meshes(options)
+        robot.load_meshes()
         model = robot.compile()
     return _Reader(model, robot).tree()
 
@@ -115,16 +112,10 @@ class _Source:
         raw = read_bytes(path, LARGEST_FILE)
         root = read_xml(raw, path.name)
         if root.tag != "mujoco":
-            known = root.tag in _SIMMECHANICS
             raise InvalidInput(
-                f"{root.file} line {root.line}: the file holds a <{short(root.tag)}>"
-                + (
-                    " of SimMechanics, which is not read; robots are read from URDF, a <robot>, "
-                    "and MJCF, a <mujoco>."
-                    if known
-                    else "; an MJCF file holds a <mujoco>."
-                ),
-                hint="export the assembly as URDF or STEP" if known else "",
+                f"{root.file} line {root.line}: the file holds a <{short(root.tag)}>; robots are "
+                "read from URDF, a <robot>, and MJCF, a <mujoco>.",
+                hint="export the robot as URDF, MJCF or STEP",
             )
         self.texts[""] = raw
         self._scan(root, (path.absolute(),))
@@ -312,55 +303,45 @@ class _RobotSpec:
                             place = f"{self.source.path.name}, {element.info.strip()}"
                             self.source.places[noun, element.name] = place
 
-    def load_meshes(self, options: ImportOptions) -> None:
+    def load_meshes(self) -> None:
         """Read the meshes that are shown; delete those that are not there, and their geoms."""
-        spec, reader = self.spec, meshes.MeshFiles(options.mesh_unit)
+        spec, reader = self.spec, meshes.MeshFiles(self.source.options.mesh_unit)
         shown = {geom.meshname for geom in spec.geoms if geom.meshname}
-        absent = set()
         for mesh in list(spec.meshes):
-            if mesh.name not in shown or not self._load_mesh(mesh, reader):
-                absent.add(mesh.name)
-                spec.delete(mesh)
-        for geom in list(spec.geoms):
-            if geom.meshname in absent:
+            where = self.source.where("mesh", mesh.name)
+            try:
+                if mesh.name in shown:
+                    with located(where):
+                        self._load_mesh(mesh, reader)
+                    continue
+            except meshes.UnreadMesh as error:
+                subject = f"mesh {short(mesh.name)}"
+                finding = Finding(Severity.SUSPECT, subject, error.what, where, error.hint)
+                self.findings.append(finding)
+            for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
                 self.incomplete.add(geom.parent.name)
                 spec.delete(geom)
+            spec.delete(mesh)
 
-    def _load_mesh(self, mesh: Any, reader: meshes.MeshFiles) -> bool:
-        """Read a mesh's file into the specification; return whether it is there."""
-        where = self.source.where("mesh", mesh.name)
+    def _load_mesh(self, mesh: Any, reader: meshes.MeshFiles) -> None:
+        """Read a mesh's file into the specification."""
         # The engine makes one slash of two.
         written = re.sub(r"^(\w+):/+", r"\1://", mesh.file)
-        with located(where):
-            if not written:
-                self._miss(
-                    mesh, f'<mesh name="{short(mesh.name)}"> names no file; it was left out.'
-                )
-                return False
-            if not np.all(mesh.scale):
-                raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
-            folder = self.spec.compiler.meshdir
-            named = written if "://" in written or not folder else f"{folder}/{written}"
-            path = named_file(self.source.path, named, "mesh", self.source.options.packages)
-            if not path.is_file():
-                self._miss(mesh, f'mesh "{short(written)}" is not there; it was left out.')
-                return False
-            try:
-                found = reader.meshes(path, mesh.scale)
-            except meshes.UnreadMesh as error:
-                self._miss(mesh, error.what, error.hint)
-                return False
+        if not written:
+            raise meshes.UnreadMesh(f"mesh {short(mesh.name)} names no file; it was left out.")
+        if not np.all(mesh.scale):
+            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
+        folder = self.spec.compiler.meshdir
+        named = written if "://" in written or not folder else f"{folder}/{written}"
+        path = named_file(self.source.path, named, "mesh", self.source.options.packages)
+        if not path.is_file():
+            raise meshes.UnreadMesh(f'mesh "{short(written)}" is not there; it was left out.')
+        found = reader.meshes(path, mesh.scale)
         starts = np.cumsum([0, *(len(each.vertices) for each in found)])
         faces = [each.faces + start for each, start in zip(found, starts, strict=False)]
         mesh.file, mesh.scale, mesh.content_type = "", [1.0, 1.0, 1.0], ""
         mesh.uservert = np.concatenate([each.vertices for each in found]).ravel()
         mesh.userface = np.concatenate(faces).ravel()
-        return True
-
-    def _miss(self, mesh: Any, what: str, hint: str = "") -> None:
-        where = self.source.where("mesh", mesh.name)
-        subject = f"mesh {short(mesh.name)}"
-        self.findings.append(Finding(Severity.SUSPECT, subject, what, where, hint))
 
     def compile(self) -> mujoco.MjModel:
         """Compile what is left, every body with a mass."""

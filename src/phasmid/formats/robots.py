@@ -1,4 +1,4 @@
-"""Robots by name or file, in and out, whatever the format."""
+"""Robots and scenarios from files of any format, and robots to files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from phasmid.arguments import check_type, described, path_of
+from phasmid.arguments import described
 from phasmid.errors import AlreadyExists, InvalidInput, InvalidRobot
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
@@ -52,7 +52,6 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
         InvalidInput: There is no such preset or file, or it is not well formed.
         InvalidRobot: No machine could have these numbers, or it is none that this model knows.
     """
-    _check_options(options)
     if _reader(source) is None:
         _refuse_options(source, options)
         # Judging takes a moment, and such a robot is possible by construction.
@@ -87,14 +86,14 @@ def with_robot(scenario: Scenario) -> Scenario:
 
 
 def possible(imported: Imported, source: str | Path) -> Robot:
-    """The robot of an import.
+    """Return the robot of an import, or raise the first reason why there is none.
 
     Args:
         imported: As `import_robot` gives it.
         source: Its file, for messages.
 
     Raises:
-        InvalidRobot: There is none; the first of what is impossible is told.
+        InvalidRobot: There is none.
     """
     if imported.robot is not None:
         return imported.robot
@@ -110,7 +109,7 @@ def possible(imported: Imported, source: str | Path) -> Robot:
 
 
 def import_robot(source: str | Path, options: ImportOptions | None = None) -> Imported:
-    """Load a robot with all that is to be said about its description.
+    """Load a robot with all findings about its description.
 
     Args:
         source: As of `load_robot`.
@@ -124,7 +123,6 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
             is ignored, and the options are strict.
         InvalidRobot: Its links and joints form no tree, or a ``.toml`` robot is impossible.
     """
-    _check_options(options)
     reader = _reader(source)
     if reader is None:
         _refuse_options(source, options)
@@ -136,11 +134,6 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
         first = tree.findings[0]
         raise InvalidInput(first.sentence, where=first.where or Path(source).name, hint=first.hint)
     return robot_from_tree(tree, options)
-
-
-def _check_options(options: object) -> None:
-    if options is not None:
-        check_type("options", options, (ImportOptions,), "ImportOptions, or None")
 
 
 def _refuse_options(source: str | Path, options: ImportOptions | None) -> None:
@@ -157,7 +150,7 @@ _Reader = Callable[[Path, ImportOptions], Tree]
 
 
 def _reader(source: str | Path) -> _Reader | None:
-    """What reads a file; None for presets, ``.toml`` files and what is neither."""
+    """Return the reader of a file; None for presets, ``.toml`` files and others."""
     if not isinstance(source, str | Path):
         raise InvalidInput(
             f"a robot is the name of a preset or the path of a file, not {described(source)}.",
@@ -189,7 +182,7 @@ def _reader(source: str | Path) -> _Reader | None:
 
 
 def _root(path: Path) -> str:
-    """Name of an XML file's root element, as far as its beginning tells it."""
+    """Return the name of an XML file's root element; empty where it has none."""
     try:
         with path.open("rb") as file:
             text = file.read(65536).decode("utf-8", errors="replace")
@@ -220,8 +213,7 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
             extra is missing.
         OutputError: A file cannot be written.
     """
-    check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
-    path = path_of("path", path)
+    path = Path(path)
     if path.suffix.lower() not in ROBOT_SUFFIXES:
         raise InvalidInput(
             f"{path.name} does not end as a robot file does.",
@@ -242,7 +234,7 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
 
 
 def _files(robot: Robot, path: Path) -> dict[str, bytes]:
-    """All files of a robot, by their names beside its own."""
+    """Return the content of a robot's files, by their names beside its own."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return _toml_files(robot, path)
@@ -258,11 +250,8 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
     from phasmid.formats.mjcf_out import mjcf_files
 
     files = mjcf_files(tree, path.stem, home=neutral_angles(robot), servo=robot.servo)
-    return {_named(name, path): data for name, data in files.items()}
-
-
-def _named(name: str, path: Path) -> str:
-    return path.name if name == f"{path.stem}.xml" else name
+    # An .mjcf keeps its ending.
+    return {path.name: files.pop(f"{path.stem}.xml"), **files}
 
 
 def _toml_files(robot: Robot, path: Path) -> dict[str, bytes]:
@@ -275,7 +264,7 @@ def _toml_files(robot: Robot, path: Path) -> dict[str, bytes]:
 
 
 def _differs(path: Path, data: bytes) -> bool:
-    """Whether another file is there; the same mesh may serve two robots."""
+    """Return whether another file is there; the same mesh may serve two robots."""
     try:
         same = path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
         return path.exists() and not same

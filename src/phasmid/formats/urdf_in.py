@@ -16,7 +16,7 @@ from phasmid.formats import meshes
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of, rotation
+from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import Element, load_xml, short
 from phasmid.robot import Part
@@ -425,6 +425,3 @@ def _dynamics(element: Element, joint: str) -> tuple[float, float, float]:
             )
         values.append(value)
     return values[0], values[1], values[2]
-
-
-__all__ = ["KINDS", "pose_of", "read_urdf", "rotation"]
