@@ -42,7 +42,7 @@ class Workshop:
         mass: float | None = None,
         **more: Any,
     ) -> Solid:
-        """A part of these measures, the same one whenever it is asked for again."""
+        """Return the part of these measures, made once."""
         key = (name, make, *measures, *sorted(more.items()))
         if key not in self._made:
             self._made[key] = Solid(name, make(*measures, **more), of, mass)
@@ -93,7 +93,7 @@ def leg_parts(leg: Leg, shop: Workshop) -> Mapping[str, tuple[Placed, ...]]:
 
 
 def _reach(distance: float, shop: Workshop) -> float:
-    """How far a bracket's web stands from its axis, where it may go as far as a distance."""
+    """Return the distance of a bracket's web from its axis, at most the given one [mm]."""
     least = MM * shop.case.clearance + 2 * shop.sheet
     return float(np.clip(distance, min(least, distance), 1.25 * least))
 

@@ -1,4 +1,4 @@
-"""What a robot's solids weigh, beside what its file says, as a table."""
+"""Table of the masses of a robot's solids beside those of its file."""
 
 from __future__ import annotations
 

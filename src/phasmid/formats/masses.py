@@ -1,4 +1,4 @@
-"""Masses and inertias that a person chose instead of a file's."""
+"""Masses and inertias by options, in place of a file's."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ class Weighed:
 def weighed(
     links: Sequence[Weighed], options: ImportOptions, findings: list[Finding]
 ) -> list[Weighed]:
-    """The links with the masses and inertias that the options ask for.
+    """Apply the options to the masses and inertias of links.
 
     Args:
         links: All of a robot.
         options: ``masses`` and ``total_mass``.
-        findings: Where to say what was done.
+        findings: Receives what was done.
 
     Raises:
         InvalidInput: No preset and no file is called so.

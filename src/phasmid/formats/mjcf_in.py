@@ -215,7 +215,7 @@ class _RobotSpec:
 
     @property
     def extension(self) -> str:
-        """What phasmid added to the file.
+        """The phasmid extension of the file.
 
         Raises:
             InvalidInput: It is there twice.
@@ -361,7 +361,7 @@ class _RobotSpec:
 
 @dataclass
 class _Reader:
-    """One compiled model being understood."""
+    """Conversion of a compiled model to a tree."""
 
     model: mujoco.MjModel
     robot: _RobotSpec
@@ -590,7 +590,7 @@ class _Reader:
         return max(torques, default=None)
 
     def _parts(self, body: int, shift: Float[np.ndarray, "3"]) -> tuple[Part, ...]:
-        """What the engine shows of a body: shapes that touch nothing, or else all."""
+        """Return the shapes that the engine shows: those without contact, or else all."""
         model = self.model
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         shown = [g for g in range(first, first + count) if model.geom_group[g] < INVISIBLE]

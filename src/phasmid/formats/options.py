@@ -12,7 +12,7 @@ from phasmid.scenario.robot_import import RobotImportTable
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """How a robot is read from URDF, MJCF or STEP.
+    """Options for reading a robot from URDF, MJCF or STEP.
 
     Attributes:
         foot: Where the feet are: name of a link or its ending, such as ``foot_link``; or three

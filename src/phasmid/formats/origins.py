@@ -15,7 +15,7 @@ WHOLE_TURN = 2.02 * math.pi
 """A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
 
 ENDLESS = 1000.0
-"""Limits of a joint from here on say that it has none [rad]."""
+"""Limits of a joint from here on mean none [rad]."""
 
 
 def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:

@@ -31,7 +31,7 @@ UNREAD = {
     ".xacro": "is a xacro template; phasmid reads the URDF that xacro makes of it.",
     ".sdf": "is an SDF file; phasmid reads URDF, MJCF and STEP.",
 }
-"""Endings of robot descriptions that are not read, and why."""
+"""Endings of robot descriptions that are not read, with the reasons."""
 
 
 def is_foreign(source: str | Path) -> bool:
@@ -46,7 +46,7 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
     Args:
         source: Name of a preset, such as ``phantomx-paper``, or path of a ``.toml``, ``.urdf``,
             ``.xml`` (MJCF or URDF) or ``.step`` file.
-        options: What the file does not say; presets and ``.toml`` files need none.
+        options: What the file lacks; presets and ``.toml`` files need none.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed.
@@ -113,7 +113,7 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
 
     Args:
         source: As of `load_robot`.
-        options: What the file does not say; presets and ``.toml`` files need none.
+        options: What the file lacks; presets and ``.toml`` files need none.
 
     Returns:
         The robot, or why there is none; and what was found, good or bad.
@@ -287,7 +287,7 @@ LOST = {
     ".step": "STEP holds solids of our own shaping, without joints and densities; those and the "
     "weighed masses stand in the file beside it.",
 }
-"""What a format cannot hold of a robot."""
+"""Properties of a robot that a format cannot hold."""
 
 
 def _lost(path: Path) -> tuple[Finding, ...]:

@@ -26,13 +26,13 @@ def write_solids(
     force: bool = False,
     announce: Callable[[str], None] = lambda _: None,
 ) -> dict[Path, str]:
-    """Draw a robot and write all that comes of it.
+    """Draw a robot and write its STEP file, meshes and masses.
 
     Args:
         robot: The robot.
         folder: Where the files go; it is made.
         force: Whether files of an earlier run are replaced.
-        announce: Told what begins.
+        announce: Called with the name of each stage.
 
     Returns:
         The files, and what each is in a few words.

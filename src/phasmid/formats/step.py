@@ -201,7 +201,7 @@ def _given(name: str, table: StepLinkTable, X_link_drawing: np.ndarray) -> Inert
 def _density(sidecar: Sidecar, part: DrawnPart, *, known: bool) -> float:
     """Density of a part [kg/m³]; the first pattern that fits its path or its own name counts.
 
-    Where the link as a whole was weighed, parts of which nothing is said are all alike.
+    Where the link as a whole was weighed, parts without a density all have the same.
     """
     for pattern, table in sidecar.parts.items():
         if fnmatchcase(part.path, pattern) or fnmatchcase(part.product, pattern):
@@ -325,7 +325,7 @@ def _hinge_face(name: str, part: DrawnPart) -> Cylinder:
 
 
 def coaxial(one: Cylinder, other: Cylinder) -> bool:
-    """Whether two round faces of one part have the same axis."""
+    """Return whether two round faces of one part have the same axis."""
     across = other.point - one.point
     return bool(
         np.linalg.norm(np.cross(one.direction, other.direction)) < COAXIAL

@@ -20,7 +20,7 @@ WORDS = {
     "femur": ("femur", "thigh", "upper_leg", "upper leg"),
     "tibia": ("tibia", "shin", "calf", "shank", "lower_leg", "lower leg"),
 }
-"""What people call the links of a leg."""
+"""Common names of the links of a leg."""
 
 TRUNK = "body"
 NEAR = 5e-5
@@ -52,7 +52,7 @@ def first_guess(path: Path) -> str:
     Parts of assemblies whose names hold such words as coxa, femur and tibia form legs, all others
     the trunk. A hinge is where a round face of one link and one of the next have the same axis; a
     foot is the point of the last link farthest from its hinge. What is not found stands as a
-    comment that tells what to write.
+    comment with what to write.
 
     Args:
         path: The STEP file.

@@ -1,4 +1,4 @@
-"""What a STEP file does not say of a robot, in a TOML file beside it."""
+"""The sidecar of a STEP file: a TOML file with links, joints and masses."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Sidecar(Table):
 
 
 def sidecar_of(path: Path) -> Path:
-    """Where the sidecar of a STEP file stands."""
+    """Return the path of a STEP file's sidecar."""
     return path.with_name(f"{path.name}.toml")
 
 
@@ -128,7 +128,7 @@ def sidecar_text(
     Args:
         robot: The robot.
         assembly: Its solids.
-        extension: TOML of what a tree of links and joints cannot say.
+        extension: The phasmid extension, TOML.
         masses: ``solids`` to have them computed, or ``file`` to keep those of the robot.
     """
     lines = [
