@@ -95,8 +95,8 @@ parts = ["right_front/coxa/*"]
 [joints.right_front_coxa]
 parent = "body"
 child = "right_front_coxa"
-axis_of = "chassis/right_front_servo"    # its largest round face, or face = "NAME";
-face = "axis"                            # or point_mm = [x, y, z] and direction = [x, y, z]
+axis_of = "chassis/right_front_servo"    # the axis of its largest round face,
+                                         # or point_mm = [x, y, z] and direction = [x, y, z]
 limits_deg = [-75, 75]
 drawn_at_deg = 0                         # the joint's angle in the drawing
 

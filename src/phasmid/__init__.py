@@ -22,13 +22,19 @@ if TYPE_CHECKING:
         Unreachable,
     )
     from phasmid.forces import analyse
-    from phasmid.formats import ImportOptions, import_robot, load_robot, save_robot
+    from phasmid.formats import (
+        ImportOptions,
+        import_robot,
+        load_robot,
+        load_scenario,
+        save_robot,
+    )
     from phasmid.gait import Gait
     from phasmid.motion import JointTrajectory, Walk, load_trajectory, plan
     from phasmid.recording import load_recording, save_mcap, save_recording
     from phasmid.reporting import export, plot, report, summarise
     from phasmid.robot import Body, Leg, Link, Robot, Servo
-    from phasmid.scenario import Scenario, load_scenario
+    from phasmid.scenario import Scenario
     from phasmid.sensors import sense
     from phasmid.simulation import replay, simulate, simulate_many
     from phasmid.simulation.drive import drive
@@ -63,7 +69,7 @@ _ROOM_OF = {
     "import_robot": "formats",
     "load_recording": "recording",
     "load_robot": "formats",
-    "load_scenario": "scenario",
+    "load_scenario": "formats",
     "load_trajectory": "motion",
     "plan": "motion",
     "plot": "reporting",

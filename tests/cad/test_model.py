@@ -13,8 +13,8 @@ pytest.importorskip("build123d")
 
 from general_robot import general_robot
 from phasmid.cad import Assembly, build, mass_properties, meshes
-from phasmid.cad.assembly import MassProperties, together
 from phasmid.robot import JOINTS, load_robot
+from phasmid.robot.inertial import Inertial, merged
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +57,10 @@ def test_a_short_femur_leaves_the_knee_s_servo_to_the_tibia() -> None:
 def test_masses_of_parts_add_up_as_those_of_points_do() -> None:
     # Two points of m = 1 at x = 0 and x = 2: com 1, inertia about y and z m (1² + 1²) = 2.
     zero = np.zeros((3, 3))
-    a = MassProperties(1.0, np.zeros(3), zero)
-    b = MassProperties(1.0, np.array([2.0, 0.0, 0.0]), zero)
-    both = together([a, b])
+    a = Inertial(1.0, np.zeros(3), zero)
+    b = Inertial(1.0, np.array([2.0, 0.0, 0.0]), zero)
+    both = merged([a, b])
+    assert both is not None
     assert both.mass == 2
     assert np.array_equal(both.com, [1, 0, 0])
     assert np.array_equal(both.inertia, np.diag([0.0, 2.0, 2.0]))

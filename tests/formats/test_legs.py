@@ -24,6 +24,7 @@ from formats.trees import (
 )
 from general_robot import general_robot
 from phasmid import errors
+from phasmid.errors import InvalidInput
 from phasmid.formats import (
     Imported,
     ImportOptions,
@@ -659,3 +660,12 @@ def test_a_ball_at_the_end_of_the_last_link_is_its_foot() -> None:
         "last link, at (132.0, 0.0, 0.0) mm, 132.0 mm from the tibia's axis."
     )
     assert note.hint.startswith("--foot 0.132,0,0, in metres")
+
+
+def test_a_unit_or_a_mass_that_cannot_be_is_refused() -> None:
+    with pytest.raises(InvalidInput) as unit:
+        ImportOptions(mesh_unit="inch")
+    assert unit.value.what == 'mesh_unit is "inch"; it must be "m" or "mm".'
+    with pytest.raises(InvalidInput) as mass:
+        ImportOptions(total_mass=math.nan)
+    assert mass.value.what == "the total mass is nan kg; it must be finite and greater than 0."

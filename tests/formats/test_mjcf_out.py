@@ -149,7 +149,7 @@ def test_meshes_are_seen_and_felt_by_nobody_and_written_once() -> None:
             "robot_meshes/servo.stl",
             "robot_meshes/right_front_coxa_link.stl",
         ]
-        + [f"robot_meshes/servo_{i}.stl" for i in range(1, 7)]
+        + [f"robot_meshes/servo_{i}.stl" for i in range(2, 8)]
     )
     model = mujoco.MjModel.from_xml_string(files.pop("robot.xml").decode(), files)
     seen = model.geom_group == 2

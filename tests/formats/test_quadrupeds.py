@@ -155,6 +155,8 @@ def test_inverse_dynamics_is_that_of_pinocchio_from_the_same_file(file: Path) ->
 
 @pytest.mark.slow
 def test_it_walks_the_crawl(file: Path) -> None:
-    scenario = load_scenario("paper").replace(robot=str(file), gait="crawl", duration=6.0)
+    scenario = load_scenario("paper").replace(
+        robot=imported(file).robot, gait="crawl", duration=6.0
+    )
     travel = summarise(simulate(scenario, plan(scenario)))["travel"]
     assert travel["distance"] == pytest.approx(travel["commanded_distance"], rel=0.05)

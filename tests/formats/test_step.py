@@ -232,7 +232,7 @@ def test_an_axis_may_be_given_by_a_point_and_a_direction(
 ) -> None:
     text = own_text(folder)
     x, y, z = 1000 * ROBOT.legs[0].mount_position
-    named = 'axis_of = "body/right_front_servo"\nface = "axis"\n'
+    named = 'axis_of = "body/right_front_servo"\n'
     assert named in text
     text = text.replace(named, f"point_mm = [{x}, {y}, {z + 10}]\n")
     robot = robot_from_tree(tree(folder, drawing, text), ImportOptions(servo="AX-12A")).robot
@@ -244,11 +244,10 @@ def test_an_axis_may_be_given_by_a_point_and_a_direction(
     ("old", "new", "said"),
     [
         ('parts = ["body/*"]', 'parts = ["boddy/*"]', r'no part of the drawing is called "boddy'),
-        ('face = "axis"', 'face = "axle"', r'has no round face called "axle"'),
         ('"body/right_front_servo"', '"body/nothing"', r'no part .* is called "body/nothing"'),
         ('"body/right_front_servo"', '"body/*servo"', r"6 parts of the drawing are called"),
-        ('"body/right_front_servo"\nface = "axis"', '"body/battery"', r"has no round face"),
-        ('axis_of = "body/right_front_servo"\nface = "axis"\n', "", r"must have axis_of, or point"),
+        ('"body/right_front_servo"', '"body/battery"', r"has no round face"),
+        ('axis_of = "body/right_front_servo"\n', "", r"must have axis_of, or point"),
         ('parent = "base_link"', 'parent = "base"', r'names "base", which is no link'),
         ("[parts.battery]", "[parts.cells]", r"nothing says what part body/battery weighs"),
         ("density_kg_m3 = 2000.0", "", r"must have either mass_g or density_kg_m3"),

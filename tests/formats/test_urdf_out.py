@@ -14,8 +14,8 @@ from formats.tetrahedron import CORNERS, FACES
 from general_robot import general_robot
 from phasmid.errors import InvalidInput
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, read_urdf, tree_of
-from phasmid.formats.urdf_in import rotation
 from phasmid.formats.urdf_out import FOOT_RADIUS, rpy_of, urdf_files
+from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Appearance, Part, Robot, load_robot, preset_names
 
 # Nine products of sines and cosines that are exact to a unit in the last place, and angles of up
@@ -71,8 +71,8 @@ def test_every_number_of_a_robot_survives_the_file(name: str, tmp_path: Path) ->
     yaw=st.floats(-np.pi, np.pi),
 )
 def test_any_rotation_has_its_roll_pitch_and_yaw(roll: float, pitch: float, yaw: float) -> None:
-    R = rotation(roll, pitch, yaw)
-    np.testing.assert_allclose(rotation(*rpy_of(R)), R, atol=ROTATION)
+    R = rotation_rpy(roll, pitch, yaw)
+    np.testing.assert_allclose(rotation_rpy(*rpy_of(R)), R, atol=ROTATION)
 
 
 @pytest.mark.parametrize("pitch", [-np.pi / 2, np.pi / 2])
@@ -83,11 +83,11 @@ def test_a_rotation_is_exact_where_roll_and_yaw_are_one(pitch: float, off: float
     for roll, yaw in rng.uniform(-np.pi, np.pi, (50, 2)):
         # A product of three rotations as a robot's chain gives it, not the formula's own form.
         R = (
-            rotation(0, 0, yaw)
-            @ rotation(0, pitch - np.copysign(off, pitch), 0)
-            @ rotation(roll, 0, 0)
+            rotation_rpy(0, 0, yaw)
+            @ rotation_rpy(0, pitch - np.copysign(off, pitch), 0)
+            @ rotation_rpy(roll, 0, 0)
         )
-        np.testing.assert_allclose(rotation(*rpy_of(R)), R, atol=ROTATION)
+        np.testing.assert_allclose(rotation_rpy(*rpy_of(R)), R, atol=ROTATION)
 
 
 def test_colours_names_and_meshes_survive_and_like_meshes_are_one_file(tmp_path: Path) -> None:

@@ -26,8 +26,6 @@ from phasmid.scenario import idle_fields, load_scenario
         ({"imu_rate": 50.0, "measured": "everything"}, []),
         ({"p_gain": 100.0, "drive": "servo"}, ["p_gain has no effect with the AX-12A, whose law"]),
         ({"compliance_slope": 64, "drive": "servo"}, []),
-        ({"tangential_weight": 5.0}, ['tangential_weight has no effect with force_model "mini']),
-        ({"tangential_weight": 5.0, "force_model": "weighted-minimum-norm"}, []),
         ({"terrain_yaw_deg": 30.0}, ['terrain_yaw_deg has no effect with terrain "flat".']),
         ({"terrain_yaw_deg": 30.0, "patches": [[0.0, 1.0, -1.0, 1.0, 0.2]]}, []),
         # A value that is the default's is no one's wish.

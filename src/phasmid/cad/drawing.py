@@ -1,52 +1,48 @@
-"""STEP files in: the placed parts of an assembly, with what their solids weigh and look like."""
+"""STEP files as drawings: the placed parts of an assembly, with their masses and meshes."""
 
 from __future__ import annotations
 
-import json
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.cad.assembly import MassProperties
 from phasmid.cad.library import check_installed
-from phasmid.cad.reader import NO_STEP, TOO_MANY
 from phasmid.errors import InvalidInput
 from phasmid.robot import Part
+from phasmid.robot.inertial import Inertial
 
 LARGEST_FILE = 200_000_000
-"""Files above this many bytes are refused."""
+"""Largest file that is read [bytes]."""
 
 LONGEST = 300.0
-"""A file that takes longer to read than this is given up [s]."""
+"""Longest time for reading a file [s]."""
 
-GREY = (0.5, 0.5, 0.5, 1.0)
+REFUSED = 3
+"""Exit status of the reader for a file that it refuses; its sentence is printed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A round face of a part.
+    """A cylindrical face of a part.
 
     Attributes:
         point: A point of its axis in the part's frame [m], shape (3,).
         direction: Of its axis, a unit vector, shape (3,).
         radius: [m].
         area: [m²].
-        name: As in the file; often empty.
     """
 
     point: Float[np.ndarray, "3"]
     direction: Float[np.ndarray, "3"]
     radius: float
     area: float
-    name: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,27 +53,27 @@ class DrawnPart:
         path: Names of the assemblies that hold it and its own, with slashes between.
         product: Name of the part wherever it is placed.
         X_drawing_part: Its pose in the drawing's frame [m], shape (4, 4).
-        solid: Mass properties at a density of 1 kg/m³, in the part's frame; None for a surface
+        solid: Mass and inertia at a density of 1 kg/m³, in the part's frame; None for a surface
             that encloses nothing.
         look: Its triangles, in the part's frame; None where it has none.
-        cylinders: Its round faces.
+        cylinders: Its cylindrical faces.
     """
 
     path: str
     product: str
     X_drawing_part: Float[np.ndarray, "4 4"]
-    solid: MassProperties | None
+    solid: Inertial | None
     look: Part | None
     cylinders: tuple[Cylinder, ...]
 
-    @cached_property
+    @property
     def volume(self) -> float:
-        """What it encloses [m³]."""
+        """The volume that it encloses [m³]."""
         return self.solid.mass if self.solid else 0.0
 
 
 def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
-    """The parts of a STEP file.
+    """Read the parts of a STEP file.
 
     The file is read in a process of its own: the geometry kernel may crash over a damaged one.
 
@@ -88,7 +84,7 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
     _check(path)
     check_installed()
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "parts.npz"
+        out = Path(folder) / "parts"
         paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
         try:
@@ -107,26 +103,24 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
                 f"{path.name} takes longer than {LONGEST:g} s to read; it was given up.",
                 hint="leave screws and other small parts out of the file",
             ) from None
-        if done.returncode in (TOO_MANY, NO_STEP):
+        if done.returncode == REFUSED:
             lines = done.stdout.decode("utf-8", "replace").strip().splitlines()
-            said = lines[-1] if lines else "is damaged"
-            limits = "; such files are refused." if done.returncode == TOO_MANY else "."
-            raise InvalidInput(f"{path.name} {said}{limits}")
+            raise InvalidInput(f"{path.name} {lines[-1] if lines else 'is damaged'}.")
         if done.returncode or not out.is_file():
             raise InvalidInput(
                 f"{path.name} is damaged: the geometry kernel gave up over it.",
                 hint="write the file anew",
             )
-        with np.load(out, allow_pickle=False) as arrays:
-            return _parts(path, dict(arrays))
+        # Our own process wrote it.
+        return tuple(pickle.loads(out.read_bytes()))  # noqa: S301
 
 
 def _check(path: Path) -> None:
     """Refuse what is no STEP file before the kernel sees it."""
     try:
         if not path.is_file():
-            known = path.exists()
-            raise InvalidInput(f"{path} is not a file." if known else f"{path} does not exist.")
+            exists = path.exists()
+            raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
         size = path.stat().st_size
         with path.open("rb") as file:
             head = file.read(4096)
@@ -140,43 +134,3 @@ def _check(path: Path) -> None:
             f"{path.name} is no STEP file; it must begin with ISO-10303-21.",
             hint="export the assembly as STEP, AP214 or AP242",
         )
-
-
-def _parts(path: Path, arrays: dict[str, np.ndarray]) -> tuple[DrawnPart, ...]:
-    told = json.loads(arrays["told"].tobytes())
-    prototypes = [
-        _prototype(path, facts, number, arrays) for number, facts in enumerate(told["prototypes"])
-    ]
-    return tuple(
-        DrawnPart(part["path"], *_placed(prototypes[part["prototype"]], arrays[f"X{number}"]))
-        for number, part in enumerate(told["parts"])
-    )
-
-
-Prototype = tuple[str, MassProperties | None, Part | None, tuple[Cylinder, ...]]
-
-
-def _placed(
-    prototype: Prototype, X: np.ndarray
-) -> tuple[str, np.ndarray, MassProperties | None, Part | None, tuple[Cylinder, ...]]:
-    product, solid, look, cylinders = prototype
-    return product, X, solid, look, cylinders
-
-
-def _prototype(
-    path: Path, facts: dict[str, Any], number: int, arrays: dict[str, np.ndarray]
-) -> Prototype:
-    mass, vertices = arrays[f"mass{number}"], arrays[f"vertices{number}"]
-    faces, rows = arrays[f"faces{number}"], arrays[f"cylinders{number}"]
-    if not all(np.isfinite(array).all() for array in (mass, vertices, rows)):
-        raise InvalidInput(f"{path.name}: part {facts['name']} has measures that are not finite.")
-    solid = None
-    if facts["solid"] and mass[0] > 0:
-        solid = MassProperties(float(mass[0]), mass[1:4], mass[4:].reshape(3, 3))
-    color = tuple(facts["color"]) if facts["color"] else GREY
-    look = Part(vertices, faces, color, facts["name"]) if len(faces) else None
-    cylinders = tuple(
-        Cylinder(row[:3], row[3:6], float(row[6]), float(row[7]), name)
-        for row, name in zip(rows, facts["faces"], strict=True)
-    )
-    return facts["name"], solid, look, cylinders

@@ -40,20 +40,17 @@ class Workshop:
         *measures: Any,
         of: Material,
         mass: float | None = None,
-        is_hinge: bool = False,
         **more: Any,
     ) -> Solid:
-        """A part of these measures, the same one whenever it is asked for again."""
+        """Return the part of these measures, made once."""
         key = (name, make, *measures, *sorted(more.items()))
         if key not in self._made:
-            self._made[key] = Solid(name, make(*measures, **more), of, mass, is_hinge)
+            self._made[key] = Solid(name, make(*measures, **more), of, mass)
         return self._made[key]
 
     def servo(self) -> Solid:
         """The servo, which weighs what its maker says."""
-        return self.part(
-            "servo", parts.servo, self.case, of=SERVO, mass=self.case.mass, is_hinge=True
-        )
+        return self.part("servo", parts.servo, self.case, of=SERVO, mass=self.case.mass)
 
     def bracket(self, name: str, reach: float, *, start: float = 0.0) -> Solid:
         """A bracket around a servo; measures in millimetres."""
@@ -96,7 +93,7 @@ def leg_parts(leg: Leg, shop: Workshop) -> Mapping[str, tuple[Placed, ...]]:
 
 
 def _reach(distance: float, shop: Workshop) -> float:
-    """How far a bracket's web stands from its axis, where it may go as far as a distance."""
+    """Return the distance of a bracket's web from its axis, at most the given one [mm]."""
     least = MM * shop.case.clearance + 2 * shop.sheet
     return float(np.clip(distance, min(least, distance), 1.25 * least))
 

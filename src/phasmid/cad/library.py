@@ -1,4 +1,4 @@
-"""The CAD library, which is optional and slow to load: it is asked for here and nowhere else."""
+"""The CAD library, which is optional and slow to load; it is imported here alone."""
 
 from __future__ import annotations
 

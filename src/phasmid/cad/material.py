@@ -1,4 +1,4 @@
-"""What parts are made of: density and colour."""
+"""Materials of parts: density and colour."""
 
 from __future__ import annotations
 

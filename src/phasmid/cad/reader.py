@@ -5,17 +5,24 @@ The geometry kernel can crash, loop or eat memory over a damaged file; here only
 
 from __future__ import annotations
 
-import json
+import pickle
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from phasmid.cad.assembly import MM, solid_mass
+from phasmid.cad.drawing import REFUSED, Cylinder, DrawnPart
 from phasmid.cad.library import occt
+from phasmid.cad.meshes import ANGULAR_TOLERANCE, TOLERANCE
+from phasmid.robot import Part
+
+GREY = (0.5, 0.5, 0.5, 1.0)
+"""Colour of parts without one."""
 
 MOST_PARTS = 4000
 """Files of more placed parts than this are refused."""
@@ -26,12 +33,6 @@ MOST_TRIANGLES = 4_000_000
 MOST_LEVELS = 32
 """Assemblies in assemblies deeper than this are refused."""
 
-TOO_MANY = 3
-"""Exit status for a file over one of these limits; its sentence is printed."""
-
-NO_STEP = 4
-"""Exit status for a file that holds no shapes."""
-
 MEMORY = 12_000_000_000
 """Most address space that the process may take [B], where the system can limit it."""
 
@@ -40,23 +41,18 @@ GENERIC = ("", "NAUO", "=>", "Open CASCADE", "NONE", "SOLID", "COMPOUND")
 
 
 class Refused(Exception):
-    """A file over a limit, or one without shapes."""
-
-    def __init__(self, status: int, sentence: str) -> None:
-        super().__init__(sentence)
-        self.status = status
+    """A file over a limit, or one without shapes; the sentence follows its name."""
 
 
 def main(file: str, out: str) -> int:
-    """Read a file and write what is in it; returns the exit status."""
+    """Read a file and write its parts; return the exit status."""
     _limit_memory()
     try:
-        arrays, told = _read(file)
+        parts = _read(file)
     except Refused as refused:
         print(refused, flush=True)  # noqa: T201
-        return refused.status
-    arrays["told"] = np.frombuffer(json.dumps(told).encode(), dtype=np.uint8)
-    np.savez(out, **arrays)  # type: ignore[arg-type]
+        return REFUSED
+    Path(out).write_bytes(pickle.dumps(parts))
     return 0
 
 
@@ -68,30 +64,24 @@ def _limit_memory() -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def _read(file: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _read(file: str) -> list[DrawnPart]:
     document, shapes = _opened(file)
-    prototypes: dict[str, int] = {}
-    arrays: dict[str, np.ndarray] = {}
-    told: dict[str, Any] = {"prototypes": [], "parts": []}
+    prototypes: dict[str, DrawnPart] = {}
+    parts: list[DrawnPart] = []
     triangles = 0
     for path, label, X in _leaves(shapes):
-        if len(told["parts"]) >= MOST_PARTS:
-            raise Refused(TOO_MANY, f"holds more than {MOST_PARTS} parts")
+        if len(parts) >= MOST_PARTS:
+            raise Refused(f"holds more than {MOST_PARTS} parts; such files are refused")
         key = _entry(label)
         if key not in prototypes:
-            number = prototypes[key] = len(prototypes)
-            facts, found = _prototype(document, shapes, label)
-            told["prototypes"].append(facts)
-            arrays |= {f"{noun}{number}": array for noun, array in found.items()}
-            triangles += len(found["faces"])
+            prototype = prototypes[key] = _prototype(document, shapes, label)
+            triangles += 0 if prototype.look is None else len(prototype.look.faces)
             if triangles > MOST_TRIANGLES:
-                raise Refused(TOO_MANY, f"makes more than {MOST_TRIANGLES} triangles")
-        number = len(told["parts"])
-        told["parts"].append({"path": path, "prototype": prototypes[key]})
-        arrays[f"X{number}"] = X
-    if not told["parts"]:
-        raise Refused(NO_STEP, "holds no solids")
-    return arrays, told
+                raise Refused(f"makes more than {MOST_TRIANGLES} triangles; such files are refused")
+        parts.append(replace(prototypes[key], path=path, X_drawing_part=X))
+    if not parts:
+        raise Refused("holds no solids")
+    return parts
 
 
 def _opened(file: str) -> tuple[Any, Any]:
@@ -104,16 +94,12 @@ def _opened(file: str) -> tuple[Any, Any]:
     reader = control.STEPCAFControl_Reader()
     reader.SetNameMode(True)
     reader.SetColorMode(True)
-    static = occt("Interface").Interface_Static
-    static.SetIVal_s("read.stepcaf.subshapes.name", 1)
     if reader.ReadFile(file) != occt("IFSelect").IFSelect_RetDone:
-        raise Refused(NO_STEP, "is no STEP file, or a damaged one")
+        raise Refused("is no STEP file, or a damaged one")
     if files := _other_files(reader):
-        raise Refused(
-            NO_STEP, f"has parts in other files, such as {files[0]}; write all parts into one"
-        )
+        raise Refused(f"has parts in other files, such as {files[0]}; write all parts into one")
     if not reader.Transfer(document):
-        raise Refused(NO_STEP, "holds no shapes that can be read")
+        raise Refused("holds no shapes that can be read")
     return document, tools.ShapeTool_s(document.Main())
 
 
@@ -157,7 +143,7 @@ def _below(
     shapes: Any, label: Any, path: tuple[str, ...], X: np.ndarray, taken: set[str], level: int
 ) -> Iterator[tuple[str, Any, np.ndarray]]:
     if level > MOST_LEVELS:
-        raise Refused(TOO_MANY, f"holds assemblies more than {MOST_LEVELS} deep")
+        raise Refused(f"holds assemblies more than {MOST_LEVELS} deep; such files are refused")
     if not shapes.IsAssembly_s(label):
         yield unique("/".join(path), taken), label, X
         return
@@ -224,29 +210,23 @@ class _Wrapped:
         self.wrapped = shape
 
 
-def _prototype(
-    document: Any, shapes: Any, label: Any
-) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    shape = shapes.GetShape_s(label)
-    facts: dict[str, Any] = {
-        "name": _name(label),
-        "color": _color(document, label, shape),
-        "solid": _explorer(shape, "SOLID").More(),
-    }
+def _prototype(document: Any, shapes: Any, label: Any) -> DrawnPart:
+    """Measure a part, in its own frame."""
+    shape, name = shapes.GetShape_s(label), _name(label)
     vertices, faces = _triangles(shape)
-    mass = np.zeros(13)
-    if facts["solid"]:
-        found = solid_mass(_Wrapped(shape), 1.0)
-        mass = np.r_[found.mass, found.com, found.inertia.ravel()]
-    cylinders, names = _cylinders(shapes, label, shape)
-    facts["faces"] = names
-    found_arrays = {
-        "vertices": vertices,
-        "faces": faces,
-        "mass": mass,
-        "cylinders": cylinders,
-    }
-    return facts, found_arrays
+    solid = None
+    if _explorer(shape, "SOLID").More():
+        solid = solid_mass(_Wrapped(shape), 1.0)
+    cylinders = _cylinders(shape)
+    numbers = [vertices] + [np.r_[c.point, c.direction, c.radius, c.area] for c in cylinders]
+    if solid is not None:
+        numbers += [np.array(solid.mass), solid.com, solid.inertia]
+    if not all(np.isfinite(array).all() for array in numbers):
+        raise Refused(f"has a part {name} with measures that are not finite")
+    look = Part(vertices, faces, _color(document, label, shape), name) if len(faces) else None
+    if solid is not None and not solid.mass > 0:
+        solid = None
+    return DrawnPart("", name, np.eye(4), solid, look, cylinders)
 
 
 def _explorer(shape: Any, kind: str) -> Any:
@@ -263,8 +243,6 @@ def _faces(shape: Any) -> Iterator[Any]:
 
 def _triangles(shape: Any) -> tuple[np.ndarray, np.ndarray]:
     """Corners [m] and triangles, counter-clockwise from outside."""
-    from phasmid.cad.meshes import ANGULAR_TOLERANCE, TOLERANCE
-
     occt("BRepMesh").BRepMesh_IncrementalMesh(shape, TOLERANCE, False, ANGULAR_TOLERANCE, False)
     corners: list[tuple[float, float, float]] = []
     triangles: list[tuple[int, int, int]] = []
@@ -287,30 +265,31 @@ def _triangles(shape: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.array(corners).reshape(-1, 3) / MM, np.array(triangles, dtype=int).reshape(-1, 3)
 
 
-def _cylinders(shapes: Any, label: Any, shape: Any) -> tuple[np.ndarray, list[str]]:
-    """A point on the axis [m], its direction, the radius [m] and the area [m²] of each face."""
-    rows, names = [], []
+def _cylinders(shape: Any) -> tuple[Cylinder, ...]:
+    """Find the cylindrical faces of a part."""
+    found = []
     kind = occt("GeomAbs").GeomAbs_SurfaceType.GeomAbs_Cylinder
     for face in _faces(shape):
         surface = occt("BRepAdaptor").BRepAdaptor_Surface(face)
         if surface.GetType() != kind:
             continue
         cylinder = surface.Cylinder()
-        axis = cylinder.Axis()
-        point, way = axis.Location(), axis.Direction()
-        found = occt("GProp").GProp_GProps()
-        occt("BRepGProp").BRepGProp.SurfaceProperties_s(face, found)
-        spot = [c / MM for c in (point.X(), point.Y(), point.Z())]
-        rows.append(
-            [*spot, way.X(), way.Y(), way.Z(), cylinder.Radius() / MM, found.Mass() / MM**2]
+        point, direction = cylinder.Axis().Location(), cylinder.Axis().Direction()
+        properties = occt("GProp").GProp_GProps()
+        occt("BRepGProp").BRepGProp.SurfaceProperties_s(face, properties)
+        found.append(
+            Cylinder(
+                np.array([point.X(), point.Y(), point.Z()]) / MM,
+                np.array([direction.X(), direction.Y(), direction.Z()]),
+                cylinder.Radius() / MM,
+                properties.Mass() / MM**2,
+            )
         )
-        sub = occt("TDF").TDF_Label()
-        names.append(_name(sub) if shapes.FindSubShape(label, face, sub) else "")
-    return np.array(rows).reshape(-1, 8), names
+    return tuple(found)
 
 
-def _color(document: Any, label: Any, shape: Any) -> list[float] | None:
-    """The part's own colour, or that of its largest coloured solid or face."""
+def _color(document: Any, label: Any, shape: Any) -> tuple[float, float, float, float]:
+    """Return the part's own colour, or that of its first coloured solid or face."""
     xcaf, quantity = occt("XCAFDoc"), occt("Quantity")
     colors = xcaf.XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     found = quantity.Quantity_ColorRGBA()
@@ -323,12 +302,13 @@ def _color(document: Any, label: Any, shape: Any) -> list[float] | None:
         solids = _explorer(shape, "SOLID")
         pieces = [solids.Current()] if solids.More() else []
         if not any(known(colors.GetColor, piece) for piece in (shape, *pieces, *_faces(shape))):
-            return None
+            return GREY
     rgb = found.GetRGB()
     # The kernel keeps linear light; files and screens mean sRGB.
     linear = np.array([rgb.Red(), rgb.Green(), rgb.Blue()])
     s = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return [*(float(c) for c in np.clip(s, 0, 1)), float(found.Alpha())]
+    r, g, b = (float(c) for c in np.clip(s, 0, 1))
+    return r, g, b, float(found.Alpha())
 
 
 if __name__ == "__main__":

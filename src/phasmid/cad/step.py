@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +15,9 @@ from phasmid.cad.reader import step_of, unique
 from phasmid.errors import OutputError
 from phasmid.recording.file import write_whole
 
-AXIS = "axis"
-"""Name of the round faces about a hinge's axis."""
-
 
 def write_step(assembly: Assembly, path: Path) -> None:
-    """Write an assembly as a STEP file, which is overwritten; see `step_text`.
+    """Write an assembly as a STEP file, which is overwritten; as `step_text`.
 
     Raises:
         OutputError: It cannot be written.
@@ -31,8 +27,9 @@ def write_step(assembly: Assembly, path: Path) -> None:
 
 
 def step_text(assembly: Assembly) -> bytes:
-    """An assembly as a STEP file: the robot, in it ``body`` and each leg, in a leg its links, in
-    a link its parts. Each distinct part is written once and placed as often as it is needed.
+    """Write an assembly as STEP: the robot, its ``body`` and legs, their links, and their parts.
+
+    Each distinct part is written once and placed as often as it is needed.
 
     Raises:
         OutputError: The kernel cannot write it.
@@ -63,7 +60,7 @@ def step_text(assembly: Assembly) -> bytes:
 
 
 def part_paths(assembly: Assembly) -> dict[str, tuple[str, ...]]:
-    """Path of each part by link, as `read_drawing` gives it to the assembly's STEP file.
+    """Return the path of each part by link, as `read_drawing` finds it in the assembly's STEP file.
 
     Args:
         assembly: The solids; ``body`` comes first in it.
@@ -115,20 +112,7 @@ def _part(document: Any, shapes: Any, solid: Solid) -> Any:
     rgb = quantity.Quantity_Color(r, g, b, quantity.Quantity_TOC_sRGB)
     color = quantity.Quantity_ColorRGBA(rgb, a)
     colors.SetColor(label, color, xcaf.XCAFDoc_ColorSurf)
-    for face in _hinge_faces(solid):
-        _name(shapes.AddSubShape(label, face), AXIS)
     return label
-
-
-def _hinge_faces(solid: Solid) -> Iterator[Any]:
-    """The round faces about a hinge's axis, which is z of its part."""
-    if not solid.is_hinge:
-        return
-    cylinder = build123d().GeomType.CYLINDER
-    for face in solid.shape.faces().filter_by(cylinder):
-        axis = face.axis_of_rotation
-        if abs(axis.position.X) + abs(axis.position.Y) < 1e-6 and abs(axis.direction.Z) > 0.999:
-            yield face.wrapped
 
 
 def _place(shapes: Any, owner: Any, part: Any, name: str, X: Float[np.ndarray, "4 4"]) -> None:
@@ -148,7 +132,6 @@ def _text(document: Any, name: str) -> bytes:
     writer = control.STEPCAFControl_Writer()
     writer.SetColorMode(True)
     writer.SetNameMode(True)
-    static.SetIVal_s("write.stepcaf.subshapes.name", 1)
     header = occt("APIHeaderSection").APIHeaderSection_MakeHeader(writer.Writer().Model())
     if not header.IsDone():
         header = occt("APIHeaderSection").APIHeaderSection_MakeHeader(0)

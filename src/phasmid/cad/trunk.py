@@ -89,7 +89,7 @@ def _hull(points: np.ndarray) -> list[tuple[float, float]]:
 
 
 def _screws(robot: Robot, w: float) -> np.ndarray:
-    """Where plates are screwed to the hips' servos: four holes over each case."""
+    """Return places of the plates' screws: four over the case of each hip's servo."""
     case = np.array([(-x, y, 0.0) for x in (0.55 * w, 1.05 * w) for y in (-0.43 * w, 0.43 * w)])
     rows = [MM * leg.mount_position + case @ leg.X_body_hip[:3, :3].T for leg in robot.legs]
     return np.concatenate(rows)[:, :2]

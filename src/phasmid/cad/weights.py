@@ -1,4 +1,4 @@
-"""What a robot's solids weigh, beside what its file says, as a table."""
+"""Table of the masses of a robot's solids beside those of its file."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from phasmid.cad.assembly import Assembly, MassProperties, mass_properties
+from phasmid.cad.assembly import Assembly, mass_properties
 from phasmid.robot import JOINTS, Body, Link, Robot
+from phasmid.robot.inertial import Inertial
 
 HEAD = (
     "| link | numbers of | mass [g] | centre of mass x, y, z [mm] "
@@ -43,7 +44,7 @@ def mass_table(robot: Robot, assembly: Assembly) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _pair(name: str, given: Body | Link, made: MassProperties) -> Iterator[str]:
+def _pair(name: str, given: Body | Link, made: Inertial) -> Iterator[str]:
     for title, source, mass in ((name, "file", given), ("", "solids", made)):
         com = ", ".join(_number(1e3 * float(c), 1) for c in mass.com)
         I = 1e9 * np.asarray(mass.inertia)

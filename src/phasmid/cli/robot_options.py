@@ -42,6 +42,7 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
         InvalidInput: A value is refused.
     """
     from phasmid.cli.scenario_options import number_or_text
+    from phasmid.formats import ImportOptions
     from phasmid.scenario.robot_import import RobotImportTable
     from phasmid.tables import validate
 
@@ -58,4 +59,4 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
         key = next((key for key in OPTIONS if key.startswith(name)), name)
         return f"--{key.replace('_', '-')}", ""
 
-    return validate(RobotImportTable, given, locate).options(strict=options.strict)
+    return ImportOptions.of(validate(RobotImportTable, given, locate), strict=options.strict)

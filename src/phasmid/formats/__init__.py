@@ -14,12 +14,15 @@ from phasmid.formats.robots import (
     import_robot,
     is_foreign,
     load_robot,
+    load_scenario,
     possible,
     save_robot,
+    with_robot,
 )
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
+from phasmid.robot.inertial import Inertial
 
 __all__ = [
     "ROBOT_SUFFIXES",
@@ -40,6 +43,7 @@ __all__ = [
     "judge",
     "judge_robot",
     "load_robot",
+    "load_scenario",
     "mjcf_files",
     "possible",
     "read_urdf",
@@ -47,4 +51,5 @@ __all__ = [
     "save_robot",
     "tree_of",
     "urdf_files",
+    "with_robot",
 ]

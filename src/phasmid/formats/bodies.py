@@ -1,4 +1,4 @@
-"""Whether one body can have the mass and inertia that a file gives it."""
+"""Judgement of one body: mass, centre of mass and inertia from a file against its shape."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.tree import Inertial
 from phasmid.robot import Part
+from phasmid.robot.inertial import Inertial
 from phasmid.units import plain_number
 
 SMALLEST = 0.04
@@ -53,7 +53,7 @@ AXES = ((0, 1, "xy", 2), (0, 2, "xz", 1), (1, 2, "yz", 0))
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Where a body's matter is, as far as a file tells.
+    """Bounds of a body's matter, as far as a file shows it.
 
     Attributes:
         low: Lowest corner of its box, in the body's frame [m], shape (3,).

@@ -1,4 +1,4 @@
-"""Which joints of a tree are legs: chains of three hinges that leave the trunk."""
+"""Legs of a kinematic tree: chains of three hinges that leave the trunk."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def skeleton(tree: Tree, *, upright: bool = True) -> Skeleton:
 
 
 def _upright(chains: Sequence[Chain], findings: list[Finding]) -> Float[np.ndarray, "4 4"]:
-    """The trunk's frame in one with z up: its own, where its hips do not tell otherwise.
+    """Return the trunk's frame in one with z up: its own, unless its hips show another.
 
     Hips lie in one level, or nearly so. Files of drawings in which y is up have theirs in x and z.
     """
@@ -175,7 +175,7 @@ def _upright(chains: Sequence[Chain], findings: list[Finding]) -> Float[np.ndarr
 
 
 def _end(chain: Chain) -> Float[np.ndarray, "3"]:
-    """A point near the end of a leg, in the trunk."""
+    """Return a point near the end of a leg, in the trunk."""
     tibia, X = chain.links[2], chain.poses[2]
     points = [tibia.poses[link.name][:3, 3] for link in tibia.ends]
     points += [part.vertices.mean(axis=0) for part in tibia.parts]
@@ -184,7 +184,7 @@ def _end(chain: Chain) -> Float[np.ndarray, "3"]:
 
 
 def _trunk(tree: Tree) -> tuple[str, list[Finding]]:
-    """The root, or the link that the root lets move freely."""
+    """Return the root, or the link that moves freely in it."""
     root = rigid_link(tree, tree.root.name)
     if len(root.joints) == 1 and root.joints[0].kind in FREE:
         joint = root.joints[0]
@@ -199,7 +199,7 @@ def _trunk(tree: Tree) -> tuple[str, list[Finding]]:
 
 
 def _paths(tree: Tree, first: TreeJoint) -> list[list[TreeJoint]]:
-    """Every way along moving joints from one of them to an end."""
+    """Return every path along moving joints from one of them to an end."""
     finished: list[list[TreeJoint]] = []
     open_paths = [[first]]
     while open_paths:
@@ -227,7 +227,7 @@ def _leg_among(paths: list[list[TreeJoint]]) -> tuple[TreeJoint, ...] | None:
 
 
 def _belongs_to_a_pair(hip: np.ndarray, hips: list[np.ndarray]) -> bool:
-    """Whether a hip mirrors, left to right, one of the legs' that has no other partner."""
+    """Return whether a hip mirrors, left to right, that of a leg without another partner."""
 
     def distance(a: np.ndarray, b: np.ndarray) -> float:
         return float(np.linalg.norm(a * [1, -1, 1] - b))
@@ -242,7 +242,7 @@ def _belongs_to_a_pair(hip: np.ndarray, hips: list[np.ndarray]) -> bool:
 
 
 def _not_three(wrong: list[tuple[TreeJoint, list[TreeJoint]]], legs: int) -> InvalidRobot:
-    """The refusal of chains that are no legs; it names one of the most frequent length."""
+    """Return the error for chains that are no legs; it names one of the most frequent length."""
     # Legs come in numbers: a head or an arm beside them is a chain of a length of its own.
     counts = Counter(len(path) for _, path in wrong)
     length = max(counts, key=lambda length: (counts[length], length))

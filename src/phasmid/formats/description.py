@@ -1,4 +1,4 @@
-"""A robot in numbers, as people and programs read them."""
+"""Description of a robot in numbers, for people and programs."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from phasmid.units import STANDARD_GRAVITY
 
 
 def describe(imported: Imported) -> dict[str, Any]:
-    """What was understood of a robot and what was found, in plain values for JSON.
+    """Describe an imported robot and its findings in plain values for JSON.
 
-    Keys carry their units. ``possible`` is whether it can walk as it is, and ``why_not`` why it
-    cannot; ``robot`` has what was understood, also of a robot that is impossible, and is None where
-    no legs were found.
+    Keys carry their units. ``possible``: the robot can walk as it is; ``why_not``: the reason
+    why it cannot; ``robot``: its numbers, also of an impossible robot, None without legs.
 
     Args:
         imported: As `import_robot` gives it.
@@ -56,7 +55,7 @@ def describe(imported: Imported) -> dict[str, Any]:
 
 
 def _understood(facts: ImportFacts) -> dict[str, Any]:
-    """What there is to say of a file whose robot is impossible."""
+    """Describe a file whose robot is impossible."""
     told = {
         "name": facts.name,
         "mass_g": 1000 * facts.mass,
@@ -79,7 +78,7 @@ def _understood(facts: ImportFacts) -> dict[str, Any]:
 
 
 def _origin(leg: LegFacts) -> dict[str, Any]:
-    """Which joints of the file became a leg's, and how their angles are counted."""
+    """Describe the joints of the file that became a leg, and the zeros of their angles."""
     return {
         "joints": list(leg.joints),
         "links": [list(names) for names in leg.links],

@@ -1,4 +1,4 @@
-"""What a robot has and URDF or MJCF cannot say, as a short TOML text inside those files."""
+"""The phasmid extension: a TOML text in URDF and MJCF files, for what these formats lack."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LARGEST = 100_000
 
 
 class LegExtension(Table):
-    """``[legs.NAME]``: what the tree does not say of a leg."""
+    """``[legs.NAME]``: properties of a leg that the tree lacks."""
 
     joint: str
     neutral_foot: Vector
@@ -31,7 +31,7 @@ class LegExtension(Table):
 
 
 class Extension(Table):
-    """What the tree does not say of a robot, in SI; its body frame is the root link's."""
+    """Properties of a robot that the tree lacks, in SI; its body frame is the root link's."""
 
     name: Name
     description: str = ""
@@ -46,7 +46,7 @@ class Extension(Table):
 
 
 def extension_of(robot: Robot) -> str:
-    """What a robot's tree cannot say, as TOML; `read_extension` reads it back exactly.
+    """Write what a robot's tree lacks as TOML; `read_extension` reads it back exactly.
 
     The look is left out: the tree carries the meshes themselves.
     """
@@ -80,7 +80,7 @@ def read_extension(text: str, file: str = "") -> Extension:
         file: Name of the file that carries it, for messages.
 
     Raises:
-        InvalidInput: It is too long, no TOML, or says what an extension cannot.
+        InvalidInput: It is too long, no TOML, or no extension.
     """
     what = "its phasmid extension"
     place = f"{file}, {what}" if file else what

@@ -9,11 +9,11 @@ from pathlib import Path
 from phasmid.errors import InvalidInput, plain
 
 _UPWARDS = 8
-"""How many folders above a file its package is looked for."""
+"""Number of folders above a file that are searched for its package."""
 
 
 def read_bytes(path: Path, limit: int) -> bytes:
-    """The content of a regular file.
+    """Read a regular file.
 
     Args:
         path: The file.
@@ -37,7 +37,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
 
 
 def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> Path:
-    """The file that a name means inside a folder; it need not exist.
+    """Resolve a name inside a folder; the file need not exist.
 
     Nothing but a relative path that stays in the folder is accepted: no absolute path, no drive,
     no address, no link.
@@ -79,7 +79,7 @@ def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> 
 
 
 def model_folder(file: Path) -> Path:
-    """The folder that holds all files of a model: its package's, or the one of the file itself.
+    """Find the folder that holds all files of a model: its package, or that of the file itself.
 
     Args:
         file: The model's file, such as ``PACKAGE/urdf/robot.urdf``.
@@ -92,7 +92,7 @@ def model_folder(file: Path) -> Path:
 
 
 def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) -> Path:
-    """The file that a name in a model's file means, ``package://`` included.
+    """Resolve a name in a model's file, ``package://`` included.
 
     Args:
         file: The model's file.
@@ -124,7 +124,7 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
 
 
 def _package_name(folder: Path) -> str:
-    """The name that a folder's ``package.xml`` gives it; empty without one."""
+    """Return the package name in a folder's ``package.xml``; empty without one."""
     try:
         with (folder / "package.xml").open("rb") as file:
             found = re.search(rb"<name>\s*([^<>\s]{1,200})\s*</name>", file.read(100_000))

@@ -1,4 +1,4 @@
-"""What was found in a robot's description, good or bad, in sentences."""
+"""Findings about a robot's description, in sentences."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Severity(Enum):
-    """How bad it is; the value is the word in tables."""
+    """Severity of a finding; the value is the word in tables."""
 
     IMPOSSIBLE = "impossible"
     SUSPECT = "suspect"
@@ -16,7 +16,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that a person should know about a description.
+    """One finding about a description.
 
     Attributes:
         severity: ``IMPOSSIBLE`` where the robot cannot walk so, ``SUSPECT`` where it can but
@@ -35,7 +35,7 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """What it is about and what it is, such as ``leg 3: no foot in the file; ...``."""
+        """Subject and finding, such as ``leg 3: no foot in the file; ...``."""
         if self.what.startswith(self.subject):
             return self.what
         return f"{self.subject}: {self.what}"

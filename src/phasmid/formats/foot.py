@@ -1,4 +1,4 @@
-"""Where the legs' feet are: an option, a frame of the file, a ball, or the tip of a mesh."""
+"""Feet of the legs: from an option, a frame of the file, a sphere, or the tip of a mesh."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def feet_of(
         findings: Where to note what was assumed.
 
     Returns:
-        The foot of each leg, or the error that says why there is none.
+        The foot of each leg, or the reason why there is none.
 
     Raises:
         InvalidInput: The option names no leg, or one point for all legs fits only some of them.
@@ -115,7 +115,7 @@ def _ranges(numbers: list[int]) -> str:
 
 
 def _places(option: str, names: Sequence[str]) -> list[str]:
-    """The part of the option that is about each leg; empty where it says nothing of one."""
+    """Return the part of the option for each leg; empty for a leg without one."""
     if "=" not in option:
         return [option] * len(names)
     places = [""] * len(names)
@@ -135,7 +135,7 @@ def _places(option: str, names: Sequence[str]) -> list[str]:
 
 
 def _indices(legs: str, names: Sequence[str]) -> list[int]:
-    """Indices of legs that are given by name, number or range of numbers."""
+    """Return indices of legs by name, number or range of numbers."""
     found: list[int] = []
     for leg in (part.strip() for part in legs.split(",")):
         first, dash, last = leg.partition("-")
@@ -253,7 +253,7 @@ def foot_of(chain: Chain, option: str, number: int) -> Foot:
 
     Raises:
         InvalidInput: The option names no link of this leg, or is no point.
-        InvalidRobot: Nothing tells where the foot is.
+        InvalidRobot: The foot cannot be found.
     """
     tibia = chain.links[2]
     if option:
@@ -281,7 +281,7 @@ def foot_of(chain: Chain, option: str, number: int) -> Foot:
 
 
 def names_a_foot(name: str) -> bool:
-    """Whether a word of a name means a foot, such as ``foot_3`` or ``lf_toe``."""
+    """Return whether a word of a name means a foot, such as ``foot_3`` or ``lf_toe``."""
     words = "".join(c if c.isalpha() else " " for c in name.lower()).split()
     return any(word in NAMES or word.endswith(("foot", "tip", "toe")) for word in words)
 
@@ -315,7 +315,7 @@ def _asked(chain: Chain, option: str, number: int) -> Foot:
 
 
 def _tip(chain: Chain, number: int) -> Foot:
-    """The end of the tibia's mesh that is farthest from the tibia's axis."""
+    """Find the end of the tibia's mesh that is farthest from the tibia's axis."""
     tibia, axis = chain.links[2], chain.joints[2].axis / np.linalg.norm(chain.joints[2].axis)
     corners = np.concatenate([part.vertices for part in tibia.parts])
     away = _from(axis, corners)
@@ -329,7 +329,7 @@ def _tip(chain: Chain, number: int) -> Foot:
 
 
 def _ball(chain: Chain, number: int) -> Foot | None:
-    """The far end of the collision sphere at the end of the tibia; None without such a sphere."""
+    """Find the far end of the collision sphere at the end of the tibia; None without one."""
     tibia, axis = chain.links[2], chain.joints[2].axis / np.linalg.norm(chain.joints[2].axis)
     ends = []
     for link in tibia.links:
@@ -357,7 +357,7 @@ def _ball(chain: Chain, number: int) -> Foot | None:
 def _from(
     axis: Float[np.ndarray, "3"], points: Float[np.ndarray, "corners 3"]
 ) -> Float[np.ndarray, " corners"]:
-    """Distances of points from an axis through the origin."""
+    """Return distances of points from an axis through the origin."""
     return np.asarray(np.linalg.norm(points - np.outer(points @ axis, axis), axis=1))
 
 

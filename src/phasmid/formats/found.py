@@ -42,7 +42,7 @@ class FoundLeg:
 def named_chains(
     chains: Sequence[Chain], extension: Extension | None, findings: list[Finding]
 ) -> list[tuple[str, Chain, LegExtension | None]]:
-    """Legs in the robot's order, with their names and what an extension says of each."""
+    """Return legs in the robot's order, with names and extensions."""
     if extension is not None:
         by_joint = {chain.joints[0].name: chain for chain in chains}
         said = {leg.joint: (name, leg) for name, leg in extension.legs.items()}
@@ -77,7 +77,7 @@ def found_leg(
         chain: Its three hinges.
         said: What an extension says of it; None for nothing.
         tip: Its foot.
-        findings: Where to say what was rounded or assumed.
+        findings: Receives what was rounded or assumed.
 
     Raises:
         InvalidRobot: It is no leg of this model.
@@ -102,7 +102,7 @@ def found_leg(
 
 
 def _middle(chain: Chain) -> float:
-    """The coxa's angle in the file at which its leg points along the hip's x."""
+    """Return the coxa's angle in the file at which its leg points along the hip's x."""
     coxa = chain.joints[0]
     if coxa.kind == "continuous" or coxa.lower < 0 < coxa.upper:
         return 0.0
@@ -111,8 +111,9 @@ def _middle(chain: Chain) -> float:
 
 
 def _limits(chain: Chain, plan: Planar) -> Float[np.ndarray, "3 2"]:
-    """Limits in our angles: a range that turns more than once is one turn, and one that has no end
-    on one side ends there at half a turn.
+    """Convert limits to our angles.
+
+    A range of more than a turn is one turn; a range without an end ends there at half a turn.
     """
     limits = np.empty((3, 2))
     for row, joint, sign, offset in zip(

@@ -1,4 +1,4 @@
-"""Findings that say the same of several links, joints or legs, said once."""
+"""Equal findings of several links, joints or legs, as one finding."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import replace
 from phasmid.formats.findings import Finding
 
 NAMED = 3
-"""How many subjects are named before the rest is counted."""
+"""Number of subjects that are named before the rest is counted."""
 
 
 def grouped(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Findings in their order, those that differ in subject and place alone as one.
+    """Group findings that differ in subject and place alone.
 
     Args:
         findings: As they were found.

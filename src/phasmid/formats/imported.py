@@ -1,4 +1,4 @@
-"""What comes of reading a robot: the robot, what was found, and which of a file became what."""
+"""Result of reading a robot: the robot, findings, and the origin of its parts in the file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from phasmid.robot import Robot, Servo
 
 @dataclass(frozen=True, eq=False)
 class LegFacts:
-    """What of a file became a leg.
+    """Origin of a leg in its file.
 
     A servo whose angle is the file's φ stands at our joint angle ``signs · φ + offsets``.
 
@@ -49,7 +49,7 @@ class LegFacts:
 
 @dataclass(frozen=True, eq=False)
 class ImportFacts:
-    """What of a file became a robot, as far as it went.
+    """Origin of a robot in its file, as far as it was read.
 
     Attributes:
         name: Of the robot.
@@ -74,11 +74,11 @@ class ImportFacts:
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """What came of reading a robot.
+    """Result of reading a robot.
 
     Attributes:
         robot: The robot; None where there can be none.
-        findings: What the reader, this room and the judge found.
+        findings: Of the reader, the leg finder and the judge.
         error: Why there is no robot; None where there is one.
         facts: What of the file became what; None where no legs were found.
     """

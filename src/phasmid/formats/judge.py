@@ -1,4 +1,4 @@
-"""A judge of what is physically possible, who reads the file's numbers before anyone uses them."""
+"""Judgement of a robot's numbers: what is physically impossible, and what is suspect."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from phasmid.formats.found import named_chains
 from phasmid.formats.grouping import grouped
 from phasmid.formats.load import judge_servo
 from phasmid.formats.origins import WHOLE_TURN
-from phasmid.formats.rigid import RigidLink, merged, rigid_link
+from phasmid.formats.rigid import RigidLink, rigid_link
 from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import HINGES, Inertial, Tree, TreeLink
+from phasmid.formats.tree import HINGES, Tree, TreeLink
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Robot
+from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.link import LONGEST_LENGTH
 from phasmid.units import plain_number
 
@@ -95,7 +96,7 @@ def judge(
 
 
 def _weights(tree: Tree, bones: Skeleton | None, *, links: bool, inertias: bool) -> list[Finding]:
-    """Find what is wrong with the links' masses, and with their inertias where asked."""
+    """Find faults of the links' masses, and of their inertias where these are used."""
     heavy = mass_slip(tree)
     if heavy is not None:
         # Of masses in grams, what is said of each link is a consequence.
@@ -190,7 +191,7 @@ def judge_standing(robot: Robot, *, assumed: bool = False) -> tuple[Finding, ...
 
 
 def _bodies(tree: Tree, bones: Skeleton | None = None, *, inertias: bool = True) -> list[Finding]:
-    """Find what is wrong with the links' masses and inertias, one by one."""
+    """Find faults of the links' masses and inertias, one by one."""
     found: list[Finding] = []
     fixed = _fixed_to_others(tree, bones)
     for link in tree.links.values():
@@ -239,8 +240,8 @@ def _fixed_to_others(tree: Tree, bones: Skeleton | None) -> dict[str, RigidLink]
 def _matters(link: TreeLink, rigid: RigidLink) -> bool:
     """Return whether a link changes the mass, centre or inertia of those that it is fixed to."""
     pieces = [(rigid.poses[each.name], each.inertial) for each in rigid.links if each.inertial]
-    whole = merged(pieces)
-    rest = merged([(X, inertial) for X, inertial in pieces if inertial is not link.inertial])
+    whole = merged([inertial.at(X) for X, inertial in pieces])
+    rest = merged([each.at(X) for X, each in pieces if each is not link.inertial])
     if whole is None or rest is None or not 0 <= whole.mass - rest.mass < NEGLIGIBLE * rest.mass:
         return True
     corners = [X[:3, 3] for X, _ in pieces] + [j.X_parent_child[:3, 3] for j in rigid.joints]
@@ -270,7 +271,7 @@ def scaled_masses(tree: Tree, factor: float, *, inertias: bool) -> Tree:
 
 @np.errstate(over="ignore", invalid="ignore")
 def mass_slip(tree: Tree) -> Finding | None:
-    """That all masses are a thousand times too large, if their own inertias say so.
+    """Find masses in grams: a thousand times too large for their own inertias.
 
     Args:
         tree: As it was read.
@@ -295,7 +296,7 @@ def mass_slip(tree: Tree) -> Finding | None:
 
 
 def length_slip(tree: Tree) -> list[Finding]:
-    """That lengths are millimetres, where most joints stand farther off than any robot's.
+    """Find lengths in millimetres: most joints farther apart than those of any robot.
 
     Args:
         tree: As it was read.
@@ -330,7 +331,7 @@ def _narrow(robot: Robot) -> list[Finding]:
     try:
         stride = min(longest_stride(robot), longest_stride(robot, math.pi / 2))
     except PhasmidError:
-        # A foot out of reach is told already.
+        # A foot out of reach is reported already.
         return []
     if 0 < stride < SHORTEST_STRIDE:
         what = (

@@ -1,4 +1,4 @@
-"""From a kinematic tree to a robot: which links are legs, and what their numbers are here."""
+"""Conversion of a kinematic tree to a robot: its legs, and their numbers in our frames."""
 
 from __future__ import annotations
 
@@ -24,12 +24,13 @@ from phasmid.formats.load import judge_servo
 from phasmid.formats.masses import Weighed, weighed
 from phasmid.formats.mounts import Mount, body_frame, mount_of
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.rigid import RigidLink, inverse, moved
+from phasmid.formats.rigid import RigidLink, inverse
 from phasmid.formats.servos import missing, servo_of
 from phasmid.formats.standing import Stance, standing_feet
 from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import Inertial, Tree
+from phasmid.formats.tree import Tree
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
+from phasmid.robot.inertial import Inertial
 from phasmid.robot.table import LONGEST_NAME
 from phasmid.units import plain_number
 
@@ -37,7 +38,7 @@ THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""
 
 MESHES = "robot.glb"
-"""What the meshes of a robot are called that a run or a robot file keeps beside it."""
+"""Name of the file of a robot's meshes beside a run or a robot file."""
 
 
 # Foreign numbers may be beyond any measure; what overflows is refused by its size.
@@ -74,7 +75,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
 
 
 def _mended(tree: Tree, findings: list[Finding]) -> Tree:
-    """The tree with masses in kilograms, where a person gives the total and they are grams."""
+    """Convert masses from grams to kilograms, where the options give the total mass."""
     if mass_slip(tree) is None:
         return tree
     what = "were taken for grams, which the inertias bear out; the inertias were kept."
@@ -83,7 +84,7 @@ def _mended(tree: Tree, findings: list[Finding]) -> Tree:
 
 
 def _on_a_scale(tree: Tree, options: ImportOptions) -> Tree:
-    """The tree as heavy as a person says it is, which is what the judge shall see."""
+    """Scale the tree to the total mass of the options, for the judge."""
     total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
     if options.total_mass is None or not (total > 0 and options.total_mass > 0):
         return tree
@@ -91,7 +92,7 @@ def _on_a_scale(tree: Tree, options: ImportOptions) -> Tree:
 
 
 def _used(bones: Skeleton, options: ImportOptions) -> Literal["all", "masses", "none"]:
-    """What the options leave of the weights in a file."""
+    """Return which masses and inertias of the file are used with the options."""
     if options.masses == "geometry":
         bodies = [bones.trunk, *(link for chain in bones.chains for link in chain.links)]
         weighed = all(body.inertial and body.inertial.mass for body in bodies)
@@ -101,7 +102,7 @@ def _used(bones: Skeleton, options: ImportOptions) -> Literal["all", "masses", "
 
 
 def _first(findings: Sequence[Finding], error: PhasmidError) -> PhasmidError:
-    """The first of what is impossible as the error: the one that came up may only follow of it."""
+    """Return the first impossible finding as the error; the raised one may follow from it."""
     first = next(f for f in grouped(findings) if f.severity is Severity.IMPOSSIBLE)
     if error.what in (first.what, first.sentence, f"{first.subject} {first.what}"):
         return error
@@ -111,7 +112,7 @@ def _first(findings: Sequence[Finding], error: PhasmidError) -> PhasmidError:
 def _robot(
     tree: Tree, options: ImportOptions, findings: list[Finding], facts: list[ImportFacts]
 ) -> Robot:
-    """The robot; what is found and what became what are taken down on the way."""
+    """Build the robot, and collect findings and facts."""
     extension = read_extension(tree.extension, tree.file) if tree.extension else None
     if options.masses == "as-given" and options.total_mass is not None:
         tree = _mended(tree, findings)
@@ -181,7 +182,7 @@ def _robot(
 
 
 def printable(name: str) -> str:
-    """A foreign file's name of its robot as robot files may have it."""
+    """Return the name of a foreign robot in the form that robot files accept."""
     return plain(name).strip()[:LONGEST_NAME] or "robot"
 
 
@@ -234,7 +235,7 @@ def _unlimited(chain: Chain) -> list[Finding]:
 
 
 def _of_leg(index: int) -> slice:
-    """Where a leg's links stand among all, behind the trunk."""
+    """Return the slice of a leg's links among all, behind the trunk."""
     return slice(1 + 3 * index, 4 + 3 * index)
 
 
@@ -249,7 +250,7 @@ def _mass_source(options: ImportOptions) -> str:
 
 
 def _servo(facts: ImportFacts) -> tuple[Finding, ...]:
-    """What is suspect about the servo of a robot that for other reasons is none."""
+    """Judge the servo of a robot that is impossible for other reasons."""
     if facts.servo is None or not facts.legs or not facts.mass > 0:
         return ()
     length = max(float(np.sum(leg.lengths)) for leg in facts.legs)
@@ -270,7 +271,7 @@ def _levelled(number: int, tilt: float, leg: FoundLeg) -> Finding:
 def _feet(
     legs: Sequence[FoundLeg], mounts: Sequence[Mount], file: str, findings: list[Finding]
 ) -> tuple[Float[np.ndarray, "legs 3"] | None, str]:
-    """Neutral feet in the hip frames, and where they come from."""
+    """Return neutral feet in the hip frames, and their origin."""
     said = [leg.said.neutral_foot for leg in legs if leg.said is not None]
     if len(said) == len(legs):
         return np.array(said), "the file's phasmid extension"
@@ -331,7 +332,7 @@ def _weighed(
     mounts: Sequence[Mount],
     extension: Extension | None,
 ) -> list[Weighed]:
-    """The trunk and all links in their frames, with the file's masses."""
+    """Return the trunk and all links in their frames, with the file's masses."""
 
     def piece(rigid: RigidLink, X: np.ndarray, leg: str, joint: str, length: float) -> Weighed:
         return Weighed(
@@ -340,7 +341,7 @@ def _weighed(
             joint,
             length,
             size,
-            possible(moved(rigid.inertial, X)) if rigid.inertial else None,
+            possible(rigid.inertial.at(X)) if rigid.inertial else None,
             tuple(part.at(X) for part in rigid.parts),
             rigid.links[0].where,
         )
@@ -401,7 +402,7 @@ def _mass_of(piece: Weighed) -> Inertial:
 
 @contextmanager
 def _speaking_of(piece: Weighed) -> Iterator[None]:
-    """Let what a link or body refuses be told of the file's link."""
+    """Name the file's link in errors of ours."""
     try:
         yield
     except InvalidRobot as error:
@@ -432,7 +433,7 @@ def body_size(
     points = [part.at(X_body_trunk).vertices for part in trunk.parts] or [hips]
     low, high = np.concatenate(points).min(axis=0), np.concatenate(points).max(axis=0)
     size = 2 * np.maximum(-low, [high[0], high[1], 0.0])
-    # Hips of one height say nothing of the trunk's.
+    # Hips of one height do not show that of the trunk.
     return np.maximum(size, THINNEST)
 
 

@@ -1,4 +1,4 @@
-"""Whether the numbers of a robot's servo are a servo's at all."""
+"""Judgement of a servo's torque and speed."""
 
 from __future__ import annotations
 

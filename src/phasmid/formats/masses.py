@@ -1,4 +1,4 @@
-"""Masses and inertias that a person chose instead of a file's."""
+"""Masses and inertias by options, in place of a file's."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot, located
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.tree import Inertial
 from phasmid.robot import JOINTS, Part, Robot, load_robot
+from phasmid.robot.inertial import Inertial
 from phasmid.units import plain_number
 
 SLENDER = 0.25
@@ -51,12 +51,12 @@ class Weighed:
 def weighed(
     links: Sequence[Weighed], options: ImportOptions, findings: list[Finding]
 ) -> list[Weighed]:
-    """The links with the masses and inertias that the options ask for.
+    """Apply the options to the masses and inertias of links.
 
     Args:
         links: All of a robot.
         options: ``masses`` and ``total_mass``.
-        findings: Where to say what was done.
+        findings: Receives what was done.
 
     Raises:
         InvalidInput: No preset and no file is called so.

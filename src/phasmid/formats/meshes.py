@@ -1,4 +1,4 @@
-"""Mesh files: STL by our own reader, OBJ, PLY and GLB by trimesh, each file read once."""
+"""Mesh files: STL by our own reader, as trimesh takes a second to load; OBJ and PLY by trimesh."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class MeshFiles:
 
     Attributes:
         unit: ``m`` or ``mm``: the unit of all files, which takes the place of a scale that is
-            the same along all axes; empty as the model says.
+            the same along all axes; empty for the model's own scale.
     """
 
     unit: str = ""
@@ -170,7 +170,7 @@ def read_meshes(path: Path) -> tuple[Mesh, ...]:
 
 
 def _stl(raw: bytes, name: str) -> Mesh:
-    """An STL file, binary or ASCII; what it begins with does not tell which."""
+    """Read an STL file, binary or ASCII; its first word does not decide which."""
     claimed = int.from_bytes(raw[80:84], "little") if len(raw) >= 84 else 0
     held, rest = divmod(len(raw) - 84, 50)
     ascii_ = raw[:512].lstrip()[:5].lower() == b"solid" and (claimed != held or rest)

@@ -1,8 +1,11 @@
-"""MJCF files in: MuJoCo's own reading of a checked file, as a kinematic tree."""
+"""MJCF files as kinematic trees: compiled by MuJoCo, without what is no part of a robot."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,127 +13,374 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.formats import meshes
+from phasmid.formats.files import named_file, read_bytes
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.foot import names_a_foot
-from phasmid.formats.mjcf_text import Checked, check_mjcf
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.origins import ENDLESS
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import GREY
-from phasmid.formats.xml import Element, short
+from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
+from phasmid.robot.inertial import Inertial
 
 if TYPE_CHECKING:
     import mujoco
 
+MOST_FILES = 100
+"""Largest number of files that a model may include, directly or not."""
+
+MOST_ELEMENTS = 2000
+"""Largest number of bodies, joints, geoms and sites; no robot has more."""
+
 MASSLESS = 1e-14
-"""What the engine gives to bodies without a mass, so that it takes them [kg]."""
+"""Mass of bodies without one, which the engine would refuse [kg]."""
 
 INVISIBLE = 3
-"""Geoms of this group and above are not shown by the engine's own viewers."""
+"""Geoms of this group and above are hidden by the engine's viewers."""
 
-_NAMED = {"body", "joint", "site"}
+EXTENSION = "phasmid"
+"""Name of the text element that carries what MJCF cannot express."""
+
+_OWN_FILES = {"attach", "model", "replicate"}
+"""Elements that multiply bodies or load models beyond this file and its includes."""
 
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
-"""What a geom has whose colour is its material's."""
+"""Colour of a geom that takes the colour of its material."""
+
+
+def escaped(extension: str) -> str:
+    """Escape line ends; MuJoCo loses them when it saves the file."""
+    return extension.replace("\\", "\\\\").replace("\n", "\\n").replace("\r", "\\r")
+
+
+def unescaped(data: str) -> str:
+    """Undo `escaped`."""
+    kinds = {"\\n": "\n", "\\r": "\r", "\\\\": "\\"}
+    return re.sub(r"\\[nr\\]", lambda found: kinds[found.group()], data)
 
 
 def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
-    """The kinematic tree of the robot in an MJCF file.
+    """Read the kinematic tree of the robot in an MJCF file.
 
-    Numbers are those of the compiled model, in SI and radians: classes, includes, frames and
-    shapes without a mass are MuJoCo's own to understand. Where a joint does not turn about its
-    body's origin, the link's frame is put there. A site on a last link whose name sounds like a
-    foot becomes a massless link, fixed to it. Joint angles are the file's, ``ref`` included.
+    Numbers are those of the compiled model, in SI and radians. Where a joint does not turn about
+    its body's origin, the link's frame is moved there. A site on a last link whose name is that of
+    a foot becomes a massless link, fixed to it. Joint angles are the file's, ``ref`` included.
 
     Args:
         path: The file.
-        options: Where packages lie, the unit of meshes, and whether anything may be ignored.
+        options: Folders of packages, unit of meshes, and whether ignored elements are errors.
 
     Raises:
-        InvalidInput: The file cannot be read, or MuJoCo does not understand it.
-        InvalidRobot: There is no robot in it, or more than one.
+        InvalidInput: The file cannot be read, or MuJoCo refuses it.
+        InvalidRobot: It holds no robot, or more than one.
     """
-    checked = check_mjcf(path, options or ImportOptions())
-    model = _compiled(checked, path.name)
-    return _Reader(model, checked, path).tree()
-
-
-def _compiled(checked: Checked, file: str) -> mujoco.MjModel:
-    import mujoco
-
-    given = {key for each in checked.root.all("compiler") for key in each.attributes}
-    bounds = f' boundmass="{MASSLESS}" boundinertia="{MASSLESS}"'
-    if {"boundmass", "boundinertia"} & given:
-        bounds = ""
-    # Muscles' ranges would be found by simulation. On the first line, so that lines stay in place.
-    ours = f'<compiler{bounds}><lengthrange mode="none"/></compiler>'
-    first, line, rest = checked.text.partition("\n")
-    text = first + (ours if line else "") + line + rest
-    before = mujoco.get_mju_user_warning()
-    # It would else print warnings and write them to a file.
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        return mujoco.MjModel.from_xml_string(text, checked.files)
-    except (ValueError, RuntimeError, mujoco.FatalError, UnicodeError) as error:
-        raise _spoken(error, checked, file) from None
-    finally:
-        mujoco.set_mju_user_warning(before)
-
-
-def _spoken(error: Exception, checked: Checked, file: str) -> InvalidInput:
-    """What the engine complains of, in one sentence, and where."""
-    said = str(error)
-    found = re.search(r"\bline (\d+)", said)
-    where = (checked.where(int(found.group(1))) if found else "") or file
-    said = re.sub(r"^(XML Error|Error|XML parse error):?\s*", "", said)
-    said = re.sub(r"\n?Element name '', id -?\d+", "", said)
-    said = re.sub(r"(Element name '[^']*'), id -?\d+", r"\1", said)
-    said = re.sub(r",? *(column )?-?\d*,? *\(?\bline \d+\)?(, column -?\d+)?", "", said)
-    sentence = short("; ".join(line.strip() for line in said.splitlines() if line.strip()))
-    return InvalidInput(f"MuJoCo cannot use {file}: {sentence.rstrip('.;, ')}.", where=where)
-
-
-class _Names:
-    """Names of what a model holds, by number."""
-
-    def __init__(self, model: mujoco.MjModel) -> None:
+    options = options or ImportOptions()
+    source = _Source(path, options)
+    with source.engine_errors():
         import mujoco
 
-        def names(kind: mujoco.mjtObj, count: int) -> list[str]:
-            return [mujoco.mj_id2name(model, int(kind), i) or "" for i in range(count)]
+        main = source.texts.pop("")
+        spec = mujoco.MjSpec.from_string(main.decode("utf-8", "replace"), include=source.texts)
+        robot = _RobotSpec(source, spec)
+        robot.strip()
+        robot.name_elements()
+        robot.check_ranges()
+        robot.load_meshes()
+        model = robot.compile()
+    return _Reader(model, robot).tree()
 
-        self.body = names(mujoco.mjtObj.mjOBJ_BODY, model.nbody)
-        self.joint = names(mujoco.mjtObj.mjOBJ_JOINT, model.njnt)
-        self.geom = names(mujoco.mjtObj.mjOBJ_GEOM, model.ngeom)
-        self.site = names(mujoco.mjtObj.mjOBJ_SITE, model.nsite)
+
+class _Source:
+    """An MJCF file and its includes, none of them from outside the model's folder.
+
+    Attributes:
+        path: The file.
+        texts: Contents of the includes by the name as written; of the file itself at ``""``.
+        places: File and line by tag and name of an element.
+        has_includes: Whether lines that the engine names may be those of an include.
+    """
+
+    def __init__(self, path: Path, options: ImportOptions) -> None:
+        self.path = path
+        self.options = options
+        self.texts: dict[str, bytes] = {}
+        self.places: dict[tuple[str, str], str] = {}
+        raw = read_bytes(path, LARGEST_FILE)
+        root = read_xml(raw, path.name)
+        if root.tag != "mujoco":
+            raise InvalidInput(
+                f"{root.file} line {root.line}: the file holds a <{short(root.tag)}>; robots are "
+                "read from URDF, a <robot>, and MJCF, a <mujoco>.",
+                hint="export the robot as URDF, MJCF or STEP",
+            )
+        self.texts[""] = raw
+        self._scan(root, (path.absolute(),))
+        self.has_includes = len(self.texts) > 1
+
+    def _scan(self, root: Element, chain: tuple[Path, ...]) -> None:
+        """Note the places of elements, and read the files that they include."""
+        for element in root.walk():
+            if element.tag in _OWN_FILES:
+                raise InvalidInput(
+                    f"<{element.tag}> is not read.",
+                    where=element.where,
+                    hint="open the file in MuJoCo and save it there, which writes it out",
+                )
+            if element.tag == "include":
+                self._include(element, chain)
+            elif "name" in element.attributes or "file" in element.attributes:
+                name = element.attributes.get("name") or Path(element.attributes["file"]).stem
+                self.places.setdefault((element.tag, name), element.where)
+
+    def _include(self, element: Element, chain: tuple[Path, ...]) -> None:
+        name = element.need_text("file")
+        with located(element.where):
+            path = named_file(self.path, name, "include", self.options.packages)
+            if not path.is_file():
+                # Some writers count from the file that includes.
+                beside = named_file(chain[-1], name, "include", self.options.packages)
+                path = beside if beside.is_file() else path
+            if path in chain:
+                circle = [*chain[chain.index(path) :], path]
+                raise InvalidInput(" includes ".join(file.name for file in circle) + ".")
+            if len(self.texts) > MOST_FILES:
+                raise InvalidInput(
+                    f"{self.path.name} includes more than {MOST_FILES} files; "
+                    "such models are refused."
+                )
+            if not path.is_file():
+                raise InvalidInput(f'include "{short(name)}" is not there.')
+            if name in self.texts:
+                raise InvalidInput(f'include "{short(name)}" is there twice.')
+            raw = read_bytes(path, LARGEST_FILE)
+        self.texts[name] = raw
+        self._scan(read_xml(raw, path.name), (*chain, path))
+
+    def where(self, tag: str, name: str) -> str:
+        """Return file and line of an element, or the file alone where its line is unknown."""
+        return self.places.get((tag, name), self.path.name)
+
+    @contextmanager
+    def engine_errors(self) -> Iterator[None]:
+        """Turn the engine's errors into one sentence with a place, and silence its warnings."""
+        import mujoco
+
+        before = mujoco.get_mju_user_warning()
+        # It would else print warnings and write them to a file.
+        mujoco.set_mju_user_warning(lambda _: None)
+        try:
+            yield
+        except (ValueError, RuntimeError, mujoco.FatalError, UnicodeError) as error:
+            raise self._spoken(str(error)) from None
+        finally:
+            mujoco.set_mju_user_warning(before)
+
+    def _spoken(self, said: str) -> InvalidInput:
+        where = self.path.name
+        line, name = re.search(r"\bline (\d+)", said), re.search(r"Element name '(.+?)'", said)
+        if line and int(line.group(1)) > 0 and not self.has_includes:
+            where = f"{where}, line {line.group(1)}"
+        elif name:
+            places = (place for (_, own), place in self.places.items() if own == name.group(1))
+            where = next(places, where)
+        said = re.sub(r"^(XML Error|Error|XML parse error):?\s*", "", said)
+        said = re.sub(r"\n?Element name '', id -?\d+", "", said)
+        said = re.sub(r"(Element name '[^']*'), id -?\d+", r"\1", said)
+        said = re.sub(r",? *(column )?-?\d*,? *\(?\bline -?\d+\)?(, column -?\d+)?", "", said)
+        sentence = short("; ".join(line.strip() for line in said.splitlines() if line.strip()))
+        return InvalidInput(
+            f"MuJoCo cannot use {self.path.name}: {sentence.rstrip('.;, ')}.", where=where
+        )
+
+
+@dataclass
+class _RobotSpec:
+    """A model's specification on its way to that of a robot alone.
+
+    Attributes:
+        source: Its files.
+        spec: The specification, which is changed.
+        findings: What was left out.
+        incomplete: Names of bodies without one of their meshes.
+    """
+
+    source: _Source
+    spec: mujoco.MjSpec
+    findings: list[Finding] = field(default_factory=list)
+    incomplete: set[str] = field(default_factory=set)
+
+    @property
+    def extension(self) -> str:
+        """The phasmid extension of the file.
+
+        Raises:
+            InvalidInput: It is there twice.
+        """
+        found = [text.data for text in self.spec.texts if text.name == EXTENSION]
+        if len(found) > 1:
+            raise InvalidInput(
+                f'<text name="{EXTENSION}"> is there twice.', where=self.source.path.name
+            )
+        return unescaped(found[0]) if found else ""
+
+    def strip(self) -> None:
+        """Delete all but bodies, joints, geoms, sites, and actuators of joints.
+
+        Raises:
+            InvalidInput: Too much is left, or something was ignored and options are strict.
+        """
+        import mujoco
+
+        spec = self.spec
+        joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+        fields = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
+        scenery = [geom for geom in spec.geoms if geom.parent == spec.worldbody]
+        counted = {
+            "actuator": [each for each in spec.actuators if each.trntype not in joints],
+            "contact": [*spec.pairs, *spec.excludes],
+            "deformable": [*spec.flexes, *spec.skins],
+            "equality": list(spec.equalities),
+            "geom": [each for each in spec.geoms if each.type in fields and each not in scenery],
+            "keyframe": list(spec.keys),
+            "sensor": list(spec.sensors),
+            "tendon": list(spec.tendons),
+        }
+        ignored = Counter({tag: len(elements) for tag, elements in counted.items()})
+        if self.extension:
+            # Our export adds them for MuJoCo's users; the robot itself has both.
+            del ignored["sensor"], ignored["keyframe"]
+        self._note_ignored(+ignored)
+        for material in spec.materials:
+            material.textures = [""] * len(material.textures)
+        silent = (scenery, spec.textures, spec.cameras, spec.lights, spec.numerics, spec.tuples)
+        for elements in (*counted.values(), *silent, spec.hfields):
+            for element in list(elements):
+                spec.delete(element)
+        left = [*spec.bodies, *spec.joints, *spec.geoms, *spec.sites, *spec.actuators]
+        if len(left) > MOST_ELEMENTS:
+            raise InvalidInput(
+                f"{self.source.path.name} describes more than {MOST_ELEMENTS} bodies, shapes and "
+                "other things; such models are refused."
+            )
+
+    def check_ranges(self) -> None:
+        """Refuse limits the wrong way round, which the engine accepts."""
+        for joint in self.spec.joints:
+            lower, upper = joint.range
+            if lower > upper:
+                raise InvalidInput(
+                    f"joint {joint.name}: its lower limit {lower:.6g} lies above the upper "
+                    f"{upper:.6g}.",
+                    where=self.source.where("joint", joint.name),
+                    hint="swap them",
+                )
+
+    def _note_ignored(self, ignored: Counter[str]) -> None:
+        if not ignored:
+            return
+        file = self.source.path.name
+        listed = ", ".join(f"{n} <{tag}>" for tag, n in sorted(ignored.items()))
+        what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
+        if self.source.options.strict:
+            raise InvalidInput(what, where=file, hint="leave --strict out")
+        self.findings.append(Finding(Severity.NOTE, f"file {file}", what, file))
+
+    def name_elements(self) -> None:
+        """Give names to bodies and joints without one."""
+        for noun, elements in (("body", self.spec.bodies), ("joint", self.spec.joints)):
+            taken = {element.name for element in elements}
+            number = 0
+            for element in elements:
+                while not element.name:
+                    number += 1
+                    if f"{noun}_{number}" not in taken:
+                        element.name = f"{noun}_{number}"
+                        if not self.source.has_includes:
+                            place = f"{self.source.path.name}, {element.info.strip()}"
+                            self.source.places[noun, element.name] = place
+
+    def load_meshes(self) -> None:
+        """Read the meshes that are shown; delete those that are not there, and their geoms."""
+        spec, reader = self.spec, meshes.MeshFiles(self.source.options.mesh_unit)
+        shown = {geom.meshname for geom in spec.geoms if geom.meshname}
+        for mesh in list(spec.meshes):
+            where = self.source.where("mesh", mesh.name)
+            try:
+                if mesh.name in shown:
+                    with located(where):
+                        self._load_mesh(mesh, reader)
+                    continue
+            except meshes.UnreadMesh as error:
+                subject = f"mesh {short(mesh.name)}"
+                finding = Finding(Severity.SUSPECT, subject, error.what, where, error.hint)
+                self.findings.append(finding)
+            for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
+                self.incomplete.add(geom.parent.name)
+                spec.delete(geom)
+            spec.delete(mesh)
+
+    def _load_mesh(self, mesh: Any, reader: meshes.MeshFiles) -> None:
+        """Read a mesh's file into the specification."""
+        # The engine makes one slash of two.
+        written = re.sub(r"^(\w+):/+", r"\1://", mesh.file)
+        if not written:
+            raise meshes.UnreadMesh(f"mesh {short(mesh.name)} names no file; it was left out.")
+        if not np.all(mesh.scale):
+            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
+        folder = self.spec.compiler.meshdir
+        named = written if "://" in written or not folder else f"{folder}/{written}"
+        path = named_file(self.source.path, named, "mesh", self.source.options.packages)
+        if not path.is_file():
+            raise meshes.UnreadMesh(f'mesh "{short(written)}" is not there; it was left out.')
+        found = reader.meshes(path, mesh.scale)
+        starts = np.cumsum([0, *(len(each.vertices) for each in found)])
+        faces = [each.faces + start for each, start in zip(found, starts, strict=False)]
+        mesh.file, mesh.scale, mesh.content_type = "", [1.0, 1.0, 1.0], ""
+        mesh.uservert = np.concatenate([each.vertices for each in found]).ravel()
+        mesh.userface = np.concatenate(faces).ravel()
+
+    def compile(self) -> mujoco.MjModel:
+        """Compile what is left, every body with a mass."""
+        import mujoco
+
+        compiler = self.spec.compiler
+        if not (compiler.boundmass or compiler.boundinertia):
+            compiler.boundmass = compiler.boundinertia = MASSLESS
+        compiler.fusestatic = compiler.discardvisual = False
+        # Muscles' ranges would be found by simulation.
+        compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE
+        for size in ("memory", "nstack", "njmax", "nconmax"):
+            setattr(self.spec, size, -1)
+        self.spec.nuserdata = self.spec.nkey = 0
+        return self.spec.compile()
 
 
 @dataclass
 class _Reader:
-    """One compiled model being understood."""
+    """Conversion of a compiled model to a tree."""
 
     model: mujoco.MjModel
-    checked: Checked
-    path: Path
+    robot: _RobotSpec
     links: dict[str, TreeLink] = field(default_factory=dict)
     joints: list[TreeJoint] = field(default_factory=list)
-    findings: list[Finding] = field(default_factory=list)
     shifts: dict[int, np.ndarray] = field(default_factory=dict)
-    elements: dict[str, Element] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         import mujoco
 
         model = self.model
-        self.names = _Names(model)
+        self.file = self.robot.source.path.name
+        self.where = self.robot.source.where
+        self.bodies = {model.body(i).name for i in range(model.nbody)}
+        self.hinges = {model.joint(i).name for i in range(model.njnt)}
+        self.findings = self.robot.findings
         self.parents = model.body_parentid.tolist()
         hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
-        owners = model.jnt_bodyid[model.jnt_type == hinge].tolist()
-        self.hinged = set(owners)
+        self.hinged = set(model.jnt_bodyid[model.jnt_type == hinge].tolist())
         # Bodies come after those that carry them.
         self.carrying: set[int] = set()
         for body in range(model.nbody - 1, 0, -1):
@@ -143,31 +393,32 @@ class _Reader:
 
     def tree(self) -> Tree:
         model = self.model
-        self.findings += self.checked.findings
-        for section in self.checked.root.all("worldbody"):
-            for element in section.walk():
-                if element.tag in _NAMED and "name" in element.attributes:
-                    self.elements[f"{element.tag} {element.attributes['name']}"] = element
-        numbers = (model.body_mass, model.body_inertia, model.body_pos, model.body_quat)
-        if not all(np.isfinite(array).all() for array in (*numbers, model.body_ipos)):
-            raise InvalidInput(f"MuJoCo finds numbers in {self.path.name} that are not finite.")
+        bodies = (model.body_mass, model.body_inertia, model.body_pos, model.body_quat)
+        numbers = (*bodies, model.body_ipos, model.jnt_pos, model.geom_pos, model.site_pos)
+        if not all(np.isfinite(array).all() for array in numbers):
+            raise InvalidInput(f"MuJoCo finds numbers in {self.file} that are not finite.")
         root = self._robot()
         self._note_inferred(root)
         for body in self._below(root):
             self._read_body(body, root)
+        name = self.robot.spec.modelname
         return Tree(
-            self.checked.name or self.path.stem,
+            # The engine's name for models without one.
+            self.robot.source.path.stem if name == "MuJoCo Model" else name,
             self.links,
             tuple(self.joints),
-            file=self.path.name,
-            extension=self.checked.extension,
+            file=self.file,
+            extension=self.robot.extension,
             findings=tuple(self.findings),
         )
 
-    def _note(self, subject: str, what: str, severity: Severity = Severity.NOTE) -> None:
-        element = self.elements.get(subject.replace("link ", "body "))
-        where = element.where if element is not None else self.path.name
-        self.findings.append(Finding(severity, subject, what, where))
+    def _body(self, body: int) -> str:
+        return str(self.model.body(body).name)
+
+    def _note(self, subject: str, what: str) -> None:
+        noun, _, name = subject.partition(" ")
+        where = self.where("body" if noun == "link" else noun, name)
+        self.findings.append(Finding(Severity.NOTE, subject, what, where))
 
     def _below(self, body: int) -> list[int]:
         """A body and all that hang on it, in the file's order."""
@@ -186,13 +437,13 @@ class _Reader:
         tops = [body for body in range(1, self.model.nbody) if self.parents[body] == 0]
         carrying = [top for top in tops if top in self.carrying]
         if len(carrying) != 1:
-            names = [self.names.body[top] for top in carrying]
+            names = [self._body(top) for top in carrying]
             named = f" ({', '.join(names[:6])}{', …' if len(names) > 6 else ''})" if names else ""
             raise InvalidRobot(
-                f"{self.path.name} has {len(carrying)} root links{named}; exactly 1 is needed.",
+                f"{self.file} has {len(carrying)} root links{named}; exactly 1 is needed.",
                 hint="a robot is one body of the world, which carries bodies with hinges",
             )
-        others = [self.names.body[top] for top in tops if top != carrying[0]]
+        others = [self._body(top) for top in tops if top != carrying[0]]
         if others:
             listed = ", ".join(others[:6])
             what = f"{listed} beside the robot {'was' if len(others) == 1 else 'were'} ignored."
@@ -200,15 +451,15 @@ class _Reader:
         return carrying[0]
 
     def _note_inferred(self, root: int) -> None:
-        always = any(
-            compiler.attributes.get("inertiafromgeom") == "true"
-            for compiler in self.checked.root.all("compiler")
-        )
+        import mujoco
+
+        always = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+        inferred = self.robot.spec.compiler.inertiafromgeom == always
         shaped = [
-            self.names.body[body]
+            self._body(body)
             for body in self._below(root)
             if self.model.body_mass[body] > 2 * MASSLESS
-            and (always or self.elements[f"body {self.names.body[body]}"].find("inertial") is None)
+            and (inferred or not self.robot.spec.body(self._body(body)).explicitinertial)
         ]
         if shaped:
             one = len(shaped) == 1
@@ -219,8 +470,8 @@ class _Reader:
             self._note(f"link {shaped[0]}", what)
 
     def _read_body(self, body: int, root: int) -> None:
-        name = self.names.body[body]
-        element = self.elements[f"body {name}"]
+        name = self._body(body)
+        where = self.where("body", name)
         joints = self._joints(body)
         if body == root:
             if len(joints) > 1 or body in self.hinged:
@@ -230,8 +481,8 @@ class _Reader:
             self._add_joints(body, joints)
         shift = self.shifts.setdefault(body, np.zeros(3))
         inertial, parts = self._inertial(body, shift), self._parts(body, shift)
-        complete = name not in self.checked.incomplete
-        self._add_link(name, inertial, parts, element.where, self._balls(body, shift), complete)
+        complete = name not in self.robot.incomplete
+        self._add_link(name, inertial, parts, where, self._balls(body, shift), complete)
         self._add_feet(body, root)
 
     def _add_link(
@@ -257,19 +508,19 @@ class _Reader:
         return Inertial(mass, model.body_ipos[body] - shift, (tensor + tensor.T) / 2)
 
     def _add_joints(self, body: int, joints: list[int]) -> None:
-        model, name = self.model, self.names.body[body]
+        model, name = self.model, self._body(body)
         parent = self.parents[body]
         X = np.eye(4)
         X[:3, :3] = _rotation(model.body_quat[body])
         X[:3, 3] = model.body_pos[body] - self.shifts[parent]
-        above = self.names.body[parent]
-        where = self.elements[f"body {name}"].where
+        above = self._body(parent)
+        where = self.where("body", name)
         if not joints:
             self.joints.append(TreeJoint(f"{name}_joint", "fixed", above, name, X, where=where))
             return
         before = np.zeros(3)
         for joint in joints:
-            label = self.names.joint[joint]
+            label = self.model.joint(joint).name
             here = model.jnt_pos[joint].copy()
             step = np.eye(4)
             step[:3, 3] = here - before
@@ -284,8 +535,8 @@ class _Reader:
     def _joint(self, joint: int, parent: str, child: str, X: Float[np.ndarray, "4 4"]) -> TreeJoint:
         import mujoco
 
-        model, name = self.model, self.names.joint[joint]
-        where = self.elements[f"joint {name}"].where
+        model, name = self.model, self.model.joint(joint).name
+        where = self.where("joint", name)
         kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
         axis = model.jnt_axis[joint].copy()
         if kind != mujoco.mjtJoint.mjJNT_HINGE:
@@ -339,7 +590,7 @@ class _Reader:
         return max(torques, default=None)
 
     def _parts(self, body: int, shift: Float[np.ndarray, "3"]) -> tuple[Part, ...]:
-        """What the engine shows of a body: shapes that touch nothing, or else all."""
+        """Return the shapes that the engine shows: those without contact, or else all."""
         model = self.model
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         shown = [g for g in range(first, first + count) if model.geom_group[g] < INVISIBLE]
@@ -353,7 +604,7 @@ class _Reader:
             X = np.eye(4)
             X[:3, :3] = _rotation(model.geom_quat[geom])
             X[:3, 3] = model.geom_pos[geom] - shift
-            name = re.sub(r"^[^/]*/\d+/", "", self.names.geom[geom])
+            name = re.sub(r"^[^/]*/\d+/", "", self.model.geom(geom).name)
             name = name if name.isprintable() else ""
             parts.append(Part(mesh.vertices, mesh.faces, rgba, name).at(X))
         return tuple(parts)
@@ -412,20 +663,20 @@ class _Reader:
 
     def _add_feet(self, body: int, root: int) -> None:
         """Sites of a last link that sound like feet, as massless links."""
-        model, name = self.model, self.names.body[body]
+        model, name = self.model, self._body(body)
         if body == root or body in self.carrying or body not in self.moved:
             return
         for site in np.flatnonzero(model.site_bodyid == body):
-            label = self.names.site[site]
+            label = self.model.site(site).name
             if not names_a_foot(label):
                 continue
-            where = self.elements[f"site {label}"].where
-            foot = f"{label}_site" if label in self.names.body else label
+            where = self.where("site", label)
+            foot = f"{label}_site" if label in self.bodies else label
             X = np.eye(4)
             X[:3, :3] = _rotation(model.site_quat[site])
             X[:3, 3] = model.site_pos[site] - self.shifts[body]
             self._add_link(foot, where=where)
-            joint = f"{foot}_{'fixed' if f'{foot}_joint' in self.names.joint else 'joint'}"
+            joint = f"{foot}_{'fixed' if f'{foot}_joint' in self.hinges else 'joint'}"
             self.joints.append(TreeJoint(joint, "fixed", name, foot, X, where=where))
 
 

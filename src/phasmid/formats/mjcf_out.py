@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.mjcf_text import EXTENSION, MOST_STL_FACES, escaped
-from phasmid.formats.tree import HINGES, Inertial, Tree, TreeJoint, TreeLink
-from phasmid.formats.urdf_out import meshes_of, stl
+from phasmid.formats.mjcf_in import EXTENSION, escaped
+from phasmid.formats.stl import StlFiles, meshes_of
+from phasmid.formats.tree import HINGES, Tree, TreeJoint, TreeLink
 from phasmid.robot import Part, Servo
+from phasmid.robot.inertial import Inertial
 from phasmid.units import STANDARD_GRAVITY
 
 FOOT_SHARE = 0.05
 """Radius of a foot's collision sphere, as a share of the way from its hinge."""
+
+MOST_STL_FACES = 200_000
+"""Largest number of faces in an STL file that the engine reads."""
 
 SAG = 0.1
 """Error at which a servo of unknown stiffness gives its torque, or carries the robot [rad]."""
@@ -51,23 +56,24 @@ def mjcf_files(
     Raises:
         InvalidRobot: A moving link has no mass, or a joint is neither a hinge nor fixed.
     """
-    document = _Document(tree, home or {}, servo)
+    document = _Document(tree, home or {}, servo, StlFiles(meshes_of(name)))
     root = document.element(name)
     ET.indent(root)
     files = {f"{name}.xml": ET.tostring(root, encoding="utf-8") + b"\n"}
-    return files | {f"{meshes_of(name)}/{file}.stl": raw for raw, file in document.meshes.items()}
+    return files | document.meshes.files
 
 
 class _Document:
     """One file in the making.
 
     Attributes:
-        meshes: Names of mesh files by content.
+        meshes: Its mesh files.
     """
 
-    def __init__(self, tree: Tree, home: Mapping[str, float], servo: Servo | None) -> None:
-        self._tree, self._servo = tree, servo
-        self.meshes: dict[bytes, str] = {}
+    def __init__(
+        self, tree: Tree, home: Mapping[str, float], servo: Servo | None, meshes: StlFiles
+    ) -> None:
+        self._tree, self._servo, self.meshes = tree, servo, meshes
         self._hinges = list(_hinges(tree))
         self._feet = {joint.child: joint for joint in tree.joints if _is_foot(tree, joint)}
         self._home = {
@@ -94,14 +100,14 @@ class _Document:
         ET.SubElement(trunk, "freejoint", name=f"{self._tree.root.name}_free")
         self._fill(trunk, self._tree.root)
         ET.SubElement(trunk, "site", name="imu", size="0.005", group="4")
-        for file in self.meshes.values():
-            ET.SubElement(asset, "mesh", name=file, file=f"{file}.stl")
+        for file in map(Path, self.meshes.files):
+            ET.SubElement(asset, "mesh", name=file.stem, file=file.name)
         actuator = ET.SubElement(root, "actuator")
         for joint in self._hinges:
             ET.SubElement(actuator, "position", self._drive(joint))
         _add_sensors(root, list(self._feet))
         self._add_home(root)
-        self._share(default, world, actuator)
+        self._add_classes(default)
         for empty in [child for child in (default, asset, actuator) if not len(child)]:
             root.remove(empty)
         return root
@@ -122,7 +128,8 @@ class _Document:
             ET.SubElement(body, "joint", _hinge(by))
         pieces = [piece for part in link.parts for piece in _pieces(part)]
         for number, part in enumerate(pieces):
-            look = {"mesh": self._mesh(part, link.name), "rgba": _text(part.color)}
+            mesh = Path(self.meshes.add(part, part.name or link.name)).stem
+            look = {"mesh": mesh, "rgba": _text(part.color)}
             # The engine wants names of their own for all geoms.
             name = f"{link.name}/{number}/{part.name}"
             ET.SubElement(body, "geom", {"class": "visual", "name": name, **look})
@@ -147,16 +154,6 @@ class _Document:
         ET.SubElement(
             body, "geom", {"class": "foot"}, name=name, pos=_text(centre), size=_text([radius])
         )
-
-    def _mesh(self, part: Part, link: str) -> str:
-        raw = stl(part)
-        if raw not in self.meshes:
-            stem = re.sub(r"[^A-Za-z0-9_-]+", "_", part.name or link) or "mesh"
-            # Some file systems know no capitals.
-            taken = {file.lower() for file in self.meshes.values()}
-            names = (f"{stem}_{number}" if number else stem for number in range(len(taken) + 1))
-            self.meshes[raw] = next(file for file in names if file.lower() not in taken)
-        return self.meshes[raw]
 
     def _drive(self, joint: TreeJoint) -> dict[str, str]:
         drive = {"name": joint.name, "joint": joint.name}
@@ -187,7 +184,8 @@ class _Document:
             parent = frontier.pop()
             for joint in self._tree.joints_from(parent):
                 turn = np.eye(4)
-                turn[:3, :3] = _turn(joint.axis, self._home.get(joint.name, 0.0))
+                angle = self._home.get(joint.name, 0.0)
+                turn[:3, :3] = Rotation.from_rotvec(angle * joint.axis).as_matrix()
                 poses[joint.child] = poses[parent] @ joint.X_parent_child @ turn
                 frontier.append(joint.child)
         return poses
@@ -211,21 +209,9 @@ class _Document:
         key = {"name": "home", "qpos": _text(qpos)} | ({"ctrl": _text(angles)} if angles else {})
         ET.SubElement(ET.SubElement(root, "keyframe"), "key", key)
 
-    def _share(self, default: ET.Element, world: ET.Element, actuator: ET.Element) -> None:
-        """Say once in the defaults what all joints, and all actuators, have in common."""
-        for tag, own, elements in (
-            ("joint", {"name", "class"}, list(world.iter("joint"))),
-            ("position", {"name", "joint", "class"}, list(actuator)),
-        ):
-            attributes = [set(element.items()) for element in elements]
-            shared = set.intersection(*attributes) if len(attributes) > 1 else set()
-            common = {key: value for key, value in sorted(shared) if key not in own}
-            for element in elements:
-                for key in common:
-                    del element.attrib[key]
-            if common:
-                ET.SubElement(default, tag, common)
-        if self.meshes:
+    def _add_classes(self, default: ET.Element) -> None:
+        """Write the classes of shapes and feet."""
+        if self.meshes.files:
             # Some meshes are open or flat; a shell has its frame all the same.
             ET.SubElement(default, "mesh", inertia="shell")
             visual = ET.SubElement(default, "default", {"class": "visual"})
@@ -264,21 +250,12 @@ def _sphere(joint: TreeJoint) -> tuple[float, Float[np.ndarray, "3"]]:
     return FOOT_SHARE * max(length, 0.01), (1 - FOOT_SHARE) * tip
 
 
-def _turn(axis: Float[np.ndarray, "3"], angle: float) -> Float[np.ndarray, "3 3"]:
-    """Rotation about a unit vector (Rodrigues)."""
-    x, y, z = axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + math.sin(angle) * K + (1 - math.cos(angle)) * K @ K
-
-
 def _text(numbers: Sequence[float] | Float[np.ndarray, " n"]) -> str:
     # Adding zero makes minus zero plain.
     return " ".join(repr(float(number) + 0.0) for number in numbers)
 
 
 def _quaternion(R: Float[np.ndarray, "3 3"]) -> dict[str, str]:
-    from scipy.spatial.transform import Rotation
-
     if np.array_equal(R, np.eye(3)):
         return {}
     return {"quat": _text(Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True))}

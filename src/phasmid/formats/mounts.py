@@ -1,4 +1,4 @@
-"""Where legs stand on the trunk: their order, names, hips, and the body's frame."""
+"""Mounts of the legs on the trunk: order, names, hips, and the body's frame."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Mount:
-    """Where a leg stands on the body.
+    """Mount of a leg on the body.
 
     Attributes:
         position: Hip in the body frame [m], shape (3,).
@@ -48,7 +48,7 @@ class Mount:
 
 
 def names_in_order(hips: Float[np.ndarray, "legs 3"]) -> list[tuple[str, int]]:
-    """Order and names of legs by where their hips are.
+    """Order and name legs by the positions of their hips.
 
     Right legs from front to rear, then left legs from rear to front, which is the paper's order;
     a leg amid the front comes first, one amid the rear between right and left.
@@ -81,7 +81,7 @@ def names_in_order(hips: Float[np.ndarray, "legs 3"]) -> list[tuple[str, int]]:
 def mount_of(
     X_body_hip: Float[np.ndarray, "4 4"], said: LegExtension | None = None
 ) -> tuple[Mount, float]:
-    """A hip's place and angles.
+    """Return a hip's position and angles.
 
     Many triples of angles turn alike; of those the extension's is taken where it is one of them,
     otherwise the one whose pitch is within a quarter turn.
@@ -126,7 +126,7 @@ def body_frame(
 
     Args:
         hips: In the trunk [m], shape (L, 3).
-        findings: Where to say that the origin was moved.
+        findings: Receives a note that the origin was moved.
     """
     X = np.eye(4)
     middle = hips.mean(axis=0)

@@ -1,4 +1,4 @@
-"""What a person adds to a file that does not say all that a walking robot needs."""
+"""Options for reading a robot from a file that lacks some of what walking needs."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from phasmid.arguments import check_number, check_type, described
 from phasmid.errors import InvalidInput
+from phasmid.scenario.robot_import import RobotImportTable
 
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """How a robot is read from URDF, MJCF or STEP.
+    """Options for reading a robot from URDF, MJCF or STEP.
 
     Attributes:
         foot: Where the feet are: name of a link or its ending, such as ``foot_link``; or three
@@ -29,7 +29,7 @@ class ImportOptions:
         strict: Whether anything that was ignored is an error.
 
     Raises:
-        InvalidInput: A value is of a wrong kind, or none that can be.
+        InvalidInput: The unit or the mass is impossible.
     """
 
     foot: str = ""
@@ -41,23 +41,40 @@ class ImportOptions:
     strict: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("foot", "masses", "servo", "mesh_unit"):
-            check_type(name, getattr(self, name), (str,), "text")
-        check_type("strict", self.strict, (bool,), "true or false")
-        check_type("packages", self.packages, (Mapping,), "folders by the names of packages")
-        for name, folder in self.packages.items():
-            check_type("a name in packages", name, (str,), "text")
-            check_type(f'packages["{name}"]', folder, (str,), "a folder's path, as text")
         if self.mesh_unit not in ("", "m", "mm"):
             raise InvalidInput(
-                f'mesh_unit is {described(self.mesh_unit)}; it must be "m" or "mm".',
+                f'mesh_unit is "{self.mesh_unit}"; it must be "m" or "mm".',
                 hint="--mesh-unit mm",
             )
-        if self.total_mass is not None:
-            check_number("total_mass", self.total_mass)
-            if not (math.isfinite(self.total_mass) and self.total_mass > 0):
+        if self.total_mass is not None and not 0 < self.total_mass < math.inf:
+            raise InvalidInput(
+                f"the total mass is {self.total_mass:g} kg; it must be finite and greater than 0.",
+                where="option --total-mass-g",
+            )
+
+    @classmethod
+    def of(cls, table: RobotImportTable, *, strict: bool = False) -> ImportOptions:
+        """Convert the ``[robot_import]`` of a scenario.
+
+        Raises:
+            InvalidInput: A package has no folder.
+        """
+        packages = {}
+        for pair in filter(None, (part.strip() for part in table.package.split(","))):
+            name, equals, folder = pair.partition("=")
+            if not (name and equals and folder):
                 raise InvalidInput(
-                    f"the total mass is {self.total_mass:g} kg; "
-                    "it must be finite and greater than 0.",
-                    where="option --total-mass-g",
+                    f'package is "{pair}"; it must be a name and its folder.',
+                    hint="--package my_robot=../my_robot",
                 )
+            packages[name.strip()] = folder.strip()
+        unit = "" if table.mesh_unit == "as-given" else table.mesh_unit
+        return cls(
+            table.foot,
+            table.masses,
+            table.total_mass,
+            table.servo_model,
+            packages,
+            unit,
+            strict,
+        )

@@ -1,4 +1,4 @@
-"""Poses as URDF files write them: a place, and three angles in radians."""
+"""Poses in URDF files: a position, and three angles in radians."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.formats.xml import Element
+from phasmid.kinematics import rotation_rpy
 
 WHOLE_TURN = 2.02 * math.pi
 """A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
 
 ENDLESS = 1000.0
-"""Limits of a joint from here on say that it has none [rad]."""
+"""Limits of a joint from here on mean none [rad]."""
 
 
 def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:
-    """The pose of an ``<origin>``: turned by Rz(yaw) Ry(pitch) Rx(roll), then moved.
+    """Return the pose of an ``<origin>``: turned by Rz(yaw) Ry(pitch) Rx(roll), then moved.
 
     Args:
         element: The origin; without one the pose is none.
@@ -39,21 +40,6 @@ def pose_of(element: Element | None) -> Float[np.ndarray, "4 4"]:
             hint=f'rpy="{turned}", if these are degrees',
         )
     if roll or pitch or yaw:
-        X[:3, :3] = rotation(roll, pitch, yaw)
+        X[:3, :3] = rotation_rpy(*map(np.asarray, (roll, pitch, yaw)))
     X[:3, 3] = element.numbers("xyz", 3, (0.0, 0.0, 0.0))
     return X
-
-
-def rotation(roll: float, pitch: float, yaw: float) -> Float[np.ndarray, "3 3"]:
-    """Rz(yaw) Ry(pitch) Rx(roll), angles in radians.
-
-    Source: the URDF specification, element origin.
-    """
-    (cr, cp, cy), (sr, sp, sy) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Link, Part, Robot
+from phasmid.robot.inertial import Inertial
 
 BASE = "base_link"
 
 
 def tree_of(robot: Robot, extension: str = "") -> Tree:
-    """The tree of a robot; its links' frames are the body's and those of Table 1.
+    """Convert a robot to a tree; its links' frames are the body's and those of Table 1.
 
     Links are ``base_link``, ``LEG_coxa_link``, ``LEG_femur_link``, ``LEG_tibia_link`` and the
     massless ``LEG_foot``; joints ``LEG_coxa``, ``LEG_femur``, ``LEG_tibia`` and the fixed
@@ -20,7 +21,7 @@ def tree_of(robot: Robot, extension: str = "") -> Tree:
 
     Args:
         robot: The robot.
-        extension: TOML of what the tree cannot say.
+        extension: The phasmid extension, TOML.
     """
     body, look = robot.body, robot.appearance
     trunk = Inertial(body.mass, body.com, body.inertia)
@@ -66,7 +67,7 @@ def _link(name: str, link: Link, parts: tuple[Part, ...]) -> TreeLink:
 
 
 def _end(link: Link, R: list[list[float]] | None = None) -> np.ndarray:
-    """Pose of the next link's frame, or of the foot, in a link's frame."""
+    """Return the pose of the next link's frame, or of the foot, in a link's frame."""
     X = np.eye(4)
     if R is not None:
         X[:3, :3] = R
@@ -75,7 +76,7 @@ def _end(link: Link, R: list[list[float]] | None = None) -> np.ndarray:
 
 
 def neutral_angles(robot: Robot) -> dict[str, float]:
-    """Angles of the tree's hinges in which all feet are at their neutral places [rad]."""
+    """Return angles of the tree's hinges with which all feet are at their neutral places [rad]."""
     return {
         f"{leg.name}_{joint}": float(angle)
         for leg in robot.legs

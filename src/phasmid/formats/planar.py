@@ -129,7 +129,7 @@ def planar(
     if abs(left) <= OFFSET * lengths.sum():
         _note_offset(findings, subject, abs(left), place)
         left = 0.0
-    # Where along parallel axes frames lie in a file says nothing: the coxa has all of the offset.
+    # Positions of frames along parallel axes have no meaning: the coxa has all of the offset.
     lateral_offsets = np.array([left, 0.0, 0.0])
     _note_skew(findings, subject, chain, across, lengths)
 
@@ -186,7 +186,7 @@ def _note_skew(
     across: np.ndarray,
     lengths: np.ndarray,
 ) -> None:
-    """Say by how much axes were turned, and how far that moves the foot at most."""
+    """Note by how much axes were turned, and how far that moves the foot at most."""
     arms = (float(lengths[1] + lengths[2]), float(lengths[2]))
     for name, axis, arm, joint in zip(
         JOINTS[1:], chain.axes[1:], arms, chain.joints[1:], strict=True
@@ -207,7 +207,7 @@ def _note_skew(
 
 
 def _note_offset(findings: list[Finding], subject: str, offset: float, where: str) -> None:
-    """Say that a foot was moved into its leg's plane."""
+    """Note that a foot was moved into its leg's plane."""
     if offset > PRINTED:
         findings.append(
             Finding(

@@ -1,4 +1,4 @@
-"""Robots by name or file, in and out, whatever the format."""
+"""Robots and scenarios from files of any format, and robots to files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from phasmid.arguments import check_type, described, path_of
+from phasmid.arguments import described
 from phasmid.errors import AlreadyExists, InvalidInput, InvalidRobot
 from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
@@ -20,21 +20,24 @@ from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
 from phasmid.robot.appearance import Appearance, glb
+from phasmid.robot.file import OTHER_FORMATS
+from phasmid.scenario import Scenario
+from phasmid.scenario import load_scenario as load_own_scenario
 
-ROBOT_SUFFIXES = (".toml", ".urdf", ".xml", ".mjcf", ".step", ".stp")
-"""Endings of files that hold a robot; an ``.xml`` is MJCF or URDF by its root element."""
+ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)
+"""Endings of robot files; an ``.xml`` is MJCF or URDF by its root element."""
 
 UNREAD = {
     ".xacro": "is a xacro template; phasmid reads the URDF that xacro makes of it.",
     ".sdf": "is an SDF file; phasmid reads URDF, MJCF and STEP.",
 }
-"""Endings of robot descriptions that are not read, and why."""
+"""Endings of robot descriptions that are not read, with the reasons."""
 
 
 def is_foreign(source: str | Path) -> bool:
     """Return whether a source is a robot file of another program's format."""
     suffix = Path(source).suffix.lower()
-    return str(source) not in preset_names() and suffix in {*ROBOT_SUFFIXES[1:], *UNREAD}
+    return str(source) not in preset_names() and suffix in {*OTHER_FORMATS, *UNREAD}
 
 
 def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robot:
@@ -43,13 +46,12 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
     Args:
         source: Name of a preset, such as ``phantomx-paper``, or path of a ``.toml``, ``.urdf``,
             ``.xml`` (MJCF or URDF) or ``.step`` file.
-        options: What the file does not say; presets and ``.toml`` files need none.
+        options: What the file lacks; presets and ``.toml`` files need none.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed.
         InvalidRobot: No machine could have these numbers, or it is none that this model knows.
     """
-    _check_options(options)
     if _reader(source) is None:
         _refuse_options(source, options)
         # Judging takes a moment, and such a robot is possible by construction.
@@ -57,15 +59,41 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
     return possible(import_robot(source, options), source)
 
 
+def load_scenario(source: str | Path = "paper") -> Scenario:
+    """Load a scenario from a preset or a file, with its robot where that is no TOML file.
+
+    Args:
+        source: As of `phasmid.scenario.load_scenario`.
+
+    Raises:
+        InvalidInput: The scenario's or the robot's file is absent, or not well formed.
+        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+    """
+    return with_robot(load_own_scenario(source))
+
+
+def with_robot(scenario: Scenario) -> Scenario:
+    """Read the robot of a scenario where its file is URDF, MJCF or STEP.
+
+    Raises:
+        InvalidInput: The file is absent, or not well formed.
+        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+    """
+    if not isinstance(scenario.robot, str) or not is_foreign(scenario.robot):
+        return scenario
+    options = ImportOptions.of(scenario.robot_import)
+    return scenario.replace(robot=load_robot(scenario.robot, options))
+
+
 def possible(imported: Imported, source: str | Path) -> Robot:
-    """The robot of an import.
+    """Return the robot of an import, or raise the first reason why there is none.
 
     Args:
         imported: As `import_robot` gives it.
         source: Its file, for messages.
 
     Raises:
-        InvalidRobot: There is none; the first of what is impossible is told.
+        InvalidRobot: There is none.
     """
     if imported.robot is not None:
         return imported.robot
@@ -81,11 +109,11 @@ def possible(imported: Imported, source: str | Path) -> Robot:
 
 
 def import_robot(source: str | Path, options: ImportOptions | None = None) -> Imported:
-    """Load a robot with all that is to be said about its description.
+    """Load a robot with all findings about its description.
 
     Args:
         source: As of `load_robot`.
-        options: What the file does not say; presets and ``.toml`` files need none.
+        options: What the file lacks; presets and ``.toml`` files need none.
 
     Returns:
         The robot, or why there is none; and what was found, good or bad.
@@ -95,7 +123,6 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
             is ignored, and the options are strict.
         InvalidRobot: Its links and joints form no tree, or a ``.toml`` robot is impossible.
     """
-    _check_options(options)
     reader = _reader(source)
     if reader is None:
         _refuse_options(source, options)
@@ -107,11 +134,6 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
         first = tree.findings[0]
         raise InvalidInput(first.sentence, where=first.where or Path(source).name, hint=first.hint)
     return robot_from_tree(tree, options)
-
-
-def _check_options(options: object) -> None:
-    if options is not None:
-        check_type("options", options, (ImportOptions,), "ImportOptions, or None")
 
 
 def _refuse_options(source: str | Path, options: ImportOptions | None) -> None:
@@ -128,7 +150,7 @@ _Reader = Callable[[Path, ImportOptions], Tree]
 
 
 def _reader(source: str | Path) -> _Reader | None:
-    """What reads a file; None for presets, ``.toml`` files and what is neither."""
+    """Return the reader of a file; None for presets, ``.toml`` files and others."""
     if not isinstance(source, str | Path):
         raise InvalidInput(
             f"a robot is the name of a preset or the path of a file, not {described(source)}.",
@@ -160,7 +182,7 @@ def _reader(source: str | Path) -> _Reader | None:
 
 
 def _root(path: Path) -> str:
-    """Name of an XML file's root element, as far as its beginning tells it."""
+    """Return the name of an XML file's root element; empty where it has none."""
     try:
         with path.open("rb") as file:
             text = file.read(65536).decode("utf-8", errors="replace")
@@ -191,8 +213,7 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
             extra is missing.
         OutputError: A file cannot be written.
     """
-    check_type("robot", robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
-    path = path_of("path", path)
+    path = Path(path)
     if path.suffix.lower() not in ROBOT_SUFFIXES:
         raise InvalidInput(
             f"{path.name} does not end as a robot file does.",
@@ -213,7 +234,7 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
 
 
 def _files(robot: Robot, path: Path) -> dict[str, bytes]:
-    """All files of a robot, by their names beside its own."""
+    """Return the content of a robot's files, by their names beside its own."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return _toml_files(robot, path)
@@ -229,11 +250,8 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
     from phasmid.formats.mjcf_out import mjcf_files
 
     files = mjcf_files(tree, path.stem, home=neutral_angles(robot), servo=robot.servo)
-    return {_named(name, path): data for name, data in files.items()}
-
-
-def _named(name: str, path: Path) -> str:
-    return path.name if name == f"{path.stem}.xml" else name
+    # An .mjcf keeps its ending.
+    return {path.name: files.pop(f"{path.stem}.xml"), **files}
 
 
 def _toml_files(robot: Robot, path: Path) -> dict[str, bytes]:
@@ -246,7 +264,7 @@ def _toml_files(robot: Robot, path: Path) -> dict[str, bytes]:
 
 
 def _differs(path: Path, data: bytes) -> bool:
-    """Whether another file is there; the same mesh may serve two robots."""
+    """Return whether another file is there; the same mesh may serve two robots."""
     try:
         same = path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
         return path.exists() and not same
@@ -269,7 +287,7 @@ LOST = {
     ".step": "STEP holds solids of our own shaping, without joints and densities; those and the "
     "weighed masses stand in the file beside it.",
 }
-"""What a format cannot hold of a robot."""
+"""Properties of a robot that a format cannot hold."""
 
 
 def _lost(path: Path) -> tuple[Finding, ...]:

@@ -1,4 +1,4 @@
-"""Which servo a tree's joints have."""
+"""The servo of a tree's joints."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def servo_of(
         chains: The legs.
         option: Name of a servo; empty for none.
         said: The file's own; None where it names none.
-        findings: Where to say what was assumed.
+        findings: Receives what was assumed.
 
     Returns:
-        The servo, None where nothing tells it; and where it comes from, in words.
+        The servo, None where it is unknown; and its origin, in words.
 
     Raises:
         InvalidInput: There is no servo of this name.
@@ -108,6 +108,6 @@ def servo_of(
 
 
 def missing(chains: Sequence[Chain]) -> str:
-    """What the joints of a file without a servo do not say, in words."""
+    """Name what the joints of a file without a servo lack."""
     speeds = any(j.velocity for chain in chains for j in chain.joints)
     return "no effort" if speeds else "no effort and speed"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from phasmid.cad import build, meshes
 from phasmid.cad.step import step_text
@@ -13,6 +13,7 @@ from phasmid.cad.weights import mass_table
 from phasmid.errors import InvalidInput
 from phasmid.formats.extension import extension_of
 from phasmid.formats.step_sidecar import sidecar_of, sidecar_text
+from phasmid.formats.stl import stl
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Part, Robot
 from phasmid.robot.appearance import glb
@@ -25,13 +26,13 @@ def write_solids(
     force: bool = False,
     announce: Callable[[str], None] = lambda _: None,
 ) -> dict[Path, str]:
-    """Draw a robot and write all that comes of it.
+    """Draw a robot and write its STEP file, meshes and masses.
 
     Args:
         robot: The robot.
         folder: Where the files go; it is made.
         force: Whether files of an earlier run are replaced.
-        announce: Told what begins.
+        announce: Called with the name of each stage.
 
     Returns:
         The files, and what each is in a few words.
@@ -68,7 +69,7 @@ def write_solids(
     announce("meshes")
     write_whole(folder / f"{name}.glb", glb(looks))
     for link, parts in looks.items():
-        write_whole(stls[link], stl(parts))
+        write_whole(stls[link], stl(_joined(parts)))
     table = f"# {robot.name}: masses\n\n{mass_table(robot, assembly)}"
     write_whole(folder / f"{name}-masses.md", table.encode())
     return files
@@ -114,16 +115,11 @@ def file_names(names: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def stl(parts: tuple[Part, ...]) -> bytes:
-    """Parts of one link as a binary STL file, in metres."""
-    import trimesh as library
-
-    # Its own annotations are partial.
-    trimesh: Any = library
-    pieces = [trimesh.Trimesh(part.vertices, part.faces, process=False) for part in parts]
-    out = io.BytesIO()
-    trimesh.util.concatenate(pieces).export(out, file_type="stl")
-    return out.getvalue()
+def _joined(parts: tuple[Part, ...]) -> Part:
+    """Join parts of one link."""
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
+    return Part(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
 
 
 def _check(files: tuple[Path, ...], *, force: bool) -> None:

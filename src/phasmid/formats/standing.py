@@ -1,4 +1,4 @@
-"""Where feet stand at rest, when no file says so."""
+"""Neutral feet of robots whose files have none."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OUT, DOWN = 0.6, 0.4
 PhantomX of this project, 150 and 100 mm with 250 mm of leg."""
 
 BENEATH = 0.7
-"""How far a foot stands straight below a hip whose coxa axis lies, of the leg's length."""
+"""Depth of a foot below a hip whose coxa axis lies, of the leg's length."""
 
 UPRIGHT = 0.5
 """Cosine of 60°: coxa axes that lean further lie."""
@@ -28,7 +28,7 @@ SPARE = math.radians(5.0)
 
 @dataclass(frozen=True, eq=False)
 class Stance:
-    """What decides where a leg can stand.
+    """Lengths, limits and tilt of a leg, for its neutral foot.
 
     Attributes:
         lengths: Of coxa, femur and tibia [m], shape (3,).

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.cad.assembly import MassProperties, together
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Finding, Severity
@@ -27,8 +26,9 @@ from phasmid.formats.step_sidecar import (
     read_sidecar,
     sidecar_of,
 )
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.robot import Part, Servo, load_servo
+from phasmid.robot.inertial import Inertial, merged
 from phasmid.tables import Locator, in_file
 
 __all__ = ["axis_of", "first_guess", "read_step", "sidecar_of", "step_files", "tree_of_parts"]
@@ -185,28 +185,23 @@ def _mass(
             findings.append(Finding(Severity.SUSPECT, f"part {part.path}", what))
             continue
         scale = _density(sidecar, part, known=weighed is not None)
-        of = part.solid
-        scaled = MassProperties(scale * of.mass, of.com, scale * of.inertia)
-        masses.append(scaled.at(X_link_drawing @ part.X_drawing_part))
-    if not masses:
-        return None
-    whole = together(masses)
-    scale = weighed / whole.mass if weighed is not None else 1.0
-    return Inertial(scale * whole.mass, whole.com, scale * whole.inertia)
+        masses.append(part.solid.scaled(scale).at(X_link_drawing @ part.X_drawing_part))
+    whole = merged(masses)
+    if whole is None or weighed is None:
+        return whole
+    return whole.scaled(weighed / whole.mass)
 
 
 def _given(name: str, table: StepLinkTable, X_link_drawing: np.ndarray) -> Inertial:
     if table.mass is None or table.com is None or table.inertia is None:
         raise InvalidInput(f"links.{name} must have all of mass, com and inertia, or mass alone.")
-    whole = MassProperties(table.mass, np.array(table.com), np.array(table.inertia))
-    moved = whole.at(X_link_drawing)
-    return Inertial(moved.mass, moved.com, moved.inertia)
+    return Inertial(table.mass, np.array(table.com), np.array(table.inertia)).at(X_link_drawing)
 
 
 def _density(sidecar: Sidecar, part: DrawnPart, *, known: bool) -> float:
     """Density of a part [kg/m³]; the first pattern that fits its path or its own name counts.
 
-    Where the link as a whole was weighed, parts of which nothing is said are all alike.
+    Where the link as a whole was weighed, parts without a density all have the same.
     """
     for pattern, table in sidecar.parts.items():
         if fnmatchcase(part.path, pattern) or fnmatchcase(part.product, pattern):
@@ -293,7 +288,7 @@ def axis_of(
             hint=_nearest_path(joint.axis_of, parts),
         )
     part = found[0]
-    cylinder = _picked(name, joint, part)
+    cylinder = _hinge_face(name, part)
     X = part.X_drawing_part
     point = X[:3, :3] @ cylinder.point + X[:3, 3]
     direction = X[:3, :3] @ cylinder.direction
@@ -319,17 +314,9 @@ def _unit(name: str, direction: list[float]) -> np.ndarray:
     return v / length
 
 
-def _picked(name: str, joint: StepJointTable, part: DrawnPart) -> Cylinder:
-    """The face of that name, or the largest of all round faces about one axis."""
+def _hinge_face(name: str, part: DrawnPart) -> Cylinder:
+    """Return the largest of all round faces about one axis."""
     faces = part.cylinders
-    if joint.face is not None:
-        faces = tuple(face for face in faces if face.name == joint.face)
-        if not faces:
-            known = sorted({face.name for face in part.cylinders} - {""})
-            raise InvalidInput(
-                f'joints.{name}: {part.path} has no round face called "{joint.face}".',
-                hint=f"its round faces are {', '.join(known[:6])}" if known else "leave face out",
-            )
     if not faces:
         raise InvalidInput(
             f"joints.{name}: {part.path} has no round face.", hint="point_mm and direction"
@@ -338,7 +325,7 @@ def _picked(name: str, joint: StepJointTable, part: DrawnPart) -> Cylinder:
 
 
 def coaxial(one: Cylinder, other: Cylinder) -> bool:
-    """Whether two round faces of one part have the same axis."""
+    """Return whether two round faces of one part have the same axis."""
     across = other.point - one.point
     return bool(
         np.linalg.norm(np.cross(one.direction, other.direction)) < COAXIAL

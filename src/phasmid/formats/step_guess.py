@@ -20,7 +20,7 @@ WORDS = {
     "femur": ("femur", "thigh", "upper_leg", "upper leg"),
     "tibia": ("tibia", "shin", "calf", "shank", "lower_leg", "lower leg"),
 }
-"""What people call the links of a leg."""
+"""Common names of the links of a leg."""
 
 TRUNK = "body"
 NEAR = 5e-5
@@ -52,7 +52,7 @@ def first_guess(path: Path) -> str:
     Parts of assemblies whose names hold such words as coxa, femur and tibia form legs, all others
     the trunk. A hinge is where a round face of one link and one of the next have the same axis; a
     foot is the point of the last link farthest from its hinge. What is not found stands as a
-    comment that tells what to write.
+    comment with what to write.
 
     Args:
         path: The STEP file.
@@ -166,27 +166,22 @@ def _joint(parent: str, child: str, axis: Axis | None) -> list[str]:
             "# direction = [0, 0, 1]",
         ]
     else:
-        found = [f"axis_of = {toml_string(literal(axis.part.path))}"]
-        if axis.face.name:
-            found.append(f"face = {toml_string(axis.face.name)}")
-        else:
-            # The largest round face of the part may be another one.
-            found = [f"# of {_plain(axis.part.path)}, radius {1000 * axis.face.radius:.4g} mm"]
-            found += [
-                f"point_m = {_row(axis.point)}",
-                f"direction = {_row(axis.direction)}",
-            ]
+        found = [
+            f"# of {_plain(axis.part.path)}, radius {1000 * axis.face.radius:.4g} mm",
+            f"point_m = {_row(axis.point)}",
+            f"direction = {_row(axis.direction)}",
+        ]
     return [*head, *found, "# limits_deg = [-90, 90]", ""]
 
 
 def shared_axis(one: Iterable[DrawnPart], other: Iterable[DrawnPart]) -> Axis | None:
-    """The axis that round faces of two links share; named faces first, then the widest."""
+    """Find the axis that round faces of two links share, of several the one of the widest."""
     theirs = _axes(other)
     if not theirs:
         return None
     points = np.array([axis.point for axis in theirs])
     directions = np.array([axis.direction for axis in theirs])
-    best: tuple[tuple[bool, float], Axis] | None = None
+    best: tuple[float, Axis] | None = None
     for axis in _axes(one):
         across = points - axis.point
         along = across @ axis.direction
@@ -194,11 +189,9 @@ def shared_axis(one: Iterable[DrawnPart], other: Iterable[DrawnPart]) -> Axis | 
         turned = np.linalg.norm(np.cross(directions, axis.direction), axis=1)
         fits = (off < NEAR) & (turned < 1e-4) & (np.abs(along) < FARTHEST)
         for number in np.flatnonzero(fits):
-            mate = theirs[number]
-            chosen = axis if axis.face.name or not mate.face.name else mate
-            worth = (bool(chosen.face.name), min(axis.face.radius, mate.face.radius))
-            if best is None or worth > best[0]:
-                best = worth, chosen
+            radius = min(axis.face.radius, theirs[number].face.radius)
+            if best is None or radius > best[0]:
+                best = radius, axis
     return best[1] if best else None
 
 

@@ -1,4 +1,4 @@
-"""What a STEP file does not say of a robot, in a TOML file beside it."""
+"""The sidecar of a STEP file: a TOML file with links, joints and masses."""
 
 from __future__ import annotations
 
@@ -67,7 +67,6 @@ class StepJointTable(Table):
     parent: str
     child: str
     axis_of: Pattern | None = None
-    face: str | None = None
     point: Vector | None = None
     direction: Direction | None = None
     drawn_at: Angle = 0.0
@@ -96,7 +95,7 @@ class Sidecar(Table):
 
 
 def sidecar_of(path: Path) -> Path:
-    """Where the sidecar of a STEP file stands."""
+    """Return the path of a STEP file's sidecar."""
     return path.with_name(f"{path.name}.toml")
 
 
@@ -129,7 +128,7 @@ def sidecar_text(
     Args:
         robot: The robot.
         assembly: Its solids.
-        extension: TOML of what a tree of links and joints cannot say.
+        extension: The phasmid extension, TOML.
         masses: ``solids`` to have them computed, or ``file`` to keep those of the robot.
     """
     lines = [
@@ -162,7 +161,6 @@ def sidecar_text(
                 f"parent = {toml_string(parent)}",
                 f"child = {toml_string(child)}",
                 f"axis_of = {toml_string(literal(_axle(assembly, paths, leg.name, joint)))}",
-                'face = "axis"',
                 f"direction = {_row(X_drawing_child[:3, 2])}",
                 f"drawn_at_rad = {float(q[number])!r}",
                 f"limits_rad = {_row(leg.joint_limits[number])}",

@@ -1,4 +1,4 @@
-"""Whether a robot's left and right sides mirror each other, and its legs point outwards."""
+"""Judgement of a robot's symmetry and of the directions of its legs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def judge_symmetry(robot: Robot, *, read: bool = False) -> tuple[Finding, ...]:
         read: Whether its hips were read from joints, and not from angles that a person wrote.
     """
     hips = np.array([leg.mount_position for leg in robot.legs])
-    # Of an odd leg the mean would tell too much of all others.
+    # An odd leg would move the mean.
     middle = float(np.median(hips[:, 1]))
     across = {leg.name for leg in robot.legs if _points_across(leg, middle)}
     found = [
@@ -78,7 +78,7 @@ def _points_across(leg: Leg, middle: float) -> bool:
 
 
 def _unlike(one: Leg, other: Leg, middle: float, *, directions: bool) -> list[str]:
-    """What differs between a leg and the mirror image of its counterpart, in words."""
+    """Describe what differs between a leg and the mirror image of its counterpart."""
     found = []
     axis = np.array([0.0, 2 * middle, 0.0])
     apart = float(np.linalg.norm(other.mount_position * _MIRROR + axis - one.mount_position))

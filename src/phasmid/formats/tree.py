@@ -14,24 +14,10 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Finding
 from phasmid.robot import Part, Servo
+from phasmid.robot.inertial import Inertial
 
 HINGES = frozenset({"revolute", "continuous"})
 """Kinds of joints that turn; a continuous one has no limits."""
-
-
-@dataclass(frozen=True, eq=False)
-class Inertial:
-    """Mass and inertia as a file gives them, possible or not.
-
-    Attributes:
-        mass: Mass [kg].
-        com: Centre of mass in the link's frame [m], shape (3,).
-        inertia: About the centre of mass, in the axes of the link's frame [kg·m²], shape (3, 3).
-    """
-
-    mass: float
-    com: Float[np.ndarray, "3"]
-    inertia: Float[np.ndarray, "3 3"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +56,8 @@ class TreeJoint:
         axis: Unit vector in the child's frame about which it turns, shape (3,).
         lower: Lowest angle [rad]; minus infinity without a limit.
         upper: Highest angle [rad]; infinity without a limit.
-        effort: Largest torque [N·m]; None where the file does not say.
-        velocity: Highest speed [rad/s]; None where the file does not say.
+        effort: Largest torque [N·m]; None where it is unknown.
+        velocity: Highest speed [rad/s]; None where it is unknown.
         damping: Viscous friction [N·m·s/rad].
         friction: Dry friction [N·m].
         armature: Inertia of the rotor behind the gears [kg·m²].
@@ -103,7 +89,7 @@ class Tree:
         links: By name, in the file's order.
         joints: In the file's order.
         file: Name of the file, for messages.
-        extension: TOML of what phasmid knows and the format cannot say; empty without any.
+        extension: The phasmid extension, TOML; empty without one.
         findings: What the reader ignored or assumed.
         servo: The motor of every joint; None where the file names none.
 

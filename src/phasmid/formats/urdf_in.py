@@ -16,10 +16,11 @@ from phasmid.formats import meshes
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of, rotation
-from phasmid.formats.tree import Inertial, Tree, TreeJoint, TreeLink
+from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import Element, load_xml, short
 from phasmid.robot import Part
+from phasmid.robot.inertial import Inertial
 from phasmid.units import plain_number
 
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
@@ -36,14 +37,14 @@ _KNOWN = {
     "material": {"color"},
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "phasmid"},
 }
-"""What is read of each element; the rest is counted. Collisions look as visuals do, and what is
-told to MuJoCo alone is nothing that others miss."""
+"""Elements that are read, by their parent; others are counted. Collisions have the elements of
+visuals, and settings of MuJoCo are not missed."""
 
 OWN_SHAPE = "phasmid_"
 """So begin the names of shapes that our export adds; they are no part of the robot."""
 
 UNLIMITED = 1e9
-"""Efforts and speeds from here on say that there is no limit [N·m, rad/s]."""
+"""Efforts and speeds from here on mean no limit [N·m, rad/s]."""
 
 
 def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
@@ -338,7 +339,7 @@ class _Reader:
         return lower, upper
 
     def count_ignored(self) -> None:
-        """Say what was not read, or refuse it where nothing may be ignored."""
+        """Note elements that were not read, or refuse them if the options are strict."""
         ignored: Counter[str] = Counter()
         pending = [self.root]
         while pending:
@@ -424,6 +425,3 @@ def _dynamics(element: Element, joint: str) -> tuple[float, float, float]:
             )
         values.append(value)
     return values[0], values[1], values[2]
-
-
-__all__ = ["KINDS", "pose_of", "read_urdf", "rotation"]

@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.formats.stl import StlFiles, meshes_of
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import GREY, KINDS, OWN_SHAPE, UNLIMITED
-from phasmid.robot import Part
 
 FOOT_RADIUS = 0.005
 """Radius of the ball at a foot, on which simulators let the robot stand [m]."""
@@ -61,7 +61,7 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
         "</robot>",
         "",
     ]
-    return {f"{name}.urdf": "\n".join(lines).encode(), **looks.files}
+    return {f"{name}.urdf": "\n".join(lines).encode(), **looks.meshes.files}
 
 
 def rpy_of(R: Float[np.ndarray, "3 3"]) -> tuple[float, float, float]:
@@ -80,46 +80,12 @@ def rpy_of(R: Float[np.ndarray, "3 3"]) -> tuple[float, float, float]:
     return roll, pitch, yaw
 
 
-def stl(part: Part) -> bytes:
-    """A part's triangles as a binary STL file, in single precision."""
-    corners = part.vertices[part.faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
-    faces = np.zeros(len(corners), record)
-    faces["normal"] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-    faces["corners"] = corners
-    return bytes(80) + len(corners).to_bytes(4, "little") + faces.tobytes()
-
-
-def meshes_of(name: str) -> str:
-    """The folder for the meshes of a robot file, so that two robots can lie side by side."""
-    return re.sub(r"[^A-Za-z0-9_.-]+", "_", f"{name}_meshes")
-
-
 class _Looks:
     """Materials and mesh files, each written once."""
 
     def __init__(self, folder: str) -> None:
-        self.folder = folder
-        self.files: dict[str, bytes] = {}
-        self._names: dict[bytes, str] = {}
+        self.meshes = StlFiles(folder)
         self._colors: dict[tuple[float, ...], str] = {}
-
-    def mesh(self, part: Part, wish: str) -> str:
-        """The file that holds a part, with a name of its own unless another part is alike."""
-        content = stl(part)
-        if content not in self._names:
-            # Names of links may hold what file systems do not take, or differ in case alone.
-            stem = re.sub(r"[^A-Za-z0-9_-]+", "_", wish)[:80]
-            taken = {name.lower() for name in self.files}
-            number, file = 1, f"{self.folder}/{stem}.stl"
-            while file.lower() in taken:
-                number += 1
-                file = f"{self.folder}/{stem}_{number}.stl"
-            self._names[content] = file
-            self.files[file] = content
-        return self._names[content]
 
     def material(self, color: tuple[float, ...]) -> str:
         return self._colors.setdefault(tuple(color), f"color_{len(self._colors) + 1}")
@@ -146,7 +112,7 @@ def _link(tree: Tree, link: TreeLink, looks: _Looks, *, sticks: bool) -> list[st
             "    </inertial>",
         ]
     for number, part in enumerate(link.parts):
-        file = looks.mesh(part, f"{link.name}_{part.name}".strip("_"))
+        file = looks.meshes.add(part, f"{link.name}_{part.name}".strip("_"))
         mesh = f"<mesh{_attributes(filename=file)}/>"
         # Simulators want names of their own for all shapes of a robot.
         lines += _look(

@@ -278,7 +278,7 @@ class _Reader:
         self.open.pop().text = "".join(self.texts.pop()).strip()
 
     def speak(self, error: expat.ExpatError) -> InvalidInput:
-        """What expat complains about, as a person would say it."""
+        """Convert an error of expat to a sentence."""
         if error.code in _ENDS and self.open:
             # The innermost element that has a name tells more than an <inertia> does.
             named = [element for element in self.open if "name" in element.attributes]

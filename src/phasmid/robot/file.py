@@ -23,6 +23,9 @@ from phasmid.tables import Locator, dotted, validate
 from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_string
 from phasmid.units import STANDARD_GRAVITY, split_unit
 
+OTHER_FORMATS = (".urdf", ".xml", ".mjcf", ".step", ".stp")
+"""Endings of robot files that `phasmid.formats` reads."""
+
 MOST_SHARED = 1000
 """Most values of ``[leg]``."""
 
@@ -57,6 +60,11 @@ def load_robot(source: str | Path) -> Robot:
         InvalidRobot: No machine could have these numbers.
     """
     path = find_file(source, "phasmid.robot", "robot")
+    if path.suffix.lower() in OTHER_FORMATS:
+        raise InvalidInput(
+            f"{path.name} is no TOML file; the robot must be loaded before it is used here.",
+            hint=f'robot=phasmid.load_robot("{path.name}")',
+        )
     raw, content = read_toml(path)
     return robot_from_table(raw, path, content, path.parent)
 

@@ -1,4 +1,4 @@
-"""What is tried: a robot, a gait, a stride, and how it is looked at."""
+"""Scenarios: robot, gait, stride, ground and simulation of one experiment, as data."""
 
 from phasmid.scenario.file import load_scenario, scenario_names, scenario_to_toml
 from phasmid.scenario.recorded import recorded_scenario

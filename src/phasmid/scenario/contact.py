@@ -1,4 +1,4 @@
-"""Feet on the ground."""
+"""Contact of a scenario."""
 
 from __future__ import annotations
 

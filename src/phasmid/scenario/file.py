@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.errors import located
-from phasmid.formats import ROBOT_SUFFIXES
 from phasmid.gait import is_gait_file
 from phasmid.scenario.scenario import Scenario
 from phasmid.scenario.terrain import beside
@@ -16,12 +15,12 @@ from phasmid.units import UNITS, split_unit
 
 
 def scenario_names() -> tuple[str, ...]:
-    """Names of the scenarios that come with phasmid."""
+    """Return the names of the scenarios that come with phasmid."""
     return preset_names("phasmid.scenario")
 
 
 def load_scenario(source: str | Path = "paper") -> Scenario:
-    """Load a scenario from a preset or a file.
+    """Load a scenario from a preset or a file; the robot's file is not read.
 
     Args:
         source: Name of a preset, such as ``paper``, or path of a ``.toml`` file. A robot file,
@@ -42,13 +41,13 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
         gait["name"] = str(path.parent / gait["name"])
     with located(path.name):
         scenario = validate(Scenario, raw, in_file(path, content))
-    if isinstance(scenario.robot, str) and Path(scenario.robot).suffix in ROBOT_SUFFIXES:
+    if isinstance(scenario.robot, str) and Path(scenario.robot).suffix:
         return scenario.model_copy(update={"robot": str(path.parent / scenario.robot)})
     return scenario
 
 
 def scenario_to_toml(scenario: Scenario, robot: str) -> str:
-    """A scenario, all fields named, as the text of a file that loads to the same numbers.
+    """Write a scenario as TOML with all fields, which loads to the same numbers.
 
     Args:
         scenario: The scenario.
@@ -89,6 +88,6 @@ def _entry(key: str, name: str, value: Any) -> str:
 
 
 def _list(values: tuple[Any, ...]) -> str:
-    """Numbers, or lists of them, as TOML writes them."""
+    """Write numbers, or lists of them, as TOML."""
     words = (_list(value) if isinstance(value, tuple) else repr(value) for value in values)
     return f"[{', '.join(words)}]"

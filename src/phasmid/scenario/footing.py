@@ -1,4 +1,4 @@
-"""How a walk fits itself to ground that the planner knows, as a scenario says it."""
+"""Footholds of a scenario, on ground that the planner knows."""
 
 from __future__ import annotations
 

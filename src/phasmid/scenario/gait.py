@@ -1,4 +1,4 @@
-"""Which legs stand, when, as a scenario says it."""
+"""The gait of a scenario."""
 
 from __future__ import annotations
 
@@ -44,21 +44,21 @@ class GaitTable(Table):
     @classmethod
     def _from_name(cls, raw: Any) -> Any:
         if isinstance(raw, Gait):
-            return _told(raw, tuple(float(offset) for offset in raw.offsets))
+            return _fields(raw, tuple(float(offset) for offset in raw.offsets))
         if isinstance(raw, str | Path):
             raw = {"name": str(raw)}
         if isinstance(raw, Mapping) and raw.get("offsets") is None:
             name = raw.get("name")
             if isinstance(name, str) and is_gait_file(name):
-                # What the file says goes into the scenario, which then repeats without it.
+                # The scenario carries the numbers, and repeats without the file.
                 gait, legs = read_gait(Path(name))
                 offsets = tuple(float(offset) for offset in gait.offsets)
                 by_leg = dict(zip(legs, offsets, strict=True)) if legs else offsets
                 given = {k: v for k, v in raw.items() if k != "name" and v is not None}
-                return _told(gait, by_leg) | given
+                return _fields(gait, by_leg) | given
         return raw
 
 
-def _told(gait: Gait, offsets: tuple[float, ...] | dict[str, float]) -> dict[str, Any]:
-    told = {"name": gait.name, "duty_factor": gait.duty_factor, "offsets": offsets}
-    return told | ({"sway": gait.sway} if gait.sway else {})
+def _fields(gait: Gait, offsets: tuple[float, ...] | dict[str, float]) -> dict[str, Any]:
+    fields = {"name": gait.name, "duty_factor": gait.duty_factor, "offsets": offsets}
+    return fields | ({"sway": gait.sway} if gait.sway else {})

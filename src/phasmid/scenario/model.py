@@ -1,4 +1,4 @@
-"""What is taken as the robot and its mechanics."""
+"""Mechanical model of a scenario."""
 
 from __future__ import annotations
 

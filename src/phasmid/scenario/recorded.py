@@ -1,4 +1,4 @@
-"""The experiment that a recording tells of."""
+"""Scenario and robot of a recording."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from phasmid.toml import parse_toml
 def recorded_scenario(
     attributes: Mapping[Any, Any], folder: Path | None = None
 ) -> tuple[Scenario, Robot]:
-    """The scenario and the robot that a recording carries as text.
+    """Read the scenario and the robot from a recording's attributes.
 
     Args:
         attributes: Those of the recording.

@@ -1,26 +1,14 @@
-"""Which fields of a scenario do nothing, since another one leaves them out."""
+"""Fields of a scenario that have no effect, because of another field."""
 
 from __future__ import annotations
 
-from phasmid.formats import is_foreign
+from collections.abc import Iterable
+
 from phasmid.robot import Robot
-from phasmid.scenario.robot_import import RobotImportTable
 from phasmid.scenario.scenario import Scenario, option_keys
-from phasmid.scenario.sensors import SensorsTable
-from phasmid.scenario.servo import ServoTable
 from phasmid.tables import Table
 
-Counts = dict[str, set[str]]
-"""By the name of a field, the values of another field with which it counts."""
-
-SERVO_LAWS: Counts = {
-    "compliance_margin": {"compliance"},
-    "compliance_slope": {"compliance"},
-    "punch": {"compliance"},
-    "p_gain": {"pid"},
-    "d_gain": {"pid"},
-}
-CONTACT_LAWS: Counts = {
+CONTACT_LAWS = {
     "stiffness": {"spring-damper", "simscape"},
     "damping": {"spring-damper", "simscape"},
     "friction_damping": {"spring-damper"},
@@ -28,10 +16,9 @@ CONTACT_LAWS: Counts = {
     "kinetic_friction": {"simscape"},
     "friction_threshold": {"simscape"},
 }
+"""Contact laws that use a field."""
 
-FORCE_MODELS: Counts = {"tangential_weight": {"weighted-minimum-norm"}}
-
-TERRAINS: Counts = {
+TERRAINS: dict[str, set[str]] = {
     "terrain_start": {
         *("slope", "stairs", "step", "gap", "blocks", "waves", "rough", "height-map", "ice")
     },
@@ -58,63 +45,60 @@ TERRAINS: Counts = {
     "ice_friction": {"ice"},
     "tile": {"ice"},
 }
+"""Kinds of terrain that use a field."""
 
-IMPORTS: Counts = {name: set() for name in RobotImportTable.model_fields}
+GAINS = {"compliance": ("p_gain", "d_gain"), "pid": ("compliance_margin", "compliance_slope")}
+"""Fields of the servo that a law does not use."""
+
 JUDGED = {"voltage", "ambient_temperature", "torque_limit"}
-"""Settings of the servos that the verdict on them counts, whatever the drive."""
-
-OWN_DRIVE: Counts = {name: {"servo"} for name in ServoTable.model_fields if name not in JUDGED}
-GAINS: Counts = {"position_gain": {"torque"}, "speed_gain": {"torque"}}
-MEASURED: Counts = {
-    name: {"everything"} for name in SensorsTable.model_fields if name != "measured"
-}
+"""Fields of the servo that its verdict uses with every drive."""
 
 
 def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
-    """What a scenario says without effect.
+    """Find fields without effect that mislead users.
 
-    Only a value that differs from its default counts: files of results name every field.
+    A value equal to its default does not count: files of results name every field.
 
     Args:
         scenario: The scenario.
-        robot: Its robot, where the scenario names no file that is there.
+        robot: Its robot, where the scenario's file of it is gone.
 
     Returns:
         A sentence on each field, such as ``punch has no effect with drive "prescribed".``
-
-    Raises:
-        InvalidInput: The robot file is absent or not well formed.
-        InvalidRobot: No machine could have these numbers.
     """
-    drive = scenario.simulation.planned_drive
-    kind = scenario.terrain.kind
-    contact, model = scenario.contact, scenario.model
-    found = [
-        *_idle("model", model, FORCE_MODELS, "force_model", model.force_model),
-        *_idle("contact", contact, CONTACT_LAWS, "contact_law", contact.contact_law),
-        *_idle("terrain", scenario.terrain, TERRAINS, "terrain", kind),
-        *_idle("simulation", scenario.simulation, GAINS, "drive", drive),
-    ]
-    if robot is None and isinstance(scenario.robot, str) and not is_foreign(scenario.robot):
-        found += _idle("robot_import", scenario.robot_import, IMPORTS, "robot", scenario.robot)
-    if kind == "flat" and not scenario.terrain.patches:
-        only: Counts = {"terrain_yaw": set(), "planned_on": set()}
-        found += _idle("terrain", scenario.terrain, only, "terrain", kind)
+    drive, law = scenario.simulation.planned_drive, scenario.contact.contact_law
+    terrain, measured = scenario.terrain, scenario.sensors.measured
+    found = _idle(
+        "contact",
+        scenario.contact,
+        [name for name, laws in CONTACT_LAWS.items() if law not in laws],
+        f'contact_law "{law}"',
+    )
+    unused = [name for name, kinds in TERRAINS.items() if terrain.kind not in kinds]
+    if terrain.kind == "flat" and not terrain.patches:
+        unused += ["terrain_yaw", "planned_on"]
+    found += _idle("terrain", terrain, unused, f'terrain "{terrain.kind}"')
+    if drive != "torque":
+        gains = ("position_gain", "speed_gain")
+        found += _idle("simulation", scenario.simulation, gains, f'drive "{drive}"')
     if drive == "servo":
         servo = (robot or scenario.base_robot()).servo
-        law = f"the {servo.name}, whose law is"
-        found += _idle("servo", scenario.servo, SERVO_LAWS, law, servo.law)
+        what = f'the {servo.name}, whose law is "{servo.law}"'
+        found += _idle("servo", scenario.servo, GAINS.get(servo.law, ()), what)
     else:
-        found += _idle("servo", scenario.servo, OWN_DRIVE, "drive", drive)
-    measured = scenario.sensors.measured
-    return found + _idle("sensors", scenario.sensors, MEASURED, "measured", measured)
+        names = type(scenario.servo).model_fields.keys() - JUDGED
+        found += _idle("servo", scenario.servo, names, f'drive "{drive}"')
+    if measured == "nothing":
+        names = type(scenario.sensors).model_fields.keys() - {"measured"}
+        found += _idle("sensors", scenario.sensors, names, 'measured "nothing"')
+    return found
 
 
-def _idle(name: str, table: Table, counts: Counts, what: str, value: str) -> list[str]:
-    """Sentences on the fields of a table that do not count where another one has this value."""
+def _idle(name: str, table: Table, fields: Iterable[str], what: str) -> list[str]:
+    """Return a sentence on each of these fields that differs from its default."""
     keys = {path: key for key, path in option_keys().items()}
     return [
-        f'{keys[name, field]} has no effect with {what} "{value}".'
-        for field, values in counts.items()
-        if value not in values and getattr(table, field) != type(table).model_fields[field].default
+        f"{keys[name, field]} has no effect with {what}."
+        for field, info in type(table).model_fields.items()
+        if field in set(fields) and getattr(table, field) != info.default
     ]

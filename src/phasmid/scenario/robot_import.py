@@ -1,4 +1,4 @@
-"""What is added to a robot file that does not say all that walking needs."""
+"""Settings for reading a robot from a file that lacks some of what walking needs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from typing import Annotated, Literal
 
 from annotated_types import Gt, Le
 
-from phasmid.errors import InvalidInput
-from phasmid.formats import ImportOptions
 from phasmid.tables import Mass, Table
 
 
@@ -32,31 +30,3 @@ class RobotImportTable(Table):
     servo_model: str = ""
     package: str = ""
     mesh_unit: Literal["as-given", "m", "mm"] = "as-given"
-
-    def options(self, *, strict: bool = False) -> ImportOptions:
-        """These settings as the readers take them.
-
-        Args:
-            strict: Whether anything that is ignored is an error.
-
-        Raises:
-            InvalidInput: A package has no folder.
-        """
-        packages = {}
-        for pair in filter(None, (part.strip() for part in self.package.split(","))):
-            name, equals, folder = pair.partition("=")
-            if not (name and equals and folder):
-                raise InvalidInput(
-                    f'package is "{pair}"; it must be a name and its folder.',
-                    hint="--package my_robot=../my_robot",
-                )
-            packages[name.strip()] = folder.strip()
-        return ImportOptions(
-            foot=self.foot,
-            masses=self.masses,
-            total_mass=self.total_mass,
-            servo=self.servo_model,
-            packages=packages,
-            mesh_unit="" if self.mesh_unit == "as-given" else self.mesh_unit,
-            strict=strict,
-        )

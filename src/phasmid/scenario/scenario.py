@@ -11,10 +11,9 @@ from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, InvalidInput, nearest
-from phasmid.formats import is_foreign, load_robot
 from phasmid.gait import Gait, load_gait, offsets_in_order
 from phasmid.recording.channels import MOST_RECORDED
-from phasmid.robot import Robot, with_mass_model, with_mounts, with_neutral_foot
+from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.gait import GaitTable
@@ -48,7 +47,7 @@ SETTLING_TIME = 1.0
 
 
 class Scenario(Table):
-    """One experiment: a robot, a gait, a stride and how it is looked at.
+    """One experiment: robot, gait, stride, ground and simulation.
 
     Values inside are SI; keys of files and of `replace` may end in a unit.
 
@@ -139,7 +138,7 @@ class Scenario(Table):
         return max(1, round(interval / self.simulation.dt))
 
     def replace(self, **changes: Any) -> Scenario:
-        """This scenario with other values.
+        """Return this scenario with other values.
 
         Args:
             **changes: Any field by its own name, such as ``duration=4``, ``gait="wave"`` or
@@ -198,7 +197,7 @@ class Scenario(Table):
         return made
 
     def load_robot(self) -> Robot:
-        """The robot with this scenario's variants of mass, mounts and stance.
+        """Return the robot with this scenario's variants of mass, mounts and stance.
 
         Raises:
             InvalidInput: The robot file is absent or not well formed.
@@ -222,7 +221,7 @@ class Scenario(Table):
         return self.replace(drive="servo" if known else "ideal-servo")
 
     def base_robot(self) -> Robot:
-        """The robot as its file gives it, without this scenario's variants.
+        """Return the robot as in its file, without this scenario's variants.
 
         The file is read once: a run has one robot, whatever becomes of its file.
 
@@ -232,11 +231,9 @@ class Scenario(Table):
         """
         if isinstance(self.robot, Robot):
             return self.robot
-        # What a robot needed once, its own file says in the folder of a run.
-        options = self.robot_import.options() if is_foreign(self.robot) else None
-        known: tuple[object, Robot] | None = self.__dict__.get("_read")
-        if known is None or known[0] != (self.robot, options):
-            known = (self.robot, options), load_robot(self.robot, options)
+        known: tuple[str, Robot] | None = self.__dict__.get("_read")
+        if known is None or known[0] != self.robot:
+            known = self.robot, load_robot(self.robot)
             self.__dict__["_read"] = known
         return known[1]
 
@@ -247,7 +244,7 @@ class Scenario(Table):
         return state | {"__dict__": kept}
 
     def vary(self, robot: Robot) -> Robot:
-        """A robot as this scenario's variants make it.
+        """Apply this scenario's variants to a robot.
 
         Args:
             robot: The robot as its file gives it.
@@ -257,7 +254,7 @@ class Scenario(Table):
         return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
 
     def load_terrain(self) -> Ground:
-        """The ground of this scenario: height, normal and friction at every point.
+        """Return the ground of this scenario: height, normal and friction at every point.
 
         Raises:
             InvalidInput: The file of its height map is absent or not well formed.
@@ -265,7 +262,7 @@ class Scenario(Table):
         return self.terrain.ground()
 
     def planned_terrain(self) -> Ground:
-        """What the plan takes for the ground: this scenario's, or level ground.
+        """Return the ground of the plan: this scenario's, or level ground.
 
         Raises:
             InvalidInput: The file of its height map is absent or not well formed.
@@ -275,7 +272,7 @@ class Scenario(Table):
         return self.load_terrain()
 
     def load_gait(self, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
-        """The gait of this scenario.
+        """Return the gait of this scenario.
 
         Args:
             leg_count: Number of legs of the robot.
@@ -316,7 +313,7 @@ def check_scenario(scenario: object) -> None:
 
 
 def option_keys() -> dict[str, tuple[str, ...]]:
-    """Every field of a scenario by the key that people write, with its path.
+    """Return the path of every field of a scenario by its key in files and options.
 
     The gait's own name is the key ``gait``, the terrain's kind the key ``terrain``.
     """

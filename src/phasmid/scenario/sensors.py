@@ -1,4 +1,4 @@
-"""What measures the robot, and how well."""
+"""Sensors of a scenario."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from phasmid.tables import Angle, AngularVelocity, Count, Number, Table, Time
 from phasmid.units import STANDARD_GRAVITY
 
 SENSORS = ("joint", "imu", "foot")
-"""What measures, by the beginning of its options' names."""
+"""Sensors, by the beginning of their options' names."""
 
 
 class SensorsTable(Table):

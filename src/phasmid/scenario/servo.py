@@ -1,4 +1,4 @@
-"""What the servos are set to and fed with."""
+"""Settings and supply of a scenario's servos."""
 
 from __future__ import annotations
 
@@ -48,10 +48,10 @@ class ServoTable(Table):
     d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
 
     def supply(self, servo: Servo) -> float:
-        """Voltage at which a servo runs [V]."""
+        """Return the voltage at which a servo runs [V]."""
         return servo.rated_voltage if self.voltage is None else self.voltage
 
     def set_up(self, servo: Servo) -> Servo:
-        """A servo with these settings in place of its own."""
+        """Return a servo with these settings in place of its own."""
         outside = {"voltage", "ambient_temperature"}
         return replace(servo, **self.model_dump(exclude=outside, exclude_none=True))

@@ -1,4 +1,4 @@
-"""How the engine runs."""
+"""Simulation of a scenario."""
 
 from __future__ import annotations
 
@@ -52,5 +52,5 @@ class SimulationTable(Table):
 
     @property
     def can_lie(self) -> bool:
-        """Whether the trunk can lie on the ground."""
+        """True if the trunk can lie on the ground."""
         return self.belly_contact or self.start_posture == "packed"

@@ -1,4 +1,4 @@
-"""How the feet travel, as a scenario says it."""
+"""Stride of a scenario."""
 
 from __future__ import annotations
 

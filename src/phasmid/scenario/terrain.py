@@ -1,4 +1,4 @@
-"""The ground, as a scenario says it."""
+"""Terrain of a scenario."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from phasmid.terrain.ground import HIGHEST_FRICTION
 from phasmid.terrain.height_text import BEGINNING, LONGEST
 
 START = 0.3
-"""Where a terrain begins by default: just ahead of where the PhantomX first sets its feet [m]."""
+"""Default start of a terrain, just ahead of the PhantomX's first footholds [m]."""
 
 ICE_LENGTH, ICE_WIDTH = 2.4, 1.2
 """Extent of a field of ice [m]."""

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.forces import scenario_verdict
-from phasmid.formats import load_robot
+from phasmid.formats import load_robot, with_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot, load_servo, preset_names, with_payload
@@ -203,7 +203,7 @@ def setting_of(scenario: Scenario) -> Setting:
     robots: dict[str, Robot] = {}
     if isinstance(scenario.robot, str) and scenario.robot not in preset_names():
         name = scenario.robot.replace("\\", "/").rpartition("/")[2]
-        robots[name] = scenario.base_robot()
+        robots[name] = with_robot(scenario).base_robot()
         # Its import is done, so that a saved scenario names no file that was needed for it.
         changes = {"robot": robots[name], "robot_import": RobotImportTable()}
         scenario = scenario.model_copy(update=changes)
