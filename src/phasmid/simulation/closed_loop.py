@@ -18,7 +18,7 @@ from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation.channels import run_channels
+from phasmid.simulation.channels import SampleChannels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Keep, Samples
@@ -274,8 +274,7 @@ class ClosedLoopRun(Run):
             _, leg, joint = failures.pop(0)
             self._running[leg, joint] = False
             self.drive.fail(3 * leg + joint)
-        # A copy, since the controller may keep it.
-        return self._observation.observe(time, self._running.copy(), self._velocity_before)
+        return self._observation.observe(time, self._running, self._velocity_before)
 
     def _pose(self) -> Pose:
         x, y, _, w, i, j, k = self._qpos[:7].tolist()
@@ -365,12 +364,12 @@ class ClosedLoopRun(Run):
         setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
         names = ("joint_position_target", "joint_velocity_target", "joint_acceleration_target")
         targets = dict(zip(names, setpoints[:, self._kept], strict=True))
-        return telemetry | targets | run_channels(self, samples)
+        return {**telemetry, **targets, **SampleChannels(self, samples)}
 
     def _allocate_telemetry(self, decision: Decision) -> dict[str, np.ndarray]:
         """Allocate one row per update of a block for every channel of the telemetry."""
         sizes = {"leg": len(self.robot.legs)} | {dim: len(x) for dim, x in COORDINATES.items()}
-        own = run_channels(self, self.first).keys()
+        own = SampleChannels(self, self.first).keys()
         telemetry: dict[str, np.ndarray] = {}
         for name in {COMMANDED: None, **decision.telemetry}:
             if name not in CHANNELS or name in own:

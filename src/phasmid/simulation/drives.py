@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.compiled import compiled
 from phasmid.control.feed_forward.servo_goal import SLOW
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput, PhasmidError
@@ -149,28 +150,52 @@ class PrescribedDrive(StatelessDrive):
         return (q + (damping * qd + JOINT_IMPEDANCE * qdd) / stiffness).reshape(len(q), -1)
 
 
+@compiled
+def limit_torque(
+    target: np.ndarray,
+    speed: np.ndarray,
+    stall: float,
+    drop: float,
+    goal: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> None:
+    """Set the goals of ideal servos, and their torque limits at the present speed; compiled.
+
+    Args:
+        target: Goals [rad], shape (J,).
+        speed: Of the joints [rad/s], shape (J,).
+        stall: Largest torque at rest [N·m].
+        drop: Decrease of the largest torque with speed [N·m·s/rad].
+        goal: Goals of the actuators, written, shape (J,).
+        lower: Limits against the joints' axes [N·m], written, shape (J,).
+        upper: Limits along the joints' axes [N·m], written, shape (J,).
+    """
+    for j in range(len(target)):
+        goal[j] = target[j]
+        upper[j] = max(stall - max(drop * speed[j], 0.0), 0.0)
+        lower[j] = min(-stall - min(drop * speed[j], 0.0), 0.0)
+
+
 class IdealServoDrive(StatelessDrive):
     """Position servos whose largest torque falls with speed, from stall to none at no load."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         servo = walk.robot.servo
-        self._control, self._force, self._speed = data.ctrl, data.actuator_force, data.qvel[6:]
-        self._lower, self._upper = model.actuator_forcerange.T
+        self._force = data.actuator_force
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
-        self._stall = max(servo.stall_torque - servo.friction, 0.0)
+        stall = max(servo.stall_torque - servo.friction, 0.0)
+        speed, limits = data.qvel[6:], model.actuator_forcerange.T
+        self._arguments = (speed, stall, stall / servo.no_load_speed, data.ctrl, *limits)
         self._friction = servo.friction
         self._stiffness: float | np.ndarray = servo.stiffness
         self._damping: float | np.ndarray = servo.damping
-        self._drop_per_speed = self._stall / servo.no_load_speed
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the servos' goals [rad], and the torque limits at the present speed."""
-        self._control[:] = target
-        drop = self._drop_per_speed * self._speed
-        np.maximum(self._stall - np.maximum(drop, 0.0), 0.0, out=self._upper)
-        np.minimum(-self._stall - np.minimum(drop, 0.0), 0.0, out=self._lower)
+        limit_torque(target, *self._arguments)
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the motors' torques; friction is not subtracted."""

@@ -23,7 +23,7 @@ from phasmid.recording import Recording, RecordingLog, load_recording, new_recor
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
-from phasmid.simulation.channels import ending_attributes, run_attributes, run_channels
+from phasmid.simulation.channels import SampleChannels, ending_attributes, run_attributes
 from phasmid.simulation.drives import check_feed_forward
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
@@ -90,7 +90,7 @@ class Experiment(ABC):
 
         def keep(rows: Samples) -> None:
             nonlocal done
-            part = slice(done, done + len(rows.qpos))
+            part = slice(done, done + len(rows))
             for name, values in self.channels(run, rows, run.time[part]).items():
                 if name not in channels:
                     channels[name] = np.empty((count, *values.shape[1:]), values.dtype)
@@ -131,7 +131,7 @@ class Experiment(ABC):
 
         def keep(rows: Samples) -> None:
             nonlocal done
-            time = run.time[done : done + len(rows.qpos)]
+            time = run.time[done : done + len(rows)]
             log.append(time, self.channels(run, rows, time))
             done += len(time)
 
@@ -187,7 +187,7 @@ class WalkExperiment(Experiment):
         """Return the model's channels beside the simulated ones."""
         walk = self.walk
         model = walk.channels(time) if isinstance(walk, JointTrajectory) else self._model.at(time)
-        return model | run_channels(run, samples)
+        return {**model, **SampleChannels(run, samples)}
 
 
 def simulate(

@@ -225,14 +225,13 @@ class LiveRobot:
         run, interval = self.run, self.run.every * self.run.dt
         first = -(-run.step // run.every)
         if self.recorder is not None:
-            time = np.arange(first, first + len(rows.qpos)) * interval
+            time = np.arange(first, first + len(rows)) * interval
             self.recorder(time, run.channels(rows))
         power = self._power(rows).sum(axis=1)
         self._work += float(power.sum()) * interval
         self.peak = np.maximum(self.peak, np.abs(rows.torque).max(axis=0))
-        last = rows.part(slice(len(rows.qpos) - 1, None))
-        self.sample = Samples(*map(np.copy, last.arrays()))
-        self.time = (first + len(rows.qpos) - 1) * interval
+        self.sample = rows[-1:].copy()
+        self.time = (first + len(rows) - 1) * interval
 
     def _power(self, rows: Samples) -> np.ndarray:
         """What servos of their own law draw from their supply, or what the joints give [W]."""

@@ -17,7 +17,6 @@ from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
 from phasmid.simulation.drives import Setpoints, StatelessDrive
-from phasmid.simulation.loop import Samples
 from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.simscape.legs import (
     AXIS,
@@ -143,8 +142,7 @@ class SimscapeRun(Run):
         self.pose[2] += start_offset(self.scenario, start)
         self.twist = np.zeros(6)
         self._advance(self._still(start, 1), last=True)
-        self.first = Samples.empty(self.model, self.drive, 1)
-        self.first.put(0, self.buffer.part(slice(0, 1)))
+        self.first = self.buffer[:1].copy()
 
     def _set_going(self, start: SampledMotion) -> None:
         if self.ground.is_level:
