@@ -33,7 +33,7 @@ class SampleChannels(Mapping[str, np.ndarray]):
 
     def __init__(self, run: Run, samples: Samples, acceleration: np.ndarray | None = None) -> None:
         self._run, self._samples = run, samples
-        self._own = run.drive.channels(samples.drive)
+        self._own = run.drive.channels(samples["drive"])
         if acceleration is not None:
             self._own["body_acceleration"] = acceleration
 
@@ -52,13 +52,13 @@ class SampleChannels(Mapping[str, np.ndarray]):
 def _contact(run: Run, samples: Samples) -> np.ndarray:
     """Return number of touching points and force in world axes of every foot, (N, L, 4)."""
     legs = len(run.robot.legs)
-    contact: np.ndarray = samples.sensors[:, : 4 * legs].reshape(-1, legs, 4)
+    contact: np.ndarray = samples["sensors"][:, : 4 * legs].reshape(-1, legs, 4)
     return contact
 
 
 def _foot_position(run: Run, samples: Samples) -> np.ndarray:
     legs = len(run.robot.legs)
-    position: np.ndarray = samples.sensors[:, 4 * legs :].reshape(-1, legs, 3)
+    position: np.ndarray = samples["sensors"][:, 4 * legs :].reshape(-1, legs, 3)
     return position
 
 
@@ -74,19 +74,19 @@ def _normal_force(run: Run, samples: Samples) -> np.ndarray:
 
 
 _CHANNELS: dict[str, Callable[[Run, Samples], np.ndarray]] = {
-    "joint_position": lambda _, samples: samples.qpos[:, 7:].reshape(len(samples), -1, 3),
-    "joint_velocity": lambda _, samples: samples.qvel[:, 6:].reshape(len(samples), -1, 3),
-    "joint_torque": lambda _, samples: samples.torque.reshape(len(samples), -1, 3),
+    "joint_position": lambda _, samples: samples["qpos"][:, 7:].reshape(len(samples), -1, 3),
+    "joint_velocity": lambda _, samples: samples["qvel"][:, 6:].reshape(len(samples), -1, 3),
+    "joint_torque": lambda _, samples: samples["torque"].reshape(len(samples), -1, 3),
     "foot_force": lambda run, samples: _contact(run, samples)[..., 1:],
     "foot_normal_force": _normal_force,
     "foot_position": _foot_position,
     "contact": lambda run, samples: _contact(run, samples)[..., 0] > 0,
-    "body_position": lambda _, samples: samples.qpos[:, :3],
-    "body_velocity": lambda _, samples: samples.qvel[:, :3],
-    "body_orientation": lambda _, samples: samples.qpos[:, 3:7],
+    "body_position": lambda _, samples: samples["qpos"][:, :3],
+    "body_velocity": lambda _, samples: samples["qvel"][:, :3],
+    "body_orientation": lambda _, samples: samples["qpos"][:, 3:7],
     # MuJoCo keeps a free body's angular velocity in body axes.
     "body_angular_velocity": lambda _, samples: rotated_vector(
-        samples.qpos[:, 3:7], samples.qvel[:, 3:6]
+        samples["qpos"][:, 3:7], samples["qvel"][:, 3:6]
     ),
 }
 

@@ -5,7 +5,7 @@ The robot's own servos, with their law, motor and gears, are in `servo`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -49,8 +49,7 @@ class Setpoints(NamedTuple):
     torque: Float[np.ndarray, "samples legs 3"] | None = None
 
 
-@runtime_checkable
-class Drive(Protocol):
+class Drive:
     """Applies commands to the joints before each step, and reads their torques after it.
 
     Attributes:
@@ -58,13 +57,16 @@ class Drive(Protocol):
             with every sample and restored with a run.
     """
 
-    state: Float[np.ndarray, " state"]
+    def __init__(self) -> None:
+        self.state: Float[np.ndarray, " state"] = np.empty(0)
+
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Convert setpoints to what `command` takes, with a time step dt [s], shape (N, 3 L)."""
+        raise NotImplementedError
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Apply one row of `targets` in the next step."""
-
-    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Reset the state after the robot has settled, with joint velocities [rad/s], (3 L,)."""
+        raise NotImplementedError
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the torques of the last step, leg by leg [N·m], shape (3 L,).
@@ -72,41 +74,27 @@ class Drive(Protocol):
         Raises:
             LostConstraints: There are none.
         """
-
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Convert setpoints to what `command` takes, with a time step dt [s], shape (N, 3 L)."""
-
-    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Return the recorded channels of states."""
-
-    def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Return the failures in a state, for the message of a run that ends early; or nothing."""
+        raise NotImplementedError
 
     def fail(self, joint: int) -> None:
         """Make a joint limp from now on; joints are counted leg by leg."""
-
-
-class StatelessDrive:
-    """Base of the drives without a state of their own."""
-
-    def __init__(self) -> None:
-        self.state = np.empty(0)
+        raise NotImplementedError
 
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Do nothing."""
+        """Reset the state after the robot has settled, with joint velocities [rad/s], (3 L,)."""
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Return no channels."""
+        """Return the recorded channels of states."""
         del states
         return {}
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Return nothing: these drives do not fail."""
+        """Return the failures in a state, for the message of a run that ends early; or nothing."""
         del state
         return ""
 
 
-class PrescribedDrive(StatelessDrive):
+class PrescribedDrive(Drive):
     """Joints that follow the setpoints exactly, whatever torque it takes, as in the paper.
 
     Each joint is held by an equality constraint, whose force is the joint's torque.
@@ -160,16 +148,9 @@ def limit_torque(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> None:
-    """Set the goals of ideal servos, and their torque limits at the present speed; compiled.
+    """Write goals [rad] and torque limits [N·m] of J actuators at the joints' speeds; compiled.
 
-    Args:
-        target: Goals [rad], shape (J,).
-        speed: Of the joints [rad/s], shape (J,).
-        stall: Largest torque at rest [N·m].
-        drop: Decrease of the largest torque with speed [N·m·s/rad].
-        goal: Goals of the actuators, written, shape (J,).
-        lower: Limits against the joints' axes [N·m], written, shape (J,).
-        upper: Limits along the joints' axes [N·m], written, shape (J,).
+    The largest torque is `stall` at rest, and decreases by `drop` per speed [N·m·s/rad].
     """
     for j in range(len(target)):
         goal[j] = target[j]
@@ -177,7 +158,7 @@ def limit_torque(
         lower[j] = min(-stall - min(drop * speed[j], 0.0), 0.0)
 
 
-class IdealServoDrive(StatelessDrive):
+class IdealServoDrive(Drive):
     """Position servos whose largest torque falls with speed, from stall to none at no load."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:

@@ -71,8 +71,7 @@ class Fault:
     def __post_init__(self) -> None:
         parts = ("servo", "encoder", "foot", *VECTORS, "imu")
         for name, known in (("part", parts), ("kind", KINDS)):
-            value = getattr(self, name)
-            check_type(name, value, (str,), "text")
+            value = str(getattr(self, name))
             if value not in known:
                 guess = nearest(value, known)
                 raise InvalidInput(
@@ -191,7 +190,6 @@ class Faults:
     def __init__(self, robot: Robot, faults: Sequence[Fault | str], threshold: float) -> None:
         if isinstance(faults, str | Fault):
             faults = [faults]
-        check_type("faults", faults, (list, tuple), "a list of faults", f'["{FORM}"]')
         self.faults = tuple(f if isinstance(f, Fault) else Fault.of(f) for f in faults)
         self._indices = [fault.index_in(robot) for fault in self.faults]
         self._threshold = threshold

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import mujoco
 
 
-Samples: TypeAlias = np.recarray[Any, Any]
+Samples: TypeAlias = np.ndarray
 """States and measurements at N samples, in MuJoCo's order; fields of `empty_samples`."""
 
 Keep = Callable[[Samples], None]
@@ -41,7 +41,7 @@ def empty_samples(model: mujoco.MjModel, drive: Drive, count: int) -> Samples:
         "drive": len(drive.state),
     }
     kind = np.dtype([(name, np.float64, (width,)) for name, width in widths.items()])
-    return np.recarray(count, kind)
+    return np.empty(count, kind)
 
 
 def present_sample(model: mujoco.MjModel, data: mujoco.MjData, drive: Drive) -> Samples:
@@ -73,7 +73,7 @@ class StepLoop:
         self._views = [each.data for each in (data.qpos, data.qvel, data.sensordata, drive.state)]
         names = "qpos", "qvel", "sensors", "drive"
         self._rows = [[row.data for row in buffer[name]] for name in names]
-        self._rows.append(list(buffer.torque))
+        self._rows.append(list(buffer["torque"]))
         self.error = ""
 
     def advance(

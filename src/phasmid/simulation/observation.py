@@ -135,7 +135,7 @@ class MeasuredObservation:
         if stream is None:
             return
         last = (step + end - begin - 1) // every
-        velocity = buffer.qvel[:, :3]
+        velocity = buffer["qvel"][:, :3]
         while stream.next_row <= last:
             row = stream.next_row
             at = begin + row * every - step

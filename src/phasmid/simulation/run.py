@@ -348,7 +348,7 @@ class Run:
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure in the buffer's first samples."""
-        states = self.buffer.qpos[:count], self.buffer.qvel[:count]
+        states = self.buffer["qpos"][:count], self.buffer["qvel"][:count]
         failure = None
         if count:
             failure = check_termination(self.robot, *states, self.ground, lies=self.lies)
@@ -357,7 +357,7 @@ class Run:
 
     def _finite(self, sample: int) -> int:
         """Return how many of the buffer's samples to keep: up to one, if its state is finite."""
-        state = self.buffer.qpos[sample], self.buffer.qvel[sample]
+        state = self.buffer["qpos"][sample], self.buffer["qvel"][sample]
         return sample + all(np.isfinite(part).all() for part in state)
 
     def _with_time(self, failure: Failure) -> Failure:
@@ -369,7 +369,7 @@ class Run:
             place = f"after the recording's last sample at {kept:.3f} s"
             if abs(kept - at) < self.dt / 2:
                 place = "the recording's last sample"
-        remark = self.drive.remark(self.buffer.drive[failure.sample])
+        remark = self.drive.remark(self.buffer["drive"][failure.sample])
         reason = f"{remark}; {failure.reason}" if remark else failure.reason
         return replace(failure, reason=f"at {at:.3f} s, {place}: {reason}")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -20,7 +20,7 @@ from phasmid.control.feed_forward.servo_goal import (
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.drives import Setpoints
+from phasmid.simulation.drives import Drive, Setpoints
 
 if TYPE_CHECKING:
     import mujoco
@@ -168,7 +168,7 @@ def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) ->
     """
     motor, steps = servo.motor, max(1, round(servo.control_period / dt))
     look = steps * dt
-    values = {
+    values: dict[str, Any] = {
         "dt": dt,
         "tick": servo.resolution,
         "steps": steps,
@@ -228,7 +228,7 @@ def own_servo(scenario: Scenario, robot: Robot) -> Servo:
     return replace(servo, armature=servo.rotor_inertia)
 
 
-class ServoDrive:
+class ServoDrive(Drive):
     """The robot's own servos, each with its law, motor, gears, backlash, friction and temperature.
 
     A rotor turns behind each joint's gears, which twist like a spring beyond their backlash; this
