@@ -48,13 +48,14 @@ class TrueObservation:
         self._run, self._mujoco = run, mujoco
         self._legs, data = len(run.robot.legs), run.data
         self._arrays = data.qpos, data.qvel, data.sensordata
-        self._servos = run.drive.servos if isinstance(run.drive, ServoDrive) else None
+        self._duty = self._shutdown = None
+        if isinstance(run.drive, ServoDrive):
+            servos = run.drive.servos.reshape(self._legs, 3)
+            self._duty, self._shutdown = servos["duty"], servos["shutdown"]
 
     def running(self, works: Bool[np.ndarray, "legs 3"]) -> Bool[np.ndarray, "legs 3"]:
         """Return which servos answer, of those that have not failed."""
-        if self._servos is None:
-            return works.copy()
-        return works & (self._servos["shutdown"] == RUNNING).reshape(works.shape)
+        return works.copy() if self._shutdown is None else works & (self._shutdown == RUNNING)
 
     def observe(
         self,
@@ -79,10 +80,10 @@ class TrueObservation:
             foot = sensors[4 * legs :].reshape(legs, 3)
             normal = run.ground.normal(foot[:, 0], foot[:, 1])
             normal_force = np.sum(contact[:, 1:] * normal, axis=1)
-        if self._servos is None:
+        if self._duty is None:
             load = run.drive.torque().reshape(legs, 3) / run.robot.servo.stall_torque
         else:
-            load = self._servos["duty"].reshape(legs, 3).copy()
+            load = self._duty.copy()
         specific_force = (qvel[:3] - velocity_before) / run.dt
         specific_force[2] += run.scenario.model.gravity
         acceleration = np.empty(3)

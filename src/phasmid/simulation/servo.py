@@ -252,6 +252,7 @@ class ServoDrive(Drive):
         self._own = joints * len(FIELDS)
         self.state = np.zeros(self._own + joints * delay)
         self.servos = self.state[: self._own].view(SERVO_STATE)
+        self._torque = self.servos["torque"]
         delayed = self.state[self._own :].reshape(joints, delay)
         self._limits = np.vstack([leg.joint_limits for leg in robot.legs]).T.copy()
         self._arguments = (
@@ -287,7 +288,7 @@ class ServoDrive(Drive):
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the gears' torques on the joints; friction is subtracted."""
-        return self.servos["torque"]
+        return self._torque
 
     def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].
