@@ -263,8 +263,10 @@ def _controller(recording: Recording, scenario: Scenario) -> Controller | None:
         for outer in reversed(around):
             if outer == Sequencer.__name__:
                 controller = Sequencer(controller, robot)
-            else:
+            elif isinstance(outer, SafetySettings):
                 controller = SafetyFilter(controller, robot, outer)
+            else:
+                raise ValueError(outer)
     except (ValueError, TypeError, KeyError):
         raise InvalidInput(
             f"the run was driven by {plain(name)}, which a recording does not hold; it cannot be "
