@@ -64,9 +64,9 @@ def engine_replaying(scenario, walk):
     starts = range(0, first.steps - block + 1, block)
     states = np.zeros((len(starts), mujoco.mj_stateSize(run.model, physics)))
     for state, start in zip(states, starts, strict=True):
-        run.data.qpos[:], run.data.qvel[:] = first.log.qpos[start], first.log.qvel[start]
+        run.data.qpos[:], run.data.qvel[:] = first.log["qpos"][start], first.log["qvel"][start]
         mujoco.mj_getState(run.model, run.data, state, physics)
-    torque = first.log.torque[: len(starts) * block].reshape(len(starts), block, -1)
+    torque = first.log["torque"][: len(starts) * block].reshape(len(starts), block, -1)
     table = np.pad(torque, [(0, 0), (0, 0), (6, 0)])
     scratch = mujoco.MjData(run.model)
     return lambda: rollout(run.model, scratch, states, table, control_spec=int(forces))

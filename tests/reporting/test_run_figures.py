@@ -18,7 +18,7 @@ from phasmid.reporting.power import power_of
 from phasmid.reporting.support import margin_over_time
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step, state_rows
+from phasmid.simulation.servo import SERVO_STATE, servo_parameters, servo_step
 
 NAMES = ("right front", "right middle", "right rear", "left rear", "left middle", "left front")
 DRAWN = [name for name in CATALOGUE if name not in ("walk", "fig13", "fig14", "fig15", "fig16")]
@@ -176,15 +176,15 @@ def test_the_envelope_is_what_the_servos_simulation_gives_at_steady_speed(speed,
     the rotor turns with it and the gears' torque is constant: k i - w's friction, from `servo_step`
     and not from the figure."""
     servo, dt, voltage = load_robot("phantomx-paper").servo, 1e-4, 9.0
-    numbers = servo_numbers(servo, dt, voltage, 25.0)
-    state, applied = np.zeros((state_rows(numbers), 1)), np.zeros(1)
-    state[FIELDS.index("speed")] = speed
-    limits, angle = np.array([[-1e3], [1e3]]), np.zeros(1)
+    parameters = servo_parameters(servo, dt, voltage, 25.0)
+    servos, applied, delayed = np.zeros(1, SERVO_STATE), np.zeros(1), np.zeros((1, 0))
+    servos["speed"] = speed
+    limits, angle, turn = np.array([[-1e3], [1e3]]), np.zeros(1), np.array([speed])
     for _ in range(10_000):
         angle += dt * speed
         target = angle + side
-        servo_step(target, angle, np.array([speed]), limits, numbers, state, applied)
-    assert state[FIELDS.index("duty"), 0] == side
+        servo_step(target, angle, turn, limits, parameters, servos, delayed, applied)
+    assert servos["duty"][0] == side
     limit = motor_limits(servo.motor, voltage, servo.stall_at(voltage), np.array([speed]))[
         0 if side < 0 else 1
     ]

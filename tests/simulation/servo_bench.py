@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from phasmid.compiled import compiled
-from phasmid.simulation.servo import FIELDS, servo_numbers, servo_step, state_rows
+from phasmid.simulation.servo import SERVO_STATE, servo_parameters, servo_step
 
 
 class Bench:
@@ -16,17 +15,17 @@ class Bench:
     ):
         servo = servo if delayed else replace(servo, delay=0.0)
         self.servo, self.dt, self.inertia, self.load = servo, dt, inertia, load
-        self.numbers = servo_numbers(servo, dt, voltage, ambient)
+        self.parameters = servo_parameters(servo, dt, voltage, ambient)
         self.limits = np.array([[-1e3], [1e3]])
-        self.state = np.zeros((state_rows(self.numbers), 1))
+        self.state, self.delayed = np.zeros(1, SERVO_STATE), np.zeros((1, round(servo.delay / dt)))
         self["temperature"] = ambient
         self.angle, self.speed, self.torque = np.zeros(1), np.zeros(1), np.zeros(1)
 
     def __getitem__(self, name):
-        return float(self.state[FIELDS.index(name), 0])
+        return float(self.state[name][0])
 
     def __setitem__(self, name, value):
-        self.state[FIELDS.index(name), 0] = value
+        self.state[name] = value
 
     def put(self, angle):
         """Place the output and the rotor."""
@@ -35,13 +34,14 @@ class Bench:
 
     def step(self, goal, *, blocked=False):
         """One step, as the engine makes it; a blocked output stays where it is."""
-        compiled(servo_step)(
+        servo_step(
             np.array([goal]),
             self.angle,
             self.speed,
             self.limits,
-            self.numbers,
+            self.parameters,
             self.state,
+            self.delayed,
             self.torque,
         )
         if not blocked:

@@ -150,7 +150,7 @@ def jitter(scenario, dt):
     scenario = scenario.replace(dt=dt, duration=1.0)
     run = Run(scenario, plan(scenario))
     run.advance()
-    force = run.log.sensors[:, : 4 * 6].reshape(-1, 6, 4)[:, :, 1:3]
+    force = run.log["sensors"][:, : 4 * 6].reshape(-1, 6, 4)[:, :, 1:3]
     bearing = run.walk.sample(run.time).stance & (np.abs(run.time - 0.5) < 0.25)[:, None]
     change = np.linalg.norm(np.diff(force, axis=0), axis=-1)
     return float(change[bearing[1:] & bearing[:-1]].max())

@@ -76,7 +76,7 @@ def test_the_state_that_ends_a_run_is_its_last_sample(tmp_path):
     run.data.qpos[2] = 0.08
     trouble = run.advance()
     assert trouble.ending.name == "FELL"
-    last, before = run.log.qpos[run.done - 1], run.log.qpos[run.done - 2]
+    last, before = run.log["qpos"][run.done - 1], run.log["qpos"][run.done - 2]
     # The box is 50 mm high and nearly level: its underside is on the ground below 25 mm.
     w, x, y, z = last[3:7]
     up = np.abs([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])

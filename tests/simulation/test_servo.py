@@ -7,13 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from phasmid.compiled import compiled
 from phasmid.robot import load_servo, servo_names
 from phasmid.simulation.servo import (
     longest_servo_step,
-    servo_numbers,
-    servo_step,
-    state_rows,
 )
 from simulation.servo_bench import Bench
 
@@ -376,21 +372,3 @@ def test_without_damping_the_limit_of_the_step_is_that_of_symplectic_euler():
     brake = servo.motor.constant**2 / servo.motor.resistance + servo.motor.viscous
     dt = longest_servo_step(servo, 5000.0)
     assert k * dt**2 + 2 * dt * brake / servo.armature == pytest.approx(3.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", ["AX-12A", "XL430-W250"])
-def test_the_compiled_step_is_the_plain_one(name):
-    # The same operations in the same order but for fused products: a few units in the last place.
-    rng = np.random.default_rng(0)
-    numbers = servo_numbers(load_servo(name), 1e-3, 11.1, 25.0)
-    limits = np.array([[-2.0] * 18, [2.0] * 18])
-    states = [np.zeros((state_rows(numbers), 18)) for _ in range(2)]
-    torques = [np.zeros(18) for _ in range(2)]
-    for _ in range(50):
-        target, angle, speed = rng.normal(size=(3, 18)) * [[0.3], [0.05], [2.0]]
-        for step, state, torque in zip(
-            (servo_step, compiled(servo_step)), states, torques, strict=True
-        ):
-            step(target, angle, speed, limits, numbers, state, torque)
-    assert states[1] == pytest.approx(states[0], rel=1e-11, abs=1e-13)
-    assert torques[1] == pytest.approx(torques[0], rel=1e-11, abs=1e-13)

@@ -129,8 +129,8 @@ def test_a_walk_is_the_same_to_the_last_bit_by_itself_beside_others_and_gone_on_
     rest = Run(scenario, walk, start=run.state())
     run.advance()
     rest.advance()
-    assert (rest.log.qpos == run.log.qpos[301:]).all()
-    assert (rest.log.drive == run.log.drive[301:]).all()
+    assert (rest.log["qpos"] == run.log["qpos"][301:]).all()
+    assert (rest.log["drive"] == run.log["drive"][301:]).all()
 
 
 def test_the_way_does_not_hang_on_the_time_step():

@@ -156,7 +156,7 @@ def test_the_plan_is_played_as_it_was_planned():
     # Two seconds of the paper's walk are two steps of 40 mm, rest to rest; the ground gives way by
     # less than a millimetre.
     assert live.trouble is None
-    assert live.sample.qpos[0, 0] == pytest.approx(0.08, abs=1e-3)
+    assert live.sample["qpos"][0, 0] == pytest.approx(0.08, abs=1e-3)
     assert live.ends_at == math.inf
 
 
@@ -177,7 +177,7 @@ def test_a_servo_that_is_let_die_is_limp():
     live.advance(2)
     live.run.fail_servo(3, 2)
     live.advance(40)
-    torque = live.sample.torque[0].reshape(6, 3)
+    torque = live.sample["torque"][0].reshape(6, 3)
     assert torque[3, 2] == 0.0
     assert np.abs(torque).max() > 0.1
 
@@ -217,7 +217,7 @@ def test_a_frame_tells_what_the_robot_does(standing):
     assert frame["margin"] > 0.05
     assert frame["tilt"] < 0.01
     assert frame["below"] == 0.0
-    assert frame["body_position"] == pytest.approx(standing.sample.qpos[0, :3], abs=1e-6)
+    assert frame["body_position"] == pytest.approx(standing.sample["qpos"][0, :3], abs=1e-6)
     worst, share = frame["worst_servo"]
     torque = np.abs(frame["joint_torque"])
     assert torque[int(worst)] == pytest.approx(torque.max(), rel=0.2)
@@ -232,7 +232,7 @@ def test_links_are_where_the_reports_have_them(standing):
 
     scene = Scene(standing, 1)
     frame = named(scene, scene.row(standing, 1.0))
-    q = standing.sample.qpos[0, 7:].reshape(1, 6, 3)
+    q = standing.sample["qpos"][0, 7:].reshape(1, 6, 3)
     poses = link_poses(standing.source.robot, q, scene._places)[0]
     # Numbers of four bytes.
     position, turn = frame["link_position"].reshape(-1, 3), frame["link_orientation"].reshape(-1, 4)
@@ -249,7 +249,7 @@ def test_a_made_up_robot_has_feet_that_are_drawn_at_its_tibias_ends():
     live = LiveRobot(setting_of(PAPER.scenario.replace(robot=bare)))
     scene = Scene(live, 1)
     assert any(frame == 3 for _, frame in scene._places)
-    q = live.sample.qpos[0, 7:].reshape(6, 3)
+    q = live.sample["qpos"][0, 7:].reshape(6, 3)
     poses = link_poses(bare, q[None], scene._places)[0]
     at, turned = scene._links(q)
     assert at == pytest.approx(poses[:, :3, 3], abs=1e-12)
@@ -273,7 +273,7 @@ def test_uneven_ground_goes_with_the_robot():
     ground = scene.told["ground"]
     assert ground is not None
     assert not scene.moved(live)
-    live.sample.qpos[0, 0] += 1.5
+    live.sample["qpos"][0, 0] += 1.5
     assert scene.moved(live)
     assert scene.told["ground"] != ground
     assert not scene.moved(live)

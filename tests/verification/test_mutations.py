@@ -89,14 +89,14 @@ def scaled(owner, name, factor):
     return result(owner, name, lambda value: factor * value)
 
 
-def servo_number(index, factor):
-    """Change a number of the servo's law, whose order `servo_numbers` gives."""
+def servo_parameter(name, factor):
+    """Change a parameter of the servo's law."""
 
-    def change(numbers):
-        numbers[index] *= factor
-        return numbers
+    def change(parameters):
+        parameters[name] *= factor
+        return parameters
 
-    return result(phasmid.simulation.servo, "servo_numbers", change)
+    return result(phasmid.simulation.servo, "servo_parameters", change)
 
 
 def points(model):
@@ -321,10 +321,10 @@ MUTATIONS = [
         "torque at speed, torque",
         "speed, torque",
     ),
-    (21, servo_number(28, 10.0), "torque, servo"),
-    (21, servo_number(8, 10.0), "share of the supply, servo"),
-    (21, servo_number(14, 1.001), "current, off the motor's law, servo"),
-    (21, servo_number(19, 1.001), "torque, beyond what friction explains, servo"),
+    (21, servo_parameter("limit", 10.0), "torque, servo"),
+    (21, servo_parameter("most", 10.0), "share of the supply, servo"),
+    (21, servo_parameter("resistance", 1.001), "current, off the motor's law, servo"),
+    (21, servo_parameter("inertia", 1.001), "torque, beyond what friction explains, servo"),
     (21, with_goals_beyond_the_range, "range and a step of the sensor, servo"),
     (21, with_plans_beyond_the_range, "range, ideal-servo and torque, by the plan"),
     (

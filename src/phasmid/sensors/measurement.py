@@ -71,12 +71,12 @@ def mean_acceleration(
 def measure(
     sensor: Sensor, time: Float[np.ndarray, " time"], true: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Return the measured channels of one sensor at all samples.
+    """Return the measured channels of one unused sensor at N samples.
 
     Args:
-        sensor: Not used before.
+        sensor: The sensor.
         time: [s], shape (N,).
-        true: Channels of N samples, ``body_acceleration`` [m/s²] among them for the IMU.
+        true: Channels of the samples, ``body_acceleration`` [m/s²] among them for the IMU.
     """
     reading = sensor.sampling.reading_at(time)
     row = sensor.sampling.row_of(time, np.arange(reading[-1] + 1))
@@ -91,81 +91,65 @@ class SensorStream:
     Args:
         scenario: Its sensors and its gravity are used.
         robot: The robot, L legs.
-        time: Of all samples that may come [s], shape (N,).
+        interval: Time between samples [s].
+        first: Channels of one sample of the robot at rest, which are read at once.
+
+    Attributes:
+        next_row: Index of the next sample that a sensor reads.
 
     Raises:
         InvalidInput: A sensor reads more often than there are samples.
     """
 
-    def __init__(self, scenario: Scenario, robot: Robot, time: Float[np.ndarray, " time"]) -> None:
-        scenario.sensors.check_interval(float(np.diff(time).max(initial=0.0)))
-        self._time, self._velocity = time, np.zeros(3)
-        self._buffers = [_ReadingBuffer(each, time) for each in robot_sensors(scenario, robot)]
+    def __init__(
+        self, scenario: Scenario, robot: Robot, interval: float, first: Mapping[str, np.ndarray]
+    ) -> None:
+        scenario.sensors.check_interval(interval)
+        sensors = robot_sensors(scenario, robot)
+        self._readings = [_Readings(sensor, interval, first) for sensor in sensors]
+        self.next_row = 0
 
-    def begin(self, true: Mapping[str, np.ndarray]) -> None:
-        """Make the first readings of the robot at rest, channels of one sample."""
-        for buffer in self._buffers:
-            buffer.begin({**true, "body_acceleration": np.zeros((1, 3))})
+    def take(self, true: Mapping[str, np.ndarray]) -> None:
+        """Let the sensors read the sample of index `next_row`, channels of one sample."""
+        for readings in self._readings:
+            while readings.next_row == self.next_row:
+                readings.take(true)
+        self.next_row = min(readings.next_row for readings in self._readings)
 
-    def needs(self, row: int) -> bool:
-        """Return whether any sensor reads at a sample."""
-        return any(buffer.next_row == row for buffer in self._buffers)
-
-    def skip(self, velocity: Float[np.ndarray, "3"]) -> None:
-        """Pass a sample without readings, with the body's velocity in world axes [m/s]."""
-        self._velocity = velocity
-
-    def take(self, row: int, true: Mapping[str, np.ndarray]) -> None:
-        """Let the sensors read sample `row`, channels of one sample; the samples come in order."""
-        velocity = true["body_velocity"]
-        acceleration = np.zeros_like(velocity)
-        if row:
-            acceleration = (velocity - self._velocity) / (self._time[row] - self._time[row - 1])
-        self._velocity = velocity[0].copy()
-        for buffer in self._buffers:
-            while buffer.next_row == row:
-                buffer.take({**true, "body_acceleration": acceleration})
-
-    def measured(self, time: float) -> dict[str, np.ndarray]:
+    def measured(self, elapsed: float) -> dict[str, np.ndarray]:
         """Return the latest readings that have arrived, at a time [s] that never decreases."""
-        elapsed, measured = time - float(self._time[0]), dict[str, np.ndarray]()
-        for buffer in self._buffers:
-            measured |= buffer.latest(elapsed)
+        measured: dict[str, np.ndarray] = {}
+        for readings in self._readings:
+            measured |= readings.latest(elapsed)
         return measured
 
 
-class _ReadingBuffer:
+class _Readings:
     """Readings of one sensor that have not all arrived yet."""
 
-    def __init__(self, sensor: Sensor, time: Float[np.ndarray, " time"]) -> None:
-        self._sensor = sensor
-        last = sensor.sampling.latest(float(time[-1] - time[0]))
-        self._rows = sensor.sampling.row_of(time, np.arange(last + 2)).tolist()
-        self._readings: deque[dict[str, np.ndarray]] = deque()
-        self._first = self._done = 0
-        self._first_noise: Any = None
-
-    @property
-    def next_row(self) -> int:
-        return self._rows[self._done] if self._done < len(self._rows) else -1
-
-    def begin(self, true: Mapping[str, np.ndarray]) -> None:
-        self._first_noise = self._sensor.noise(1)
-        self._append(true, self._first_noise)
+    def __init__(self, sensor: Sensor, interval: float, first: Mapping[str, np.ndarray]) -> None:
+        self._sensor, self._interval = sensor, interval
+        self._noise: Any = sensor.noise(1)
+        self._pending: deque[dict[str, np.ndarray]] = deque()
+        self._first = self._done = self.next_row = 0
+        self._read(first)
 
     def take(self, true: Mapping[str, np.ndarray]) -> None:
-        if self._done == 0:
-            self._readings.clear()
-        self._append(true, self._sensor.noise(1) if self._done else self._first_noise)
+        if self._done:
+            self._noise = self._sensor.noise(1)
+        else:
+            self._pending.clear()
+        self._read(true)
         self._done += 1
+        self.next_row = self._sensor.sampling.row(self._done, self._interval)
 
-    def _append(self, true: Mapping[str, np.ndarray], noise: Any) -> None:
-        read = self._sensor.read(true, noise)
-        self._readings.append({name: values[0] for name, values in read.items()})
+    def _read(self, true: Mapping[str, np.ndarray]) -> None:
+        read = self._sensor.read(true, self._noise)
+        self._pending.append({name: values[0] for name, values in read.items()})
 
     def latest(self, elapsed: float) -> dict[str, np.ndarray]:
         latest = self._sensor.sampling.latest(elapsed)
-        while self._first < latest and len(self._readings) > 1:
-            self._readings.popleft()
+        while self._first < latest and len(self._pending) > 1:
+            self._pending.popleft()
             self._first += 1
-        return self._readings[0]
+        return self._pending[0]

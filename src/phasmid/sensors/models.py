@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.kinematics import quaternion_rotation
+from phasmid.compiled import gufunc
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.sensors import SensorsTable
@@ -23,6 +23,9 @@ RESOLUTION = 2**15
 
 ROUNDING = 5e-10
 """Readings due at a sample count as made there, whatever the last digit of the times [s]."""
+
+INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
+"""Factors that make a unit quaternion that of the inverse rotation."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,15 @@ class Sampling:
         """Return the number of the latest reading that has arrived after a time [s]."""
         return max(math.floor((elapsed - self.delay + ROUNDING) * self.rate), 0)
 
+    def row(self, reading: int, interval: float) -> int:
+        """Return the index of the last sample that is not later than a reading.
+
+        Args:
+            reading: Number of the reading.
+            interval: Time between samples, of which the first is at zero [s].
+        """
+        return math.floor((reading / self.rate + ROUNDING) / interval)
+
     def row_of(
         self, time: Float[np.ndarray, " time"], reading: Int[np.ndarray, " readings"]
     ) -> Int[np.ndarray, " readings"]:
@@ -63,10 +75,6 @@ class JointSensor:
     """Encoder and load reading of every servo.
 
     The load is the servo's output as a share of the largest one: an AX-12 measures no torque.
-
-    Args:
-        table: Rate, delay and resolution.
-        stall_torque: Torque of a full load reading, where the servo's output is unknown [N·m].
     """
 
     name, needs = "joint", ("joint_position",)
@@ -88,40 +96,32 @@ class JointSensor:
         if load is None and "joint_torque" in true:
             load = true["joint_torque"] / self._stall
         if load is not None:
-            measured["joint_load_measured"] = quantised(np.clip(load, -1.0, 1.0), table.load_step)
+            load = np.minimum(np.maximum(load, -1.0), 1.0)
+            measured["joint_load_measured"] = quantised(load, table.load_step)
         return measured
 
 
 class InertialSensor:
-    """Gyro, accelerometer and orientation at the origin of the body frame, in body axes.
-
-    Args:
-        table: Rate, delay, ranges, noise and seed.
-        gravity: Acceleration of free fall [m/s²].
-    """
+    """Gyro, accelerometer and orientation at the origin of the body frame, in body axes."""
 
     name, needs = "imu", ("body_orientation", "body_acceleration", "body_angular_velocity")
 
     def __init__(self, table: SensorsTable, gravity: float) -> None:
         self.sampling = Sampling(table.imu_rate, table.imu_delay)
-        self._table, self._up = table, np.array([0.0, 0.0, gravity])
+        self._up = np.array([0.0, 0.0, gravity])
+        self._sizes = table.gyro_noise, table.accelerometer_noise, table.orientation_noise
+        self._ranges = table.gyro_range, table.accelerometer_range
         self._rng = [
             random_stream(table.sensor_seed, n) for n in (GYRO, ACCELEROMETER, ORIENTATION)
         ]
-        self._bias = [
-            bias * rng.standard_normal(3)
-            for bias, rng in zip(
-                (table.gyro_bias, table.accelerometer_bias), self._rng, strict=False
-            )
-        ]
+        self._gyro_bias = table.gyro_bias * self._rng[0].standard_normal(3)
+        self._accelerometer_bias = table.accelerometer_bias * self._rng[1].standard_normal(3)
 
     def noise(self, count: int) -> list[Float[np.ndarray, "readings 3"]]:
         """Draw noise of gyro [rad/s] and accelerometer [m/s²], and rotation errors [rad]."""
-        table = self._table
-        sizes = (table.gyro_noise, table.accelerometer_noise, table.orientation_noise)
         return [
             size * rng.standard_normal((count, 3))
-            for size, rng in zip(sizes, self._rng, strict=True)
+            for size, rng in zip(self._sizes, self._rng, strict=True)
         ]
 
     def read(
@@ -129,33 +129,19 @@ class InertialSensor:
     ) -> dict[str, np.ndarray]:
         """Return angular velocity, specific force (at rest one g upwards) and orientation."""
         orientation = true["body_orientation"]
-        R = quaternion_rotation(orientation)
-        vectors = true["body_angular_velocity"], true["body_acceleration"] + self._up
-        ranges = self._table.gyro_range, self._table.accelerometer_range
-        gyro, accelerometer = (
-            np.clip(
-                quantised(np.einsum("tji,tj->ti", R, vector) + bias + error, largest / RESOLUTION),
-                -largest,
-                largest,
-            )
-            for vector, bias, error, largest in zip(
-                vectors, self._bias, noise, ranges, strict=False
-            )
-        )
+        into_body = orientation * INVERSE
+        gyro = rotated_vector(into_body, true["body_angular_velocity"]) + self._gyro_bias
+        force = rotated_vector(into_body, true["body_acceleration"] + self._up)
+        force += self._accelerometer_bias
         return {
-            "imu_angular_velocity": gyro,
-            "imu_acceleration": accelerometer,
+            "imu_angular_velocity": _in_range(gyro + noise[0], self._ranges[0]),
+            "imu_acceleration": _in_range(force + noise[1], self._ranges[1]),
             "imu_orientation": rotated(orientation, noise[2]),
         }
 
 
 class FootSensor:
-    """Normal force and contact switch of every foot.
-
-    Args:
-        table: Rate, delay, noise, threshold and seed.
-        legs: Number of feet.
-    """
+    """Normal force and contact switch of every foot."""
 
     name, needs = "foot", ("foot_normal_force",)
 
@@ -195,7 +181,12 @@ def robot_sensors(scenario: Scenario, robot: Robot) -> tuple[Sensor, ...]:
 
 def quantised(values: Float[np.ndarray, "*shape"], step: float) -> Float[np.ndarray, "*shape"]:
     """Return values rounded to whole steps, or unchanged where the step is 0."""
-    return np.round(values / step) * step if step > 0 else values
+    return np.rint(values / step) * step if step > 0 else values
+
+
+def _in_range(values: np.ndarray, largest: float) -> np.ndarray:
+    """Return the readings of a 16-bit sensor with a range to both sides of zero."""
+    return np.minimum(np.maximum(quantised(values, largest / RESOLUTION), -largest), largest)
 
 
 def random_stream(seed: int, sensor: int) -> np.random.Generator:
@@ -203,13 +194,25 @@ def random_stream(seed: int, sensor: int) -> np.random.Generator:
     return np.random.default_rng([seed, sensor])
 
 
-def rotated(
-    orientation: Float[np.ndarray, "readings 4"], rotation: Float[np.ndarray, "readings 3"]
-) -> Float[np.ndarray, "readings 4"]:
+@gufunc("(q),(v)->(v)")
+def rotated_vector(quaternion: np.ndarray, vector: np.ndarray, out: np.ndarray) -> None:
+    """Rotate vectors by unit quaternions (w x y z)."""
+    w, x, y, z = quaternion
+    a, b, c = vector
+    out[0] = (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - w * z) * b + 2 * (x * z + w * y) * c
+    out[1] = 2 * (x * y + w * z) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - w * x) * c
+    out[2] = 2 * (x * z - w * y) * a + 2 * (y * z + w * x) * b + (1 - 2 * (x * x + y * y)) * c
+
+
+@gufunc("(q),(v)->(q)")
+def rotated(orientation: np.ndarray, rotation: np.ndarray, out: np.ndarray) -> None:
     """Rotate orientations (w x y z) about vectors in body axes, axis times angle [rad]."""
-    angle = np.linalg.norm(rotation, axis=-1)
-    w, v = np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi))[:, None] * rotation
-    q0, q = orientation[:, 0], orientation[:, 1:]
-    scalar = q0 * w - np.sum(q * v, axis=-1)
-    vector = q0[:, None] * v + w[:, None] * q + np.cross(q, v)
-    return np.concatenate([scalar[:, None], vector], axis=-1)
+    a, b, c = rotation
+    half = 0.5 * math.sqrt(a * a + b * b + c * c)
+    w, scale = math.cos(half), 0.5 * math.sin(half) / half if half > 0.0 else 0.5
+    a, b, c = scale * a, scale * b, scale * c
+    q, x, y, z = orientation
+    out[0] = q * w - (x * a + y * b + z * c)
+    out[1] = q * a + w * x + (y * c - z * b)
+    out[2] = q * b + w * y + (z * a - x * c)
+    out[3] = q * c + w * z + (x * b - y * a)

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_number, check_type, described, numbers
+from phasmid.arguments import check_number, check_type, numbers
 from phasmid.control import Command, Controller, JointTargets, Observation, Posture
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
@@ -18,7 +18,7 @@ from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation.channels import run_channels
+from phasmid.simulation.channels import SampleChannels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Keep, Samples
@@ -43,14 +43,11 @@ RISEN = 0.01
 COMMANDED = "velocity_command"
 """Channel of the commanded velocity, beside the controller's telemetry."""
 
+TARGETS = "joint_position_target", "joint_velocity_target", "joint_acceleration_target"
+
 
 def interpolation(drive: str, between: str | None) -> Between:
-    """Return how targets are interpolated with a drive.
-
-    Args:
-        drive: Its name.
-        between: As in `drive`; None: ``cubic`` for prescribed joints, ``linear`` for torque drives,
-            else ``hold``.
+    """Return how targets are interpolated with a drive, as in `drive`.
 
     Raises:
         InvalidInput: There is no such interpolation, or prescribed joints cannot follow it.
@@ -75,14 +72,10 @@ def interpolation(drive: str, between: str | None) -> Between:
 
 
 def period_steps(scenario: Scenario, rate: float) -> int:
-    """Return the number of time steps of a controller period.
-
-    Args:
-        scenario: Its time step is used.
-        rate: Updates per second [1/s].
+    """Return the number of time steps of a controller period of 1/rate.
 
     Raises:
-        InvalidInput: That is no whole number.
+        InvalidInput: It is no whole number.
     """
     check_number("rate", rate)
     if not (math.isfinite(rate) and rate > 0):
@@ -203,17 +196,19 @@ class ClosedLoopRun(Run):
         updates = math.ceil(BLOCK_STEPS / self.period_steps)
         self.block_steps = updates * self.period_steps
         self._controller_failure: Failure | None = None
-        self._shall_lie = True
+        self._must_lie = True
         super().__init__(scenario, begin, interrupted=interrupted, endless=endless)
         self.controller, self.commands, self.now = controller, commands, self.step
         self._shape = len(self.robot.legs), 3
-        self._running = np.ones(self._shape, dtype=bool)
+        self._works = np.ones(self._shape, dtype=bool)
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
+        self._velocities = self.buffer["qvel"][:, :3]
         self._velocity_before = self._qvel[:3].copy()
         self._observation = MeasuredObservation(self, faults)
         self._servo_failures = sorted(faults.servos())
         self._pushes: list[tuple[int, np.ndarray]] = []
-        start = begin.sample(np.zeros(1)).q[0], begin.sample(np.zeros(1)).qd[0]
+        first = begin.sample(np.zeros(1))
+        start = first.q[0], first.qd[0]
         self._interpolator = SetpointInterpolator(between, self.period_steps, self.dt, *start)
         self._setpoints = np.zeros((updates, 3, self.period_steps, *self._shape))
         self._setpoints[0, :2, 0] = start
@@ -272,17 +267,16 @@ class ClosedLoopRun(Run):
         time, failures = self.now * self.dt, self._servo_failures
         while failures and failures[0][0] <= time + 1e-9:
             _, leg, joint = failures.pop(0)
-            self._running[leg, joint] = False
+            self._works[leg, joint] = False
             self.drive.fail(3 * leg + joint)
-        # A copy, since the controller may keep it.
-        return self._observation.observe(time, self._running.copy(), self._velocity_before)
+        return self._observation.observe(time, self._works, self._velocity_before)
 
     def _pose(self) -> Pose:
         x, y, _, w, i, j, k = self._qpos[:7].tolist()
         return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
 
     def _decide(self, observation: Observation) -> Decision | None:
-        """Get command, targets and telemetry of an update; None where the commands end the run."""
+        """Return command, targets and telemetry of an update; None where the commands end."""
         command = self.commands(observation.time, observation, self._pose)
         if command is None:
             return None
@@ -292,8 +286,8 @@ class ClosedLoopRun(Run):
             timeless = command if command.time is None else replace(command, time=None)
             if not self.command_changes or timeless != self.command_changes[-1][1]:
                 self.command_changes.append((observation.time, timeless))
-        self._shall_lie = command.posture is Posture.PACKED
-        if self._shall_lie:
+        self._must_lie = command.posture is Posture.PACKED
+        if self._must_lie:
             self.lies = self.scenario.simulation.can_lie
         targets = self.controller.update(observation, command)
         _check_targets(targets, self._shape)
@@ -319,7 +313,7 @@ class ClosedLoopRun(Run):
                 self._observation.take(made, made + steps, self.now)
                 made += steps
                 self.now += steps
-                self._velocity_before = self.buffer.qvel[made - 1, :3]
+                self._velocity_before = self._velocities[made - 1]
             size = np.vdot(self._qpos, self._qpos) + np.vdot(self._qvel, self._qvel)
             if steps < len(targets) or self._error() or not math.isfinite(size):
                 break
@@ -336,19 +330,19 @@ class ClosedLoopRun(Run):
         rows = self._setpoints[update]
         self._interpolator.interpolate(rows)
         self._record_telemetry(update, decision)
-        setpoints = Setpoints(rows[0], rows[1], rows[2])
         if torque is not None:
             self._torque[:] = torque
-            setpoints = setpoints._replace(torque=self._torque)
+        q, qd, qdd = rows
+        setpoints = Setpoints(q, qd, qdd, None if torque is None else self._torque)
         return self.drive.targets(setpoints, self.dt)[:count]
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure of the block, or why the controller cannot be followed."""
         failure = super()._check(count) or self._controller_failure
-        if self.lies and count and not self._shall_lie:
+        if self.lies and count and not self._must_lie:
             # Once it has risen, a trunk that touches the ground has fallen.
-            height = trunk_clearance(self.robot, self.buffer.qpos[count - 1 : count], self.ground)
-            self.lies = bool(height[0] < RISEN)
+            qpos = self.buffer["qpos"][count - 1 : count]
+            self.lies = bool(trunk_clearance(self.robot, qpos, self.ground)[0] < RISEN)
         return failure
 
     # Recording -----------------------------------------------------------------------------------
@@ -363,14 +357,13 @@ class ClosedLoopRun(Run):
         update = np.arange(self._kept.start, self._kept.stop, self._kept.step) // self.period_steps
         telemetry = {name: values[update] for name, values in self._telemetry.items()}
         setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
-        names = ("joint_position_target", "joint_velocity_target", "joint_acceleration_target")
-        targets = dict(zip(names, setpoints[:, self._kept], strict=True))
-        return telemetry | targets | run_channels(self, samples)
+        targets = dict(zip(TARGETS, setpoints[:, self._kept], strict=True))
+        return {**telemetry, **targets, **SampleChannels(self, samples)}
 
     def _allocate_telemetry(self, decision: Decision) -> dict[str, np.ndarray]:
         """Allocate one row per update of a block for every channel of the telemetry."""
         sizes = {"leg": len(self.robot.legs)} | {dim: len(x) for dim, x in COORDINATES.items()}
-        own = run_channels(self, self.first).keys()
+        own = {*TARGETS, *SampleChannels(self, self.first)}
         telemetry: dict[str, np.ndarray] = {}
         for name in {COMMANDED: None, **decision.telemetry}:
             if name not in CHANNELS or name in own:
@@ -387,41 +380,23 @@ class ClosedLoopRun(Run):
 
     def _record_telemetry(self, update: int, decision: Decision) -> None:
         """Record command and telemetry of an update; absent channels keep their last values."""
-        given = {**decision.telemetry, COMMANDED: decision.command.velocity}
-        for name, value in given.items():
-            try:
-                rows = self._telemetry[name]
-                rows[update] = rows[update - 1] if value is None else value
-            except KeyError:
-                raise InvalidInput(
-                    f'the controller\'s telemetry has the channel "{name}", which its first did '
-                    "not have; it must tell the same channels at every update."
-                ) from None
-            except (TypeError, ValueError):
-                raise InvalidInput(
-                    f'the controller\'s telemetry "{name}" is {described(value)}; it must be '
-                    f"numbers of shape {rows.shape[1:]}."
-                ) from None
-        if len(given) < len(self._telemetry):
-            for name in self._telemetry.keys() - given.keys():
-                self._telemetry[name][update] = self._telemetry[name][update - 1]
+        telemetry = {**decision.telemetry, COMMANDED: decision.command.velocity}
+        for name, rows in self._telemetry.items():
+            value = telemetry.get(name)
+            rows[update] = rows[update - 1] if value is None else value
 
 
 def _check_targets(targets: object, shape: tuple[int, int]) -> None:
     """Refuse what are no targets for this robot."""
-    if not isinstance(targets, JointTargets):
-        must, hint = "JointTargets", "phasmid.control.JointTargets(position, velocity)"
-        check_type("what the controller's update returns", targets, (JointTargets,), must, hint)
-        return
-    values: dict[str, object] = {"position": targets.position, "velocity": targets.velocity}
-    if targets.torque is not None:
-        values["torque"] = targets.torque
-    for name, value in values.items():
-        if not isinstance(value, np.ndarray) or value.shape != shape:
-            raise InvalidInput(
-                f"the controller's target {name} is {described(value)}; it must be an array of "
-                f"shape {shape}."
-            )
+    hint = "phasmid.control.JointTargets(position, velocity)"
+    name = "what the controller's update returns"
+    check_type(name, targets, (JointTargets,), "JointTargets", hint)
+    assert isinstance(targets, JointTargets)
+    if not np.shape(targets.position) == np.shape(targets.velocity) == shape:
+        raise InvalidInput(
+            f"the controller's targets have shapes {np.shape(targets.position)} and "
+            f"{np.shape(targets.velocity)}; both must have shape {shape}."
+        )
 
 
 def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:

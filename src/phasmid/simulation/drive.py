@@ -117,10 +117,7 @@ def drive(
 def check_drive(
     scenario: Scenario, *, rate: float, between: str | None, faults: Sequence[Fault | str] = ()
 ) -> Faults:
-    """Refuse what no controller could change, before one is made; arguments as in `drive`.
-
-    Returns:
-        The faults, of the scenario's robot.
+    """Refuse what no controller could change, and return the faults of the scenario's robot.
 
     Raises:
         InvalidInput: As in `drive`.
@@ -178,10 +175,9 @@ class DriveExperiment(Experiment):
         check_time_step(scenario, self.begin)
         check_start(scenario, self.begin)
         table, dt = scenario.sensors, scenario.simulation.dt
-        delays = {f"{sensor}_delay": getattr(table, f"{sensor}_delay") for sensor in SENSORS}
-        short = {name: dt for name, delay in delays.items() if delay < dt}
-        if short and table.measured == "everything":
-            scenario = scenario.replace(**short)
+        delays = [f"{sensor}_delay" for sensor in SENSORS]
+        if table.measured == "everything":
+            scenario = scenario.replace(**{name: max(getattr(table, name), dt) for name in delays})
         _command_function(commands)
         self.scenario, self.controller = scenario, controller
         self._commands, self._rate, self._start = commands, rate, start
@@ -263,11 +259,7 @@ def scenario_controller(
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, inside
     posture sequences (standing up, sitting down, legs moved by hand, lost legs), inside safety.
-
-    Args:
-        scenario: The experiment.
-        rate: Updates per second [1/s].
-        ground_sensing: Whether it estimates contact and ground.
+    It is updated at a rate [1/s], and estimates contact and ground with `ground_sensing`.
 
     Raises:
         InvalidInput: The robot cannot walk so.

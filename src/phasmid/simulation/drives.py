@@ -5,11 +5,12 @@ The robot's own servos, with their law, motor and gears, are in `servo`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.compiled import compiled
 from phasmid.control.feed_forward.servo_goal import SLOW
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput, PhasmidError
@@ -48,8 +49,7 @@ class Setpoints(NamedTuple):
     torque: Float[np.ndarray, "samples legs 3"] | None = None
 
 
-@runtime_checkable
-class Drive(Protocol):
+class Drive:
     """Applies commands to the joints before each step, and reads their torques after it.
 
     Attributes:
@@ -57,13 +57,16 @@ class Drive(Protocol):
             with every sample and restored with a run.
     """
 
-    state: Float[np.ndarray, " state"]
+    def __init__(self) -> None:
+        self.state: Float[np.ndarray, " state"] = np.empty(0)
+
+    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+        """Convert setpoints to what `command` takes, with a time step dt [s], shape (N, 3 L)."""
+        raise NotImplementedError
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Apply one row of `targets` in the next step."""
-
-    def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Reset the state after the robot has settled, with joint velocities [rad/s], (3 L,)."""
+        raise NotImplementedError
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the torques of the last step, leg by leg [N·m], shape (3 L,).
@@ -71,41 +74,27 @@ class Drive(Protocol):
         Raises:
             LostConstraints: There are none.
         """
-
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Convert setpoints to what `command` takes, with a time step dt [s], shape (N, 3 L)."""
-
-    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Return the recorded channels of states."""
-
-    def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Return the failures in a state, for the message of a run that ends early; or nothing."""
+        raise NotImplementedError
 
     def fail(self, joint: int) -> None:
         """Make a joint limp from now on; joints are counted leg by leg."""
-
-
-class StatelessDrive:
-    """Base of the drives without a state of their own."""
-
-    def __init__(self) -> None:
-        self.state = np.empty(0)
+        raise NotImplementedError
 
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
-        """Do nothing."""
+        """Reset the state after the robot has settled, with joint velocities [rad/s], (3 L,)."""
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Return no channels."""
+        """Return the recorded channels of states."""
         del states
         return {}
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
-        """Return nothing: these drives do not fail."""
+        """Return the failures in a state, for the message of a run that ends early; or nothing."""
         del state
         return ""
 
 
-class PrescribedDrive(StatelessDrive):
+class PrescribedDrive(Drive):
     """Joints that follow the setpoints exactly, whatever torque it takes, as in the paper.
 
     Each joint is held by an equality constraint, whose force is the joint's torque.
@@ -149,28 +138,45 @@ class PrescribedDrive(StatelessDrive):
         return (q + (damping * qd + JOINT_IMPEDANCE * qdd) / stiffness).reshape(len(q), -1)
 
 
-class IdealServoDrive(StatelessDrive):
+@compiled
+def limit_torque(
+    target: np.ndarray,
+    speed: np.ndarray,
+    stall: float,
+    drop: float,
+    goal: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> None:
+    """Write goals [rad] and torque limits [N·m] of J actuators at the joints' speeds; compiled.
+
+    The largest torque is `stall` at rest, and decreases by `drop` per speed [N·m·s/rad].
+    """
+    for j in range(len(target)):
+        goal[j] = target[j]
+        upper[j] = max(stall - max(drop * speed[j], 0.0), 0.0)
+        lower[j] = min(-stall - min(drop * speed[j], 0.0), 0.0)
+
+
+class IdealServoDrive(Drive):
     """Position servos whose largest torque falls with speed, from stall to none at no load."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         servo = walk.robot.servo
-        self._control, self._force, self._speed = data.ctrl, data.actuator_force, data.qvel[6:]
-        self._lower, self._upper = model.actuator_forcerange.T
+        self._force = data.actuator_force
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
-        self._stall = max(servo.stall_torque - servo.friction, 0.0)
+        stall = max(servo.stall_torque - servo.friction, 0.0)
+        speed, limits = data.qvel[6:], model.actuator_forcerange.T
+        self._arguments = (speed, stall, stall / servo.no_load_speed, data.ctrl, *limits)
         self._friction = servo.friction
         self._stiffness: float | np.ndarray = servo.stiffness
         self._damping: float | np.ndarray = servo.damping
-        self._drop_per_speed = self._stall / servo.no_load_speed
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the servos' goals [rad], and the torque limits at the present speed."""
-        self._control[:] = target
-        drop = self._drop_per_speed * self._speed
-        np.maximum(self._stall - np.maximum(drop, 0.0), 0.0, out=self._upper)
-        np.minimum(-self._stall - np.minimum(drop, 0.0), 0.0, out=self._lower)
+        limit_torque(target, *self._arguments)
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the motors' torques; friction is not subtracted."""

@@ -23,7 +23,7 @@ from phasmid.recording import Recording, RecordingLog, load_recording, new_recor
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario, check_scenario
 from phasmid.sensors import sense
-from phasmid.simulation.channels import ending_attributes, run_attributes, run_channels
+from phasmid.simulation.channels import SampleChannels, ending_attributes, run_attributes
 from phasmid.simulation.drives import check_feed_forward
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
@@ -56,7 +56,7 @@ class Experiment(ABC):
         """Return all channels of recorded samples, which are passed in their order."""
 
     def attributes(self, run: Run) -> Attributes:
-        """Return what a recording says of the run, except for how it ended."""
+        """Return the recording's attributes, except for how the run ended."""
         return run_attributes(run)
 
     def final_attributes(self, run: Run) -> Attributes:
@@ -86,16 +86,13 @@ class Experiment(ABC):
         run = self.begin_run(samples=samples, interrupted=interrupted or ())
         count = len(run.time) if samples is None else min(samples, len(run.time))
         channels: dict[str, np.ndarray] = {}
-        done = 0
 
         def keep(rows: Samples) -> None:
-            nonlocal done
-            part = slice(done, done + len(rows.qpos))
+            part = slice(run.done, run.done + len(rows))
             for name, values in self.channels(run, rows, run.time[part]).items():
                 if name not in channels:
                     channels[name] = np.empty((count, *values.shape[1:]), values.dtype)
                 channels[name][part] = values
-            done = part.stop
 
         noticed = noticed_interrupts() if interrupted is None else nullcontext(interrupted)
         with noticed as seen:
@@ -103,10 +100,11 @@ class Experiment(ABC):
             failure = run.advance(progress, keep=keep, interrupted=seen, until=until)
         if samples is None:
             failure = failure or self.shortfall(run)
-        attributes = self._all_attributes(run, failure)
-        recorded = {name: values[:done] for name, values in channels.items()}
+        attributes = {**self.attributes(run), **self._outcome(run, failure)}
+        recorded = {name: values[: run.done] for name, values in channels.items()}
         # Parts of longer arrays would keep the whole arrays in memory.
-        recording = new_recording(run.time[:done], recorded, attributes, own=done == count)
+        own = run.done == count
+        recording = new_recording(run.time[: run.done], recorded, attributes, own=own)
         return with_sensors(self.scenario, recording)
 
     def record(
@@ -127,13 +125,10 @@ class Experiment(ABC):
             OutputError: It cannot be written.
         """
         run = self.begin_run()
-        done = 0
 
         def keep(rows: Samples) -> None:
-            nonlocal done
-            time = run.time[done : done + len(rows.qpos)]
+            time = run.time[run.done : run.done + len(rows)]
             log.append(time, self.channels(run, rows, time))
-            done += len(time)
 
         first = self.channels(run, run.first, run.time[:1])
         cut = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
@@ -144,19 +139,15 @@ class Experiment(ABC):
         ):
             failure = run.advance(progress, keep=keep, interrupted=interrupted)
             failure = failure or self.shortfall(run)
-            log.finish({**ending_attributes(failure), **self.final_attributes(run)})
+            log.finish(self._outcome(run, failure))
         return failure
 
-    def _all_attributes(self, run: Run, failure: Failure | None) -> Attributes:
-        return {**self.attributes(run), **ending_attributes(failure), **self.final_attributes(run)}
+    def _outcome(self, run: Run, failure: Failure | None) -> Attributes:
+        return {**ending_attributes(failure), **self.final_attributes(run)}
 
 
 class WalkExperiment(Experiment):
-    """The simulation of a planned walk or a trajectory; see `simulate`.
-
-    Raises:
-        InvalidInput: As in `simulate`.
-    """
+    """The simulation of a planned walk or a trajectory; arguments and errors as in `simulate`."""
 
     def __init__(
         self, scenario: Scenario, walk: Motion, start: Float[np.ndarray, " state"] | None = None
@@ -187,7 +178,7 @@ class WalkExperiment(Experiment):
         """Return the model's channels beside the simulated ones."""
         walk = self.walk
         model = walk.channels(time) if isinstance(walk, JointTrajectory) else self._model.at(time)
-        return model | run_channels(run, samples)
+        return {**model, **SampleChannels(run, samples)}
 
 
 def simulate(
@@ -260,11 +251,7 @@ def new_run(
 ) -> Run:
     """Return the run of a walk, before its first step, in the simulator of its contact law.
 
-    Args:
-        scenario: As in `simulate`.
-        walk: As in `simulate`.
-        start: As in `simulate`.
-        interrupted: The robot stops settling as soon as this is not empty.
+    Arguments as in `simulate`; the robot stops settling as soon as `interrupted` is not empty.
 
     Raises:
         InvalidInput: The simulator cannot do what the scenario asks for, or the start is none of
@@ -279,11 +266,7 @@ def new_run(
 
 
 def check_motion(walk: object, name: str = "walk") -> None:
-    """Refuse what is neither a plan nor a trajectory.
-
-    Raises:
-        InvalidInput: It is something else.
-    """
+    """Refuse what is neither a plan nor a trajectory."""
     must, hint = "a plan or a trajectory", "phasmid.plan(scenario)"
     check_type(name, walk, (Walk, JointTrajectory), must, hint)
 
@@ -295,13 +278,7 @@ def check_load(
     until: float | None = None,
     interrupted: Sequence[int] = (),
 ) -> None:
-    """Refuse a walk whose load the scenario's force model cannot share.
-
-    Args:
-        scenario: Its force model and recording interval are used.
-        walk: The plan.
-        until: The last instant that is checked [s]; None: the walk's last.
-        interrupted: The check ends as soon as this is not empty.
+    """Refuse a walk whose load the scenario's force model cannot share until a time [s].
 
     Raises:
         InvalidInput: The load transfer takes longer than the gait allows.
@@ -312,7 +289,7 @@ def check_load(
 
 
 def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
-    """Add what the sensors measured, with the recorded faults, where the scenario asks for it.
+    """Add the measured channels, with the recorded faults, where the scenario measures.
 
     A log does not hold these channels, since they follow from the others.
     """
@@ -320,14 +297,12 @@ def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
         return recording
     sensed = sense(scenario, recording)
     texts = json.loads(str(sensed.attrs.get("faults", "[]")))
-    if not texts:
-        return sensed
     faults = Faults(scenario.load_robot(), texts, scenario.sensors.contact_threshold)
-    added = [str(name) for name in sensed.data_vars if name not in recording.data_vars]
-    channels = {name: np.asarray(sensed[name].values) for name in added}
-    faulty = faults.apply_to_recording(np.asarray(sensed["time"].values), channels)
+    added = sensed.data_vars.keys() - recording.data_vars.keys()
+    channels = {str(name): sensed[name].values for name in added}
+    faulty = faults.apply_to_recording(sensed["time"].values, channels)
     return sensed.assign(
-        {name: (sensed[name].dims, faulty[name], sensed[name].attrs) for name in added}
+        {name: (sensed[name].dims, values, sensed[name].attrs) for name, values in faulty.items()}
     )
 
 
@@ -460,17 +435,12 @@ def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
     """Simulate the first two cycles at the time step and at half of it, and compare.
 
     The error of the time step is about as large as this difference, as MuJoCo's is of first order.
-
-    Args:
-        scenario: As for `simulate`.
-        walk: As for `simulate`.
+    Arguments and errors are those of `simulate`.
 
     Returns:
         The difference; None where one of the two runs did not come to its end.
 
     Raises:
-        InvalidInput: As for `simulate`.
-        InfeasibleLoad: As for `simulate`.
         KeyboardInterrupt: It was stopped by Ctrl-C.
     """
     duration = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
@@ -486,8 +456,8 @@ def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
     coarse, fine = runs
 
     def difference(name: str) -> float:
-        ours, theirs = coarse[name].values, fine[name].values
-        return float(np.sqrt(((ours - theirs) ** 2).mean() / (theirs**2).mean()))
+        error = coarse[name].values - fine[name].values
+        return float(np.sqrt((error**2).mean() / (fine[name].values ** 2).mean()))
 
     apart = coarse["body_position"].values - fine["body_position"].values
     return Refinement(

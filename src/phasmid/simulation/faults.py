@@ -70,11 +70,9 @@ class Fault:
 
     def __post_init__(self) -> None:
         parts = ("servo", "encoder", "foot", *VECTORS, "imu")
-        for name, known in (("part", parts), ("kind", KINDS)):
-            value = getattr(self, name)
-            check_type(name, value, (str,), "text")
+        for name, value, known in (("part", self.part, parts), ("kind", self.kind, KINDS)):
             if value not in known:
-                guess = nearest(value, known)
+                guess = nearest(str(value), known)
                 raise InvalidInput(
                     f'a fault has no {name} "{value}"; it must be one of {", ".join(known)}.',
                     hint=f'"{guess}"' if guess else f'"{FORM}"',
@@ -97,10 +95,9 @@ class Fault:
                 f"a fault of kind {self.kind} of {self.part} has {len(self.amount)} amounts; it "
                 f"must have {needed}."
             )
-        for value in self.amount:
-            check_number("a fault's amount", value)
-            if not math.isfinite(value):
-                raise InvalidInput(f"a fault's amount is {value:g}; it must be a finite number.")
+        for amount in self.amount:
+            if not math.isfinite(amount):
+                raise InvalidInput(f"a fault's amount is {amount:g}; it must be a finite number.")
 
     @classmethod
     def of(cls, text: str) -> Fault:
@@ -191,7 +188,6 @@ class Faults:
     def __init__(self, robot: Robot, faults: Sequence[Fault | str], threshold: float) -> None:
         if isinstance(faults, str | Fault):
             faults = [faults]
-        check_type("faults", faults, (list, tuple), "a list of faults", f'["{FORM}"]')
         self.faults = tuple(f if isinstance(f, Fault) else Fault.of(f) for f in faults)
         self._indices = [fault.index_in(robot) for fault in self.faults]
         self._threshold = threshold
@@ -231,8 +227,7 @@ class Faults:
                 elif fault.kind == "stuck":
                     values[at] = frozen[number][name][index]
                 elif name == "imu_orientation":
-                    amount = np.tile(fault.amount, (int(rows.sum()), 1))
-                    values[rows] = rotated(values[rows], amount)
+                    values[rows] = rotated(values[rows], np.array(fault.amount))
                 elif name != "contact_measured":
                     values[at] += fault.amount if len(fault.amount) > 1 else fault.amount[0]
             if fault.part == "foot" and fault.kind == "off" and "contact_measured" in faulty:

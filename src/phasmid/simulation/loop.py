@@ -5,8 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -18,52 +17,40 @@ if TYPE_CHECKING:
     import mujoco
 
 
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """States and measurements at N samples, in MuJoCo's order.
-
-    Attributes:
-        qpos: Trunk position [m] and quaternion, joint angles [rad], shape (N, 7 + 3 L).
-        qvel: Trunk velocity (world) and angular velocity (body axes), joints, (N, 6 + 3 L).
-        sensors: As of `build_model`, shape (N, 7 L).
-        torque: Of the joints [N·m], shape (N, 3 L).
-        drive: States of the drive.
-    """
-
-    qpos: Float[np.ndarray, "samples q"]
-    qvel: Float[np.ndarray, "samples v"]
-    sensors: Float[np.ndarray, "samples sensors"]
-    torque: Float[np.ndarray, "samples joints"]
-    drive: Float[np.ndarray, "samples state"]
-
-    @classmethod
-    def empty(cls, model: mujoco.MjModel, drive: Drive, samples: int) -> Samples:
-        """Allocate a number of samples."""
-        widths = (model.nq, model.nv, model.nsensordata, model.nv - 6, len(drive.state))
-        return cls(*(np.empty((samples, width)) for width in widths))
-
-    def arrays(self) -> list[np.ndarray]:
-        """Return the arrays in the order of the attributes."""
-        return [getattr(self, field.name) for field in fields(self)]
-
-    def part(self, which: slice) -> Samples:
-        """Return a view of some samples."""
-        return Samples(*(array[which] for array in self.arrays()))
-
-    def put(self, at: int, samples: Samples) -> None:
-        """Copy samples to a place in these."""
-        for array, rows in zip(self.arrays(), samples.arrays(), strict=True):
-            array[at : at + len(rows)] = rows
-
-    def write(self, row: int, data: mujoco.MjData, drive: Drive) -> None:
-        """Copy the present state to a row."""
-        values = data.qpos, data.qvel, data.sensordata, drive.torque(), drive.state
-        for array, value in zip(self.arrays(), values, strict=True):
-            array[row] = value
-
+Samples: TypeAlias = np.ndarray
+"""States and measurements at N samples, in MuJoCo's order; fields of `empty_samples`."""
 
 Keep = Callable[[Samples], None]
 """Receives recorded samples in their order; the memory is reused afterwards."""
+
+
+def empty_samples(model: mujoco.MjModel, drive: Drive, count: int) -> Samples:
+    """Allocate N samples.
+
+    Returns:
+        Records with the fields ``qpos``: trunk position [m], quaternion and joint angles [rad]
+        (7 + 3 L); ``qvel``: velocity of the trunk (world axes) [m/s], its angular velocity (body
+        axes) and joint velocities [rad/s] (6 + 3 L); ``sensors``: as of `build_model` (7 L);
+        ``torque`` of the joints [N·m] (3 L); ``drive``: state of the drive.
+    """
+    widths = {
+        "qpos": model.nq,
+        "qvel": model.nv,
+        "sensors": model.nsensordata,
+        "torque": model.nv - 6,
+        "drive": len(drive.state),
+    }
+    kind = np.dtype([(name, np.float64, (width,)) for name, width in widths.items()])
+    return np.empty(count, kind)
+
+
+def present_sample(model: mujoco.MjModel, data: mujoco.MjData, drive: Drive) -> Samples:
+    """Return the present state as one sample."""
+    sample = empty_samples(model, drive, 1)
+    values = data.qpos, data.qvel, data.sensordata, drive.torque(), drive.state
+    for name, value in zip(sample.dtype.names or (), values, strict=True):
+        sample[name][0] = value
+    return sample
 
 
 class StepLoop:
@@ -84,23 +71,25 @@ class StepLoop:
         self._engine, self._drive, self._ground = (model, data), drive, ground
         # Memory views are copied faster than arrays.
         self._views = [each.data for each in (data.qpos, data.qvel, data.sensordata, drive.state)]
-        rows: list[list[Any]] = [[row.data for row in array] for array in buffer.arrays()]
-        rows[3] = list(buffer.torque)
-        self._rows, self.error = rows, ""
+        names = "qpos", "qvel", "sensors", "drive"
+        self._rows = [[row.data for row in buffer[name]] for name in names]
+        self._rows.append(list(buffer["torque"]))
+        self.error = ""
 
     def advance(
         self,
         targets: Float[np.ndarray, "samples joints"],
-        end: int,
+        *,
         at: int = 0,
+        last: bool = False,
         interrupted: Sequence[int] = (),
     ) -> int:
         """Make one step per row of targets.
 
         Args:
             targets: Commands of the drive.
-            end: Row that is measured and not stepped, if there is such a one.
             at: First row of the buffer to write.
+            last: Whether the last row is the end of the run, which is measured and not stepped.
             interrupted: No further step begins once this is not empty.
 
         Returns:
@@ -113,28 +102,25 @@ class StepLoop:
         update_ground = self._ground.update if self._ground.varies else None
         qpos, qvel, sensors, state = self._views
         rows = [row[at : at + len(targets)] for row in self._rows]
-        made = 0
+        made, end = 0, len(targets) - last
         try:
-            # A state that is not finite is found by `check_termination`.
-            with np.errstate(invalid="ignore", over="ignore"):
-                for target, to_qpos, to_qvel, to_sensors, to_torque, to_state in zip(
-                    targets, *rows, strict=False
-                ):
-                    if interrupted:
-                        break
-                    to_qpos[:] = qpos
-                    to_qvel[:] = qvel
-                    command(target)
-                    if update_ground:
-                        update_ground()
-                    if made == end:
-                        step = mujoco.mj_forward
-                    step(model, data)
-                    to_sensors[:] = sensors
-                    to_torque[:] = torque()
-                    if state:
-                        to_state[:] = state
-                    made += 1
+            for target, to_qpos, to_qvel, to_sensors, to_state, to_torque in zip(
+                targets, *rows, strict=False
+            ):
+                if interrupted:
+                    break
+                to_qpos[:] = qpos
+                to_qvel[:] = qvel
+                command(target)
+                if update_ground:
+                    update_ground()
+                if made == end:
+                    step = mujoco.mj_forward
+                step(model, data)
+                to_sensors[:] = sensors
+                to_torque[:] = torque()
+                to_state[:] = state
+                made += 1
         except mujoco.FatalError as error:
             self.error = f"the engine says: {' '.join(str(error).split())}"
         except LostConstraints as error:

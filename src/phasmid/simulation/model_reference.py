@@ -54,10 +54,7 @@ class ModelReference:
         self._block = lru_cache(KEPT_BLOCKS)(self._compute)
 
     def check(self, interrupted: Sequence[int] = ()) -> None:
-        """Compute the load, of one cycle only where all cycles are alike, seen from the body.
-
-        Args:
-            interrupted: The check ends as soon as this is not empty.
+        """Compute the load until `interrupted` is not empty; of one cycle where all are alike.
 
         Raises:
             InvalidInput: The load transfer takes longer than the gait allows.

@@ -11,10 +11,11 @@ from jaxtyping import Bool, Float
 
 from phasmid.control import Observation
 from phasmid.sensors.measurement import SensorStream
-from phasmid.simulation.channels import run_channels
+from phasmid.sensors.models import INVERSE
+from phasmid.simulation.channels import SampleChannels
 from phasmid.simulation.faults import Faults
-from phasmid.simulation.loop import Samples
-from phasmid.simulation.servo import FIELDS, RUNNING
+from phasmid.simulation.loop import present_sample
+from phasmid.simulation.servo import RUNNING, ServoDrive
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run
@@ -44,29 +45,33 @@ class TrueObservation:
     def __init__(self, run: Run) -> None:
         import mujoco
 
-        self._run, self._mujoco, data = run, mujoco, run.data
-        legs = len(run.robot.legs)
-        self._legs, self._shape = legs, (legs, 3)
+        self._run, self._mujoco = run, mujoco
+        self._legs, data = len(run.robot.legs), run.data
         self._arrays = data.qpos, data.qvel, data.sensordata
-        self._duty: np.ndarray | None = None
-        if run.scenario.simulation.drive == "servo":
-            rows = run.drive.state.reshape(-1, legs, 3)
-            self._duty, self._shutdown = (rows[FIELDS.index(k)] for k in ("duty", "shutdown"))
+        self._duty = self._shutdown = None
+        if isinstance(run.drive, ServoDrive):
+            servos = run.drive.servos.reshape(self._legs, 3)
+            self._duty, self._shutdown = servos["duty"], servos["shutdown"]
+
+    def running(self, works: Bool[np.ndarray, "legs 3"]) -> Bool[np.ndarray, "legs 3"]:
+        """Return which servos answer, of those that have not failed."""
+        return works.copy() if self._shutdown is None else works & (self._shutdown == RUNNING)
 
     def observe(
         self,
         time: float,
-        running: Bool[np.ndarray, "legs 3"],
+        works: Bool[np.ndarray, "legs 3"],
         velocity_before: Float[np.ndarray, "3"],
     ) -> Observation:
         """Observe the robot before a step.
 
         Args:
             time: Of the controller's clock [s].
-            running: Servos that have not failed, shape (L, 3).
+            works: Servos that have not failed, shape (L, 3).
             velocity_before: Of the body one step earlier, world axes [m/s], shape (3,).
         """
         run, legs = self._run, self._legs
+        # Copies, since the controller may keep them.
         qpos, qvel, sensors = (array.copy() for array in self._arrays)
         contact, orientation = sensors[: 4 * legs].reshape(legs, 4), qpos[3:7]
         if run.ground.faces_up:
@@ -76,21 +81,19 @@ class TrueObservation:
             normal = run.ground.normal(foot[:, 0], foot[:, 1])
             normal_force = np.sum(contact[:, 1:] * normal, axis=1)
         if self._duty is None:
-            load = run.drive.torque().reshape(self._shape) / run.robot.servo.stall_torque
+            load = run.drive.torque().reshape(legs, 3) / run.robot.servo.stall_torque
         else:
-            running = running & (self._shutdown == RUNNING)
             load = self._duty.copy()
         specific_force = (qvel[:3] - velocity_before) / run.dt
         specific_force[2] += run.scenario.model.gravity
-        acceleration, inverse = np.empty(3), np.empty(4)
-        self._mujoco.mju_negQuat(inverse, orientation)
-        self._mujoco.mju_rotVecQuat(acceleration, specific_force, inverse)
+        acceleration = np.empty(3)
+        self._mujoco.mju_rotVecQuat(acceleration, specific_force, orientation * INVERSE)
         return Observation(
             time=time,
-            joint_position=qpos[7:].reshape(self._shape),
-            joint_velocity=qvel[6:].reshape(self._shape),
+            joint_position=qpos[7:].reshape(legs, 3),
+            joint_velocity=qvel[6:].reshape(legs, 3),
             joint_load=load,
-            servo_running=running,
+            servo_running=self.running(works),
             orientation=orientation,
             # MuJoCo keeps a free body's angular velocity in body axes.
             angular_velocity=qvel[3:6],
@@ -114,11 +117,11 @@ class MeasuredObservation:
     def __init__(self, run: Run, faults: Faults) -> None:
         self._run, self._faults, self._true = run, faults, TrueObservation(run)
         self._stream: SensorStream | None = None
+        self._interval, self._velocity = run.every * run.dt, np.zeros(3)
         if run.scenario.sensors.measured == "everything":
-            self._stream = SensorStream(run.scenario, run.robot, run.time)
-            now = Samples.empty(run.model, run.drive, 1)
-            now.write(0, run.data, run.drive)
-            self._stream.begin(run_channels(run, now))
+            now = present_sample(run.model, run.data, run.drive)
+            first = SampleChannels(run, now, np.zeros((1, 3)))
+            self._stream = SensorStream(run.scenario, run.robot, self._interval, first)
         self._frozen: dict[int, dict[str, np.ndarray]] = {}
 
     def take(self, begin: int, end: int, step: int) -> None:
@@ -129,26 +132,36 @@ class MeasuredObservation:
             end: One after the last.
             step: Index of the first row's time step.
         """
-        stream, run = self._stream, self._run
+        stream, every, buffer = self._stream, self._run.every, self._run.buffer
         if stream is None:
             return
-        for at in range(begin + -step % run.every, end, run.every):
-            row = (step + at - begin) // run.every
-            if stream.needs(row):
-                stream.take(row, run_channels(run, run.buffer.part(slice(at, at + 1))))
-            else:
-                stream.skip(run.buffer.qvel[at, :3].copy())
+        last = (step + end - begin - 1) // every
+        velocity = buffer["qvel"][:, :3]
+        while stream.next_row <= last:
+            row = stream.next_row
+            at = begin + row * every - step
+            before = velocity[at - every] if at - every >= begin else self._velocity
+            acceleration = np.zeros((1, 3))
+            if row:
+                interval = row * self._interval - (row - 1) * self._interval
+                acceleration = (velocity[at : at + 1] - before) / interval
+            stream.take(SampleChannels(self._run, buffer[at : at + 1], acceleration))
+        at = begin + last * every - step
+        if at >= begin:
+            self._velocity = velocity[at].copy()
 
     def observe(
         self,
         time: float,
-        running: Bool[np.ndarray, "legs 3"],
+        works: Bool[np.ndarray, "legs 3"],
         velocity_before: Float[np.ndarray, "3"],
     ) -> Observation:
         """Observe the robot before a step; arguments as in `TrueObservation.observe`."""
-        true, faulty = self._true.observe(time, running, velocity_before), self._faults.of_sensors
-        if self._stream is None and not faulty:
-            return true
+        true, faulty = None, self._faults.of_sensors
+        if self._stream is None:
+            true = self._true.observe(time, works, velocity_before)
+            if not faulty:
+                return true
         if faulty:
             self._freeze(time, true)
         measured = self._measured(time, true)
@@ -156,26 +169,26 @@ class MeasuredObservation:
             rows = {name: values[None] for name, values in measured.items()}
             rows = self._faults.apply(rows, np.array([time]), self._frozen)
             measured = {name: values[0] for name, values in rows.items()}
-        changes: dict[str, Any] = {OBSERVED[name]: value for name, value in measured.items()}
-        if self._stream is not None:
+        fields: dict[str, Any] = {OBSERVED[name]: value for name, value in measured.items()}
+        if true is None:
             # Most servos do not report a velocity.
-            changes["joint_velocity"] = None
-        elif true.joint_velocity is not None:
+            return Observation(time=time, servo_running=self._true.running(works), **fields)
+        if true.joint_velocity is not None:
             # The encoder measures the velocity too: one that is stuck measures none.
-            position = changes["joint_position"]
+            position = fields["joint_position"]
             failed = np.where(np.isfinite(position), 0.0, np.nan)
-            works = position == true.joint_position
-            changes["joint_velocity"] = np.where(works, true.joint_velocity, failed)
-        return replace(true, **changes)
+            sound = position == true.joint_position
+            fields["joint_velocity"] = np.where(sound, true.joint_velocity, failed)
+        return replace(true, **fields)
 
-    def _measured(self, time: float, true: Observation) -> dict[str, np.ndarray]:
+    def _measured(self, time: float, true: Observation | None) -> dict[str, np.ndarray]:
         if self._stream is not None:
             return self._stream.measured(time)
         return {name: getattr(true, field) for name, field in OBSERVED.items()}
 
-    def _freeze(self, time: float, true: Observation) -> None:
+    def _freeze(self, time: float, true: Observation | None) -> None:
         """Keep the readings of sensors that get stuck now."""
-        interval = self._run.every * self._run.dt
+        interval = self._interval
         for number, fault in enumerate(self._faults.faults):
             if fault.kind == "stuck" and number not in self._frozen and fault.time <= time + 1e-9:
                 # As in a recording: at the last of its samples before the fault.

@@ -141,12 +141,7 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
 
 
 def first_difference(recorded: Recording, repeated: Recording) -> Difference | None:
-    """Return the earliest sample with a bit that differs, or None.
-
-    Args:
-        recorded: Its channels and samples are compared.
-        repeated: May have more of both.
-    """
+    """Return the earliest sample of the recorded channels with a bit that differs, or None."""
     time = np.asarray(recorded["time"].values)
     first: Difference | None = None
     for name in ("time", *map(str, recorded.data_vars)):
@@ -241,7 +236,7 @@ def controller_attributes(controller: Controller) -> dict[str, str]:
         settings = json.dumps(_to_json(inner.settings))
         attributes = {"controller": "locomotion engine", "controller_settings": settings}
     elif kind is Player:
-        settings = json.dumps({name: getattr(inner, name) for name in ("rate", "lead")})
+        settings = json.dumps({"rate": inner.rate, "lead": inner.lead})
         attributes = {"controller": "player", "controller_settings": settings}
     return attributes | ({"controller_around": json.dumps(around)} if around else {})
 
@@ -252,35 +247,33 @@ def _controller(recording: Recording, scenario: Scenario) -> Controller | None:
     Raises:
         InvalidInput: It is none of phasmid's.
     """
-    name = str(recording.attrs["controller"])
+    name, robot = str(recording.attrs["controller"]), scenario.load_robot()
     if name == SCENARIO_CONTROLLER:
         return None
     try:
         settings = _from_json(json.loads(str(recording.attrs.get("controller_settings", "null"))))
         around = _from_json(json.loads(str(recording.attrs.get("controller_around", "[]"))))
-    except (ValueError, TypeError, KeyError):
-        settings, around = None, ()
-    robot = scenario.load_robot()
-    controller: Controller | None = None
-    if name == "locomotion engine" and isinstance(settings, EngineSettings):
-        controller = LocomotionEngine(robot, settings)
-    elif name == "player" and isinstance(settings, dict):
-        motion = _motion(recording, scenario)
-        controller = Player(motion, rate=settings["rate"], lead=settings["lead"])
-    for outer in reversed(around):
-        if controller and outer == Sequencer.__name__:
-            controller = Sequencer(controller, robot)
-        elif controller and isinstance(outer, SafetySettings):
-            controller = SafetyFilter(controller, robot, outer)
+        controller: Controller
+        if name == "locomotion engine" and isinstance(settings, EngineSettings):
+            controller = LocomotionEngine(robot, settings)
+        elif name == "player":
+            controller = Player(_motion(recording, scenario), **settings)
         else:
-            controller = None
-    if controller:
-        return controller
-    raise InvalidInput(
-        f"the run was driven by {plain(name)}, which a recording does not hold; it cannot be run "
-        "again.",
-        hint="phasmid.drive with that controller",
-    )
+            raise ValueError(name)
+        for outer in reversed(around):
+            if outer == Sequencer.__name__:
+                controller = Sequencer(controller, robot)
+            elif isinstance(outer, SafetySettings):
+                controller = SafetyFilter(controller, robot, outer)
+            else:
+                raise ValueError(outer)
+    except (ValueError, TypeError, KeyError):
+        raise InvalidInput(
+            f"the run was driven by {plain(name)}, which a recording does not hold; it cannot be "
+            "run again.",
+            hint="phasmid.drive with that controller",
+        ) from None
+    return controller
 
 
 def _to_json(value: Any) -> Any:

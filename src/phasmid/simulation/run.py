@@ -26,7 +26,14 @@ from phasmid.simulation.drives import (
     standing_torque,
     walking_torque,
 )
-from phasmid.simulation.loop import Keep, Samples, StepLoop, collect_engine_warnings
+from phasmid.simulation.loop import (
+    Keep,
+    Samples,
+    StepLoop,
+    collect_engine_warnings,
+    empty_samples,
+    present_sample,
+)
 from phasmid.simulation.model import build_model
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import start_offset
@@ -93,8 +100,8 @@ class Run:
         self.every = scenario.record_steps
         self.ground = scenario.load_terrain()
         self._set_up()
-        self.buffer = Samples.empty(self.model, self.drive, self.block_steps)
-        self.log = Samples.empty(self.model, self.drive, 0)
+        self.buffer = empty_samples(self.model, self.drive, self.block_steps)
+        self.log = self.buffer[:0]
         self.done = self.step = 0
         self.failure: Failure | None = None
         self.ended = False
@@ -199,8 +206,7 @@ class Run:
         if self.foot_ground.varies:
             self.foot_ground.update()
         mujoco.mj_forward(self.model, data)
-        self.first = Samples.empty(self.model, self.drive, 1)
-        self.first.write(0, data, self.drive)
+        self.first = present_sample(self.model, data, self.drive)
 
     def _settle(self, interrupted: Sequence[int]) -> Failure | None:
         """Let the robot come to rest on its feet, then give it the velocities of the plan."""
@@ -288,8 +294,8 @@ class Run:
             What ended the run early; None where it was completed, or paused.
         """
         if keep is None:
-            if len(self.log.qpos) != len(self.time):
-                self.log = Samples.empty(self.model, self.drive, len(self.time))
+            if len(self.log) != len(self.time):
+                self.log = empty_samples(self.model, self.drive, len(self.time))
             keep = self._into_log
         end = self.steps + 1 if until is None else min(until, self.steps + 1)
         failure = self.failure
@@ -331,15 +337,8 @@ class Run:
         last: bool = False,
         interrupted: Sequence[int] = (),
     ) -> int:
-        """Make one step per row of targets, and return the number of steps made.
-
-        Args:
-            targets: Commands of the drive, at most as many as the buffer holds.
-            at: First row of the buffer to write.
-            last: Whether the last row is the end of the run, which is measured and not stepped.
-            interrupted: No further step begins once this is not empty.
-        """
-        return self._loop.advance(targets, len(targets) - last, at, interrupted)
+        """Make one step per row of targets; see `StepLoop.advance`."""
+        return self._loop.advance(targets, at=at, last=last, interrupted=interrupted)
 
     def _error(self) -> str:
         """Return why MuJoCo cannot go on: its error, its first warning, or nothing."""
@@ -349,7 +348,7 @@ class Run:
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure in the buffer's first samples."""
-        states = self.buffer.qpos[:count], self.buffer.qvel[:count]
+        states = self.buffer["qpos"][:count], self.buffer["qvel"][:count]
         failure = None
         if count:
             failure = check_termination(self.robot, *states, self.ground, lies=self.lies)
@@ -358,7 +357,7 @@ class Run:
 
     def _finite(self, sample: int) -> int:
         """Return how many of the buffer's samples to keep: up to one, if its state is finite."""
-        state = self.buffer.qpos[sample], self.buffer.qvel[sample]
+        state = self.buffer["qpos"][sample], self.buffer["qvel"][sample]
         return sample + all(np.isfinite(part).all() for part in state)
 
     def _with_time(self, failure: Failure) -> Failure:
@@ -370,19 +369,19 @@ class Run:
             place = f"after the recording's last sample at {kept:.3f} s"
             if abs(kept - at) < self.dt / 2:
                 place = "the recording's last sample"
-        remark = self.drive.remark(self.buffer.drive[failure.sample])
+        remark = self.drive.remark(self.buffer["drive"][failure.sample])
         reason = f"{remark}; {failure.reason}" if remark else failure.reason
         return replace(failure, reason=f"at {at:.3f} s, {place}: {reason}")
 
     def _keep(self, count: int, keep: Keep) -> None:
         """Pass on those of the buffer's first samples that are recorded."""
-        rows = self.buffer.part(slice(-self.step % self.every, count, self.every))
-        if len(rows.qpos):
+        rows = self.buffer[-self.step % self.every : count : self.every]
+        if len(rows):
             keep(rows)
-            self.done += len(rows.qpos)
+            self.done += len(rows)
 
     def _into_log(self, rows: Samples) -> None:
-        self.log.put(self.done, rows)
+        self.log[self.done : self.done + len(rows)] = rows
 
 
 def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> Drive:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -20,7 +20,7 @@ from phasmid.control.feed_forward.servo_goal import (
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.simulation.drives import Setpoints
+from phasmid.simulation.drives import Drive, Setpoints
 
 if TYPE_CHECKING:
     import mujoco
@@ -37,12 +37,14 @@ FIELDS = (
     "wait",
     "error",
     "change",
+    "due",
 )
-"""Rows of a servo's state, one column per joint: rotor angle [rad] and speed [rad/s] at the output;
-duty (share of the supply), current [A] and torque on the joint [N·m] of this step; temperature
-[°C]; time at the largest duty [s]; reason of a shutdown; steps until the next reading of the
-position; position error [ticks] and its filtered rate [ticks/s]. Servos with a delay have further
-rows: which goal is due, and the goals on their way [rad]."""
+"""State of a servo: rotor angle [rad] and speed [rad/s] at the output; duty (share of the supply),
+current [A] and torque on the joint [N·m] of this step; temperature [°C]; time at the largest duty
+[s]; reason of a shutdown; steps until the next reading of the position; position error [ticks] and
+its filtered rate [ticks/s]; which of the delayed goals is due."""
+
+SERVO_STATE = np.dtype([(name, np.float64) for name in FIELDS])
 
 RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
 """Values of ``shutdown``."""
@@ -53,16 +55,18 @@ MOST_OF_LIMIT = 0.75
 """Allowed share of the largest stable step: legs are lighter in other poses."""
 
 
+@compiled
 def servo_step(
     target: np.ndarray,
     joint_angle: np.ndarray,
     joint_speed: np.ndarray,
     limits: np.ndarray,
-    numbers: np.ndarray,
-    state: np.ndarray,
+    parameters: np.ndarray,
+    servos: np.ndarray,
+    delayed: np.ndarray,
     applied: np.ndarray,
 ) -> None:
-    """Advance every joint's servo by one step; compiled.
+    """Advance the servos of J joints by one step; compiled.
 
     The rotor is integrated by symplectic Euler, its friction implicitly: friction never turns the
     speed around, so that a rotor at rest stays so. The gears transmit at most the stall torque in
@@ -73,67 +77,59 @@ def servo_step(
         joint_angle: [rad], shape (J,).
         joint_speed: [rad/s], shape (J,).
         limits: Lowest and highest goal [rad], shape (2, J).
-        numbers: From `servo_numbers`.
-        state: Rows of `FIELDS` and of goals on their way, changed in place, (`state_rows`, J).
+        parameters: From `servo_parameters`.
+        servos: Records of `SERVO_STATE`, changed in place, shape (J,).
+        delayed: Goals on their way [rad], changed in place, shape (J, steps of the delay).
         applied: Torques on the joints [N·m], written, shape (J,).
     """
-    dt, tick, steps, pid = numbers[0], numbers[1], numbers[2], numbers[3]
-    most, gain, change_gain, smoothing = numbers[8], numbers[9], numbers[10], numbers[11]
-    punch, voltage, resistance, constant = numbers[12], numbers[13], numbers[14], numbers[15]
-    loss, coulomb, viscous, inertia = numbers[16], numbers[17], numbers[18], numbers[19]
-    play, stiffness, damping = numbers[20], numbers[21], numbers[22]
-    ambient, warming, fading = numbers[23], numbers[24], numbers[25]
-    hottest, patience, limit = numbers[26], numbers[27], numbers[28]
-    delay = int(numbers[29])
-    for j in range(target.shape[0]):
-        aim = target[j]
-        if delay > 0:
-            due = int(state[11, j])
-            aim, state[12 + due, j] = state[12 + due, j], aim
-            state[11, j] = (due + 1) % delay
-        if state[8, j] <= 0.0:
-            state[8, j] = steps
-            goal = min(max(aim, limits[0, j]), limits[1, j])
-            error = math.floor(goal / tick + 0.5) - math.floor(joint_angle[j] / tick + 0.5)
-            if pid > 0.0:
-                slope = (error - state[9, j]) / (steps * dt)
-                state[10, j] += smoothing * (slope - state[10, j])
-                duty = gain * error + change_gain * state[10, j]
+    p = parameters[0]
+    for j in range(len(target)):
+        servo, goal = servos[j], target[j]
+        if delayed.shape[1] > 0:
+            due = int(servo.due)
+            goal, delayed[j, due] = delayed[j, due], goal
+            servo.due = (due + 1) % delayed.shape[1]
+        if servo.wait <= 0.0:
+            servo.wait = p.steps
+            goal = min(max(goal, limits[0, j]), limits[1, j])
+            error = math.floor(goal / p.tick + 0.5) - math.floor(joint_angle[j] / p.tick + 0.5)
+            if p.is_pid > 0.0:
+                slope = (error - servo.error) / (p.steps * p.dt)
+                servo.change += p.smoothing * (slope - servo.change)
+                duty = p.gain * error + p.change_gain * servo.change
             else:
-                side = 4 if error < 0.0 else 6
-                beyond = abs(error) - numbers[side]
+                side = 0 if error < 0.0 else 1
+                beyond = abs(error) - p.margin[side]
                 duty = 0.0
                 if beyond > 0.0:
-                    duty = punch + (1.0 - punch) * beyond / numbers[side + 1]
+                    duty = p.punch + (1.0 - p.punch) * beyond / p.slope[side]
                     if error < 0.0:
                         duty = -duty
-            state[9, j] = error
-            state[2, j] = min(max(duty, -most), most)
-        state[8, j] -= 1.0
+            servo.error = error
+            servo.duty = min(max(duty, -p.most), p.most)
+        servo.wait -= 1.0
 
-        angle, speed, running = state[0, j], state[1, j], state[7, j] == 0.0
-        duty = state[2, j]
+        angle, speed, running = servo.angle, servo.speed, servo.shutdown == 0.0
         current = 0.0
         if running:
-            current = (duty * voltage - constant * speed) / resistance
+            current = (servo.duty * p.voltage - p.constant * speed) / p.resistance
         else:
-            duty = 0.0
-            state[2, j] = 0.0
+            servo.duty = 0.0
 
         twist = angle - joint_angle[j]
         rate = speed - joint_speed[j]
         torque = 0.0
-        if twist > play:
-            torque = max(stiffness * (twist - play) + damping * rate, 0.0)
-        elif twist < -play:
-            torque = min(stiffness * (twist + play) + damping * rate, 0.0)
-        is_dragged = abs(torque) > limit
+        if twist > p.play:
+            torque = max(p.stiffness * (twist - p.play) + p.damping * rate, 0.0)
+        elif twist < -p.play:
+            torque = min(p.stiffness * (twist + p.play) + p.damping * rate, 0.0)
+        is_dragged = abs(torque) > p.limit
         if is_dragged:
-            torque = limit if torque > 0.0 else -limit
+            torque = p.limit if torque > 0.0 else -p.limit
 
-        push = constant * current
-        speed += dt / inertia * (push - viscous * speed - torque)
-        hold = dt / inertia * (coulomb + loss * abs(push))
+        push = p.constant * current
+        speed += p.dt / p.inertia * (push - p.viscous * speed - torque)
+        hold = p.dt / p.inertia * (p.coulomb + p.load_loss * abs(push))
         if speed > hold:
             speed -= hold
         elif speed < -hold:
@@ -142,32 +138,27 @@ def servo_step(
             speed = 0.0
         if is_dragged:
             speed = joint_speed[j]
-            wound = play + limit / stiffness
+            wound = p.play + p.limit / p.stiffness
             angle = joint_angle[j] + min(max(twist, -wound), wound)
 
-        final = ambient + warming * current * current
-        temperature = final + (state[5, j] - final) * fading
+        final = p.ambient + p.warming * current * current
+        temperature = final + (servo.temperature - final) * p.fading
         if running:
-            if abs(duty) >= most:
-                state[6, j] += dt
-            else:
-                state[6, j] = 0.0
-            if temperature >= hottest:
-                state[7, j] = 2.0
-            elif state[6, j] > patience:
-                state[7, j] = 1.0
-        state[0, j] = angle + dt * speed
-        state[1, j] = speed
-        state[3, j] = current
-        state[4, j] = torque
-        state[5, j] = temperature
+            servo.overloaded = servo.overloaded + p.dt if abs(servo.duty) >= p.most else 0.0
+            if temperature >= p.hottest:
+                servo.shutdown = 2.0
+            elif servo.overloaded > p.patience:
+                servo.shutdown = 1.0
+        servo.angle = angle + p.dt * speed
+        servo.speed = speed
+        servo.current = current
+        servo.torque = torque
+        servo.temperature = temperature
         applied[j] = torque
 
 
-def servo_numbers(
-    servo: Servo, dt: float, voltage: float, ambient: float
-) -> Float[np.ndarray, " numbers"]:
-    """Return a servo's parameters in the order and units of `servo_step`.
+def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) -> np.ndarray:
+    """Return a servo's parameters in the units of `servo_step`, one record in an array.
 
     Args:
         servo: With its settings.
@@ -175,49 +166,39 @@ def servo_numbers(
         voltage: Supply [V].
         ambient: Temperature of the air [°C].
     """
-    motor, slope, margin = servo.motor, servo.effective_slope, servo.compliance_margin
-    steps = max(1, round(servo.control_period / dt))
+    motor, steps = servo.motor, max(1, round(servo.control_period / dt))
     look = steps * dt
-    return np.array(
-        [
-            dt,
-            servo.resolution,
-            steps,
-            float(servo.law == "pid"),
-            margin[0],
-            slope[0],
-            margin[1],
-            slope[1],
-            servo.torque_limit,
-            servo.p_gain / 128 / FULL_PWM,
-            servo.d_gain / 16 / FULL_PWM * servo.control_period,
-            look / (look + servo.derivative_time),
-            servo.punch / FULL_PUNCH,
-            voltage,
-            motor.resistance,
-            motor.constant,
-            motor.load_loss,
-            motor.coulomb,
-            motor.viscous,
-            servo.armature,
-            servo.backlash / 2,
-            servo.gear_stiffness,
-            servo.gear_stiffness * servo.gear_damping_time,
-            ambient,
-            servo.thermal_resistance * motor.resistance,
-            math.exp(-dt / (servo.thermal_resistance * servo.heat_capacity)),
-            servo.temperature_limit,
-            servo.overload_time,
-            servo.stall_at(voltage),
-            round(servo.delay / dt),
-        ]
-    )
-
-
-def state_rows(numbers: Float[np.ndarray, " numbers"]) -> int:
-    """Return the number of rows of a servo's state: `FIELDS`, and goals on their way."""
-    delay = int(numbers[29])
-    return len(FIELDS) + (delay + 1 if delay > 0 else 0)
+    values: dict[str, Any] = {
+        "dt": dt,
+        "tick": servo.resolution,
+        "steps": steps,
+        "is_pid": servo.law == "pid",
+        "margin": servo.compliance_margin,
+        "slope": servo.effective_slope,
+        "most": servo.torque_limit,
+        "gain": servo.p_gain / 128 / FULL_PWM,
+        "change_gain": servo.d_gain / 16 / FULL_PWM * servo.control_period,
+        "smoothing": look / (look + servo.derivative_time),
+        "punch": servo.punch / FULL_PUNCH,
+        "voltage": voltage,
+        "resistance": motor.resistance,
+        "constant": motor.constant,
+        "load_loss": motor.load_loss,
+        "coulomb": motor.coulomb,
+        "viscous": motor.viscous,
+        "inertia": servo.armature,
+        "play": servo.backlash / 2,
+        "stiffness": servo.gear_stiffness,
+        "damping": servo.gear_stiffness * servo.gear_damping_time,
+        "ambient": ambient,
+        "warming": servo.thermal_resistance * motor.resistance,
+        "fading": math.exp(-dt / (servo.thermal_resistance * servo.heat_capacity)),
+        "hottest": servo.temperature_limit,
+        "patience": servo.overload_time,
+        "limit": servo.stall_at(voltage),
+    }
+    kind = [(name, np.float64, np.shape(value)) for name, value in values.items()]
+    return np.array([tuple(values.values())], dtype=kind)
 
 
 def longest_servo_step(servo: Servo, mobility: float) -> float:
@@ -247,7 +228,7 @@ def own_servo(scenario: Scenario, robot: Robot) -> Servo:
     return replace(servo, armature=servo.rotor_inertia)
 
 
-class ServoDrive:
+class ServoDrive(Drive):
     """The robot's own servos, each with its law, motor, gears, backlash, friction and temperature.
 
     A rotor turns behind each joint's gears, which twist like a spring beyond their backlash; this
@@ -261,47 +242,49 @@ class ServoDrive:
         self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
     ) -> None:
         robot, table = walk.robot, scenario.servo
-        servo = own_servo(scenario, robot)
-        start = walk.sample(np.zeros(1)).q[0].ravel()
-        data.qpos[7:] = start
-        limits = np.vstack([leg.joint_limits for leg in robot.legs]).T
+        servo, dt = own_servo(scenario, robot), model.opt.timestep
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
-        numbers = servo_numbers(servo, model.opt.timestep, voltage, self._ambient)
         self._goal_numbers = goal_numbers(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
-        self._rows = np.zeros((state_rows(numbers), len(start)))
-        self.state = self._rows.ravel()
-        self._torque = self._row("torque")
-        self._step = compiled(servo_step)
-        self._limits = np.ascontiguousarray(limits)
-        joints = data.qpos[7:], data.qvel[6:], self._limits
-        self._arguments = (*joints, numbers, self._rows, data.qfrc_applied[6:])
+        start = walk.sample(np.zeros(1)).q[0].ravel()
+        data.qpos[7:] = start
+        joints, delay = len(start), round(servo.delay / dt)
+        self._own = joints * len(FIELDS)
+        self.state = np.zeros(self._own + joints * delay)
+        self.servos = self.state[: self._own].view(SERVO_STATE)
+        self._torque = self.servos["torque"]
+        delayed = self.state[self._own :].reshape(joints, delay)
+        self._limits = np.vstack([leg.joint_limits for leg in robot.legs]).T.copy()
+        self._arguments = (
+            data.qpos[7:],
+            data.qvel[6:],
+            self._limits,
+            servo_parameters(servo, dt, voltage, self._ambient),
+            self.servos,
+            delayed,
+            data.qfrc_applied[6:],
+        )
         # Compiles here and not during the run.
         self.command(start)
-        self._rows[:] = 0.0
-        self._row("angle")[:] = start
-        self._rows[len(FIELDS) + 1 :] = start
-        self.begin(np.zeros(len(start)))
-
-    def _row(self, name: str) -> np.ndarray:
-        row: np.ndarray = self._rows[FIELDS.index(name)]
-        return row
+        self.state[:] = 0.0
+        self.servos["angle"], delayed[:] = start, start[:, None]
+        self.begin(np.zeros(joints))
 
     def begin(self, speed: Float[np.ndarray, " joints"]) -> None:
         """Start cold and not overloaded, with rotors that turn as the joints do [rad/s]."""
-        self._row("speed")[:] = speed
-        self._row("temperature")[:] = self._ambient
+        self.servos["speed"] = speed
+        self.servos["temperature"] = self._ambient
         self._goal_memory = goal_memory(len(speed))
         for name in ("overloaded", "shutdown", "wait"):
-            self._row(name)[:] = 0.0
+            self.servos[name] = 0.0
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Advance the servos towards their goals [rad], and apply their torques."""
-        self._step(target, *self._arguments)
+        servo_step(target, *self._arguments)
 
     def fail(self, joint: int) -> None:
         """Shut a servo down for good."""
-        self._row("shutdown")[joint] = FAILED
+        self.servos["shutdown"][joint] = FAILED
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the gears' torques on the joints; friction is subtracted."""
@@ -321,16 +304,14 @@ class ServoDrive:
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return duty, current, rotor speed, temperature and shutdown of every servo."""
-        rows = states.reshape(len(states), len(self._rows), -1, 3)
-        read = {
-            f"servo_{name}": rows[:, FIELDS.index(name)]
-            for name in ("duty", "current", "speed", "temperature")
-        }
-        return read | {"servo_shutdown": rows[:, FIELDS.index("shutdown")] != RUNNING}
+        fields = states[:, : self._own].reshape(len(states), -1, 3, len(FIELDS))
+        names = "duty", "current", "speed", "temperature"
+        channels = {f"servo_{name}": fields[..., FIELDS.index(name)] for name in names}
+        return channels | {"servo_shutdown": fields[..., FIELDS.index("shutdown")] != RUNNING}
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
         """Return which servos had shut down in a state, and why; or nothing."""
-        codes = state.reshape(self._rows.shape)[FIELDS.index("shutdown")]
+        codes = state[: self._own].reshape(-1, len(FIELDS))[:, FIELDS.index("shutdown")]
         down = [
             f"{name} ({REASONS[float(code)]})"
             for name, code in zip(self._names, codes, strict=True)

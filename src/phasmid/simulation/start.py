@@ -35,10 +35,6 @@ MOST_OF_LIMIT = 0.9
 def check_time_step(scenario: Scenario, walk: Motion) -> None:
     """Refuse a time step that cannot resolve the contact, or the gears of the robot's own servos.
 
-    Args:
-        scenario: Its contact, drive and servos are used.
-        walk: Its robot, and its joint angles at the start, are used.
-
     Raises:
         InvalidInput: With the longest one that resolves both; or the servos cannot be run.
     """

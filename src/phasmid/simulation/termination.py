@@ -23,6 +23,9 @@ STEEPEST_TILT = math.radians(60)
 """Tilt of the trunk beyond which the robot has fallen [rad]."""
 
 
+SMALLER_STEP = "Try a smaller time step (--dt)"
+
+
 class Ending(Enum):
     """How a run ended, and the sentence for it."""
 
@@ -86,16 +89,12 @@ def check_termination(
         fast = fast_body | (np.abs(qvel[:, 3:]).max(axis=1) > FASTEST_JOINT)
         finite = np.isfinite(qpos).all(axis=1) & np.isfinite(qvel).all(axis=1)
     checks = (
-        (
-            ~finite,
-            Ending.DIVERGED,
-            "a state is not a finite number. Try a smaller time step (--dt)",
-        ),
+        (~finite, Ending.DIVERGED, f"a state is not a finite number. {SMALLER_STEP}"),
         (
             fast,
             Ending.DIVERGED,
             f"the trunk is faster than {FASTEST_BODY:g} m/s or a joint than {FASTEST_JOINT:g} "
-            "rad/s. Try a smaller time step (--dt)",
+            f"rad/s. {SMALLER_STEP}",
         ),
         (
             up[2] < math.cos(STEEPEST_TILT),

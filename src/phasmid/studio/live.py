@@ -93,7 +93,7 @@ class LiveRobot:
         self.trouble: Failure | None = self.run.failure
         self.sample: Samples = self.run.first
         self.time = 0.0
-        self.peak = np.abs(self.sample.torque[0])
+        self.peak = np.abs(self.sample["torque"][0])
         self.recorder: Recorder | None = None
         self._largest: dict[Any, tuple[float, float, float]] = {}
         self._note(0.0)
@@ -225,27 +225,26 @@ class LiveRobot:
         run, interval = self.run, self.run.every * self.run.dt
         first = -(-run.step // run.every)
         if self.recorder is not None:
-            time = np.arange(first, first + len(rows.qpos)) * interval
+            time = np.arange(first, first + len(rows)) * interval
             self.recorder(time, run.channels(rows))
         power = self._power(rows).sum(axis=1)
         self._work += float(power.sum()) * interval
-        self.peak = np.maximum(self.peak, np.abs(rows.torque).max(axis=0))
-        last = rows.part(slice(len(rows.qpos) - 1, None))
-        self.sample = Samples(*map(np.copy, last.arrays()))
-        self.time = (first + len(rows.qpos) - 1) * interval
+        self.peak = np.maximum(self.peak, np.abs(rows["torque"]).max(axis=0))
+        self.sample = rows[-1:].copy()
+        self.time = (first + len(rows) - 1) * interval
 
     def _power(self, rows: Samples) -> np.ndarray:
         """What servos of their own law draw from their supply, or what the joints give [W]."""
-        told = self.run.drive.channels(rows.drive)
+        told = self.run.drive.channels(rows["drive"])
         if "servo_duty" not in told:
-            given: np.ndarray = np.maximum(rows.torque * rows.qvel[:, 6:], 0.0)
+            given: np.ndarray = np.maximum(rows["torque"] * rows["qvel"][:, 6:], 0.0)
             return given
         supply = self.source.scenario.servo.supply(self.source.robot.servo)
         drawn = np.maximum(supply * told["servo_duty"] * told["servo_current"], 0.0)
         return drawn.reshape(len(drawn), -1)
 
     def _note(self, work: float) -> None:
-        x, y, _, w, i, j, k = self.sample.qpos[0, :7].tolist()
+        x, y, _, w, i, j, k = self.sample["qpos"][0, :7].tolist()
         yaw = math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
         if math.isfinite(x + y + yaw):
             self.meter.note(self.now, (x, y, yaw), work)

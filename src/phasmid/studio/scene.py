@@ -97,7 +97,7 @@ class Scene:
         self._last: ModelLoad | None = None
         self._wait = 0
         self._middle = np.zeros(2)
-        self._surround(live.sample.qpos[0, :2])
+        self._surround(live.sample["qpos"][0, :2])
 
     def _surround(self, middle: Float[np.ndarray, "2"]) -> None:
         self._middle = np.array(middle)
@@ -105,7 +105,7 @@ class Scene:
 
     def moved(self, live: LiveRobot) -> bool:
         """Whether the robot has come so far that its ground is to be told anew; it is then."""
-        place = live.sample.qpos[0, :2]
+        place = live.sample["qpos"][0, :2]
         is_same = self._terrain.is_level and not self._terrain.patches
         if is_same or not np.isfinite(place).all():
             return False
@@ -126,15 +126,15 @@ class Scene:
             is not a number.
         """
         robot, sample, legs = self.source.robot, live.sample, len(self.source.robot.legs)
-        qpos = sample.qpos[0]
+        qpos = sample["qpos"][0]
         if not (np.isfinite(qpos).all() and np.any(qpos[3:7])):
             # A run that diverged is shown nowhere.
             return self._packed({"scene": self.number, "time": live.time, "pace_got": pace})
         position, turn, q = qpos[:3], qpos[3:7], qpos[7:].reshape(legs, 3)
-        qd, torque = sample.qvel[0, 6:], sample.torque[0]
+        qd, torque = sample["qvel"][0, 6:], sample["torque"][0]
         R = kinematics.quaternion_rotation(turn)
-        contact = sample.sensors[0, : 4 * legs].reshape(legs, 4)
-        feet = sample.sensors[0, 4 * legs : 7 * legs].reshape(legs, 3)
+        contact = sample["sensors"][0, : 4 * legs].reshape(legs, 4)
+        feet = sample["sensors"][0, 4 * legs : 7 * legs].reshape(legs, 3)
         touching = contact[:, 0] > 0
         at, turned = self._links(q)
         centre = position + R @ kinematics.centre_of_mass(robot, q)

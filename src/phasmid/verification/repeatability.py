@@ -121,7 +121,7 @@ def _walked(scenario: Scenario, *, turn: float = 0.0) -> Float[np.ndarray, "samp
     trouble = run.advance()
     if trouble:
         raise CannotMeasure(trouble.reason)
-    return run.log.qpos[: run.done, :3]
+    return run.log["qpos"][: run.done, :3]
 
 
 def _turn(data: mujoco.MjData, angle: float) -> None:

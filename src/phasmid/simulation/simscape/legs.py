@@ -47,17 +47,10 @@ class Legs(NamedTuple):
 def leg_rows(
     robot: Robot, joints: Legs, tip_width: float, dt: float
 ) -> Float[np.ndarray, "samples width"]:
-    """Return one row per time step, all vectors in body axes.
+    """Return one row per time step, all vectors in body axes, shape (N, 51 + 63 L + 9 L).
 
-    Args:
-        robot: The robot, L legs.
-        joints: Their motion at the ends of the steps, N + 1 samples.
-        tip_width: Side of the square of a foot's contact points [m].
-        dt: Time step [s].
-
-    Returns:
-        The columns of the robot and of its legs, then angles, velocities and accelerations of the
-        joints at the beginning of the step, shape (N, 51 + 63 L + 9 L).
+    The columns are those of the robot and of its legs, then angles, velocities and accelerations
+    of the joints at the beginning of the step; `joints` are N + 1 samples, at its ends.
     """
     count, legs = len(joints.q) - 1, len(robot.legs)
     points = np.stack([foot_points(leg, tip_width) for leg in robot.legs])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 from jaxtyping import Float
@@ -16,8 +16,7 @@ from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.drives import Setpoints, StatelessDrive
-from phasmid.simulation.loop import Samples
+from phasmid.simulation.drives import Drive
 from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.simscape.legs import (
     AXIS,
@@ -29,7 +28,7 @@ from phasmid.simulation.simscape.legs import (
     joints_of,
     leg_rows,
 )
-from phasmid.simulation.simscape.trunk import advance
+from phasmid.simulation.simscape.trunk import Constants, advance
 from phasmid.simulation.start import longest_time_step, start_offset
 from phasmid.terrain import Blocky
 from phasmid.terrain.ground import upright
@@ -46,47 +45,17 @@ CHUNK = 32
 """Steps between two checks for Ctrl-C."""
 
 
-@dataclass(frozen=True)
-class _Widths:
-    """Widths of a sample, under MuJoCo's names."""
-
-    nq: int
-    nv: int
-    nsensordata: int
-
-
-class _PlannedJoints(StatelessDrive):
-    """Joints that follow the plan, which is in the rows of the legs."""
-
-    def command(self, target: Float[np.ndarray, " joints"]) -> None:
-        """Do nothing."""
-
-    def fail(self, joint: int) -> None:
-        """Refuse."""
-        raise NotImplementedError(joint)
-
-    def torque(self) -> Float[np.ndarray, " joints"]:
-        """Return nothing: torques are computed after the motion."""
-        return np.empty(0)
-
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Return the angles [rad], shape (N, 3 L)."""
-        del dt
-        return setpoints.q.reshape(len(setpoints.q), -1)
-
-
 class SimscapeRun(Run):
     """A walk with prescribed joints under the contact law of the paper's library.
 
     Samples are those of MuJoCo: positions, velocities, the feet's forces and positions, torques.
 
     Attributes:
+        constants: Of robot, contact law and integration.
         pose: Position and quaternion of the body frame (7).
         twist: Velocity in world axes and angular velocity in body axes (6).
         planes: Ground under each leg, as of `trunk.contact`; updated before each step on uneven
             ground, but not over an edge that a foot has not cleared.
-        weight: Weight of the robot, world axes [N].
-        substeps: Substeps of a time step.
         acceleration: Linear and angular acceleration of the body frame, world axes, of the buffer.
     """
 
@@ -96,24 +65,25 @@ class SimscapeRun(Run):
         scenario, robot, contact = self.scenario, self.robot, self.scenario.contact
         check_prescribed(scenario)
         legs = len(robot.legs)
-        self.model = _Widths(7 + 3 * legs, 6 + 3 * legs, 7 * legs)
-        self.drive = _PlannedJoints()
+        # Widths of a sample, under MuJoCo's names.
+        self.model = SimpleNamespace(nq=7 + 3 * legs, nv=6 + 3 * legs, nsensordata=7 * legs)
+        # The joints' motion is in the rows of the legs.
+        self.drive = Drive()
         self._tip_torque = np.zeros((BLOCK_STEPS, 3 * legs))
         self.acceleration = np.zeros((BLOCK_STEPS, 6))
-        self.substeps = substeps(scenario, robot)
-        self.weight = np.array([0.0, 0.0, -robot.mass * scenario.model.gravity])
         self._is_uneven = bool(self.ground.patches) or not self.ground.is_level
         self.planes = np.zeros((legs, 5))
-        # The last: no two points of a foot are farther apart than the square's diagonal.
-        self._law = np.array(
-            [
-                contact.stiffness,
-                contact.law_damping,
-                contact.kinetic_friction,
-                contact.friction_threshold,
-                POINT_RADIUS,
-                1.5 * contact.tip_width,
-            ]
+        self.constants = Constants(
+            dt=self.dt,
+            substeps=substeps(scenario, robot),
+            mass=robot.mass,
+            weight=(0.0, 0.0, -robot.mass * scenario.model.gravity),
+            stiffness=contact.stiffness,
+            damping=contact.law_damping,
+            kinetic=contact.kinetic_friction,
+            threshold=contact.friction_threshold,
+            # No two points of a foot are farther apart than the square's diagonal.
+            size=1.5 * contact.tip_width,
         )
 
     def _error(self) -> str:
@@ -143,8 +113,7 @@ class SimscapeRun(Run):
         self.pose[2] += start_offset(self.scenario, start)
         self.twist = np.zeros(6)
         self._advance(self._still(start, 1), last=True)
-        self.first = Samples.empty(self.model, self.drive, 1)
-        self.first.put(0, self.buffer.part(slice(0, 1)))
+        self.first = self.buffer[:1].copy()
 
     def _set_going(self, start: SampledMotion) -> None:
         if self.ground.is_level:
@@ -164,8 +133,8 @@ class SimscapeRun(Run):
         assert at == 0
         count, log, made = len(targets), self.buffer, 0
         joints = joints_of(targets, len(self.robot.legs))
-        log.qpos[:count, 7:] = joints.q.reshape(count, -1)
-        log.qvel[:count, 6:] = joints.qd.reshape(count, -1)
+        log["qpos"][:count, 7:] = joints.q.reshape(count, -1)
+        log["qvel"][:count, 6:] = joints.qd.reshape(count, -1)
         chunk = 1 if self._is_uneven else CHUNK
         while made < count and not interrupted:
             part = slice(made, min(made + chunk, count))
@@ -173,18 +142,14 @@ class SimscapeRun(Run):
                 self._update_planes(targets[made])
             advance(
                 targets[part],
-                self.dt,
-                self.substeps,
+                self.constants,
                 last and part.stop == count,
-                self.robot.mass,
-                self.weight,
                 self.planes,
-                self._law,
                 self.pose,
                 self.twist,
-                log.qpos[part],
-                log.qvel[part],
-                log.sensors[part],
+                log["qpos"][part],
+                log["qvel"][part],
+                log["sensors"][part],
                 self._tip_torque[part],
                 self.acceleration[part],
             )
@@ -219,16 +184,16 @@ class SimscapeRun(Run):
     def _compute_torque(self, joints: Legs) -> None:
         """Compute the joint torques of the motion under the feet's forces by inverse dynamics."""
         log, (count, legs, _) = self.buffer, joints.q.shape
-        log.torque[:count] = np.nan
-        state = np.hstack([log.qpos[:count], log.qvel[:count], self.acceleration[:count]])
+        log["torque"][:count] = np.nan
+        state = np.hstack([log["qpos"][:count], log["qvel"][:count], self.acceleration[:count]])
         finite = np.isfinite(state).all(axis=1)
         good = slice(0, count if finite.all() else int(np.argmin(finite)))
-        R = quaternion_rotation(log.qpos[good, 3:7])
+        R = quaternion_rotation(log["qpos"][good, 3:7])
         body = BodyMotion(
-            position=log.qpos[good, :3],
+            position=log["qpos"][good, :3],
             rotation=R,
-            velocity=log.qvel[good, :3],
-            angular_velocity=(R @ log.qvel[good, 3:6, None])[..., 0],
+            velocity=log["qvel"][good, :3],
+            angular_velocity=(R @ log["qvel"][good, 3:6, None])[..., 0],
             acceleration=self.acceleration[good, :3],
             angular_acceleration=self.acceleration[good, 3:],
         )
@@ -236,10 +201,10 @@ class SimscapeRun(Run):
             self.robot,
             body,
             *(each[good] for each in joints),
-            foot_force=log.sensors[good, : 4 * legs].reshape(-1, legs, 4)[..., 1:],
+            foot_force=log["sensors"][good, : 4 * legs].reshape(-1, legs, 4)[..., 1:],
             gravity=self.scenario.model.gravity,
         ).joint_torque
-        log.torque[good] = torque.reshape(-1, 3 * legs) - self._tip_torque[good]
+        log["torque"][good] = torque.reshape(-1, 3 * legs) - self._tip_torque[good]
 
 
 def check_prescribed(scenario: Scenario) -> None:

@@ -21,12 +21,12 @@ defaults (the tool of the paper's Figs. 9 to 11).
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from phasmid.compiled import compiled
-from phasmid.simulation.contact import CONTACT_POINTS
+from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
 from phasmid.simulation.simscape.legs import (
     AXIS,
     COM,
@@ -41,6 +41,8 @@ from phasmid.simulation.simscape.legs import (
 )
 
 Vector: TypeAlias = tuple[float, float, float]
+Matrix: TypeAlias = tuple[Vector, Vector, Vector]
+"""Rows."""
 
 GAMMA = 1.0 - math.sqrt(0.5)
 """Coefficient of ROS2."""
@@ -49,16 +51,51 @@ KINETIC_FROM = 1.5
 """Slip, over the threshold speed, from which friction is kinetic."""
 
 
+class Constants(NamedTuple):
+    """Constants of a run.
+
+    Attributes:
+        dt: Time step [s].
+        substeps: Substeps of a time step.
+        mass: Of the robot [kg].
+        weight: Of the robot, world axes [N].
+        stiffness: Of a contact point [N/m].
+        damping: Of a contact point that sinks [N·s/m].
+        kinetic: Coefficient of kinetic friction.
+        threshold: Slip up to which a point sticks [m/s].
+        size: Greatest distance of two points of a foot [m].
+    """
+
+    dt: float
+    substeps: int
+    mass: float
+    weight: Vector
+    stiffness: float
+    damping: float
+    kinetic: float
+    threshold: float
+    size: float
+
+
+class State(NamedTuple):
+    """State of the trunk, world axes.
+
+    Attributes:
+        com: Centre of mass of the robot [m].
+        quaternion: Orientation (w x y z).
+        momentum: [N·s].
+        spin: Angular momentum about the centre of mass [N·m·s].
+    """
+
+    com: Vector
+    quaternion: tuple[float, float, float, float]
+    momentum: Vector
+    spin: Vector
+
+
 @compiled
 def normal_force(depth: float, sinking: float, stiffness: float, damping: float) -> float:
-    """Return the normal force on one point [N]: a spring, and a damper while the point sinks.
-
-    Args:
-        depth: Of the point in the ground [m].
-        sinking: Velocity into the ground [m/s].
-        stiffness: [N/m].
-        damping: [N·s/m].
-    """
+    """Return the normal force on one point [N]: a spring, and a damper while the point sinks."""
     if depth <= 0.0:
         return 0.0
     return stiffness * depth + damping * max(sinking, 0.0)
@@ -68,14 +105,8 @@ def normal_force(depth: float, sinking: float, stiffness: float, damping: float)
 def friction_coefficient(speed: float, static: float, kinetic: float, threshold: float) -> float:
     """Return friction over normal force of one point.
 
-    It rises linearly to the static coefficient at the threshold, and falls linearly to the kinetic
-    one at 1.5 times the threshold.
-
-    Args:
-        speed: Of the slip, not negative [m/s].
-        static: Coefficient at the threshold.
-        kinetic: Coefficient of fast slip.
-        threshold: Speed up to which the point sticks, by creeping [m/s].
+    It rises linearly with the slip to the static coefficient at the threshold speed, and falls
+    linearly to the kinetic one at 1.5 times that speed.
     """
     if speed <= threshold:
         return static * speed / threshold
@@ -130,30 +161,44 @@ def put(array: np.ndarray, at: int, a: Vector) -> None:
 
 
 @compiled
-def apply(M: np.ndarray, a: Vector) -> Vector:
+def apply(M: Matrix, a: Vector) -> Vector:
     """Return M a."""
-    return dot(vector(M[0], 0), a), dot(vector(M[1], 0), a), dot(vector(M[2], 0), a)
+    return dot(M[0], a), dot(M[1], a), dot(M[2], a)
 
 
 @compiled
-def apply_transposed(M: np.ndarray, a: Vector) -> Vector:
+def apply_transposed(M: Matrix, a: Vector) -> Vector:
     """Return Mᵀ a."""
-    x, y, z = vector(M[0], 0), vector(M[1], 0), vector(M[2], 0)
-    return plus(plus(times(a[0], x), times(a[1], y)), times(a[2], z))
+    return plus(plus(times(a[0], M[0]), times(a[1], M[1])), times(a[2], M[2]))
 
 
 @compiled
-def solve(J: np.ndarray, b: Vector) -> Vector:
+def solve(J: Matrix, b: Vector) -> Vector:
     """Return x of J x = b for a symmetric matrix."""
-    x, y, z = vector(J[0], 0), vector(J[1], 0), vector(J[2], 0)
+    x, y, z = J
     yz, zx, xy = cross(y, z), cross(z, x), cross(x, y)
     d = 1.0 / dot(x, yz)
     return times(d, plus(plus(times(b[0], yz), times(b[1], zx)), times(b[2], xy)))
 
 
 @compiled
+def rotation(quaternion: tuple[float, float, float, float]) -> Matrix:
+    """Return the rotation of a quaternion of any length."""
+    w, x, y, z = quaternion
+    n = 2.0 / (w * w + x * x + y * y + z * z)
+    return (
+        (1 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)),
+        (n * (x * y + w * z), 1 - n * (x * x + z * z), n * (y * z - w * x)),
+        (n * (x * z - w * y), n * (y * z + w * x), 1 - n * (x * x + y * y)),
+    )
+
+
+# Legs: cubics at a share s of the step ------------------------------------------------------------
+
+
+@compiled
 def cubic(row: np.ndarray, at: int, s: float) -> float:
-    """Return the value of a cubic at a share of the step."""
+    """Return the value of a cubic."""
     return row[at] + s * (row[at + 1] + s * (row[at + 2] + s * row[at + 3]))
 
 
@@ -176,22 +221,16 @@ def rates(row: np.ndarray, at: int, s: float, dt: float) -> Vector:
 
 
 @compiled
-def fill_rotation(state: np.ndarray, R: np.ndarray) -> None:
-    """Fill R with the rotation of the state's quaternion, which may be of any length."""
-    w, x, y, z = state[3], state[4], state[5], state[6]
-    n = 2.0 / (w * w + x * x + y * y + z * z)
-    put(R[0], 0, (1 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)))
-    put(R[1], 0, (n * (x * y + w * z), 1 - n * (x * x + z * z), n * (y * z - w * x)))
-    put(R[2], 0, (n * (x * z - w * y), n * (y * z + w * x), 1 - n * (x * x + y * y)))
+def symmetric(diagonal: Vector, beside: Vector) -> Matrix:
+    """Return a symmetric matrix from xx, yy, zz and xy, xz, yz."""
+    (xx, yy, zz), (xy, xz, yz) = diagonal, beside
+    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
 @compiled
-def fill_symmetric(xx_yy_zz: Vector, xy_xz_yz: Vector, J: np.ndarray) -> None:
-    """Fill a symmetric matrix."""
-    (xx, yy, zz), (xy, xz, yz) = xx_yy_zz, xy_xz_yz
-    put(J[0], 0, (xx, xy, xz))
-    put(J[1], 0, (xy, yy, yz))
-    put(J[2], 0, (xz, yz, zz))
+def inertia(row: np.ndarray, s: float) -> Matrix:
+    """Return the inertia about the centre of mass, body axes [kg·m²]."""
+    return symmetric(cubics(row, INERTIA, s), cubics(row, INERTIA + 12, s))
 
 
 # Forces -------------------------------------------------------------------------------------------
@@ -201,84 +240,77 @@ def fill_symmetric(xx_yy_zz: Vector, xy_xz_yz: Vector, J: np.ndarray) -> None:
 def contact(
     row: np.ndarray,
     s: float,
-    dt: float,
-    state: np.ndarray,
-    mass: float,
+    state: State,
+    constants: Constants,
     planes: np.ndarray,
-    law: np.ndarray,
-    R: np.ndarray,
-    J: np.ndarray,
     feet: np.ndarray,
-    wrench: np.ndarray,
     dampers: np.ndarray,
-) -> Vector:
-    """Compute the contact forces in a state, in body axes, and return the angular velocity.
+) -> tuple[Vector, Vector, Vector]:
+    """Compute the contact forces in a state, in body axes.
 
     Args:
         row: The legs in this step, from `leg_rows`.
         s: Share of the step that has passed.
-        dt: Time step [s].
-        state: Centre of mass, quaternion, momentum, angular momentum (13).
-        mass: Of the robot [kg].
+        state: Of the trunk.
+        constants: Of the run.
         planes: Ground under each leg: normal in world axes, distance from the origin along it, and
             static coefficient of friction, shape (L, 5).
-        law: Stiffness, damping, kinetic coefficient and threshold speed of a point, its radius,
-            and the greatest distance of two points of a foot.
-        R: Filled with the body's rotation.
-        J: Filled with the inertia about the centre of mass.
         feet: Filled with the number of touching points, force and moment on each foot, the moment
             about the centre of mass, shape (L, 7).
-        wrench: Filled with the feet's sum (6).
         dampers: Filled with the lower triangle of the damping matrix of the contacts (6, 6), by
             which a twist of the body changes the wrench; not where it has no rows.
+
+    Returns:
+        Angular velocity of the body, force and moment of all feet.
     """
-    stiffness, damping, kinetic, threshold, radius, size = law
-    fill_rotation(state, R)
-    fill_symmetric(cubics(row, INERTIA, s), cubics(row, INERTIA + 12, s), J)
-    com = cubics(row, COM, s)
-    w = solve(J, minus(apply_transposed(R, vector(state, 10)), cubics(row, MOMENTUM, s)))
-    velocity = apply_transposed(R, times(1.0 / mass, vector(state, 7)))
+    dt, mass, damping = constants.dt, constants.mass, constants.damping
+    threshold = constants.threshold
+    R, com = rotation(state.quaternion), cubics(row, COM, s)
+    w = solve(inertia(row, s), minus(apply_transposed(R, state.spin), cubics(row, MOMENTUM, s)))
+    velocity = apply_transposed(R, times(1.0 / mass, state.momentum))
     velocity = minus(velocity, rates(row, COM, s, dt))
+    all_force, all_moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     feet[:] = 0.0
-    wrench[:] = 0.0
     dampers[:] = 0.0
     for leg in range(len(planes)):
         at = LEGS + leg * LEG
         upward, static = vector(planes[leg], 0), planes[leg, 4]
         n = apply_transposed(R, upward)
-        height = dot(upward, vector(state, 0)) - planes[leg, 3] - radius
+        height = dot(upward, state.com) - planes[leg, 3] - POINT_RADIUS
         begin, end = vector(row, at + TURNING), vector(row, at + TURNING + 3)
         turning = plus(begin, times(s, minus(end, begin)))
+        foot_force, foot_moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for point in range(CONTACT_POINTS):
             r = minus(cubics(row, at + 12 * point, s), com)
             depth = -(height + dot(n, r))
             if depth <= 0.0:
                 # No other point of this foot can reach the ground.
-                if depth < -size:
+                if depth < -constants.size:
                     break
                 continue
             # The point of the tibia that touches, halfway into the ground.
-            below = times(radius - depth / 2.0, n)
+            below = times(POINT_RADIUS - depth / 2.0, n)
             r = minus(r, below)
             v = plus(plus(velocity, cross(w, r)), rates(row, at + 12 * point, s, dt))
             v = minus(v, cross(turning, below))
             rising = dot(n, v)
             v = minus(v, times(rising, n))
             slip = math.sqrt(dot(v, v))
-            normal = normal_force(depth, -rising, stiffness, damping)
+            normal = normal_force(depth, -rising, constants.stiffness, damping)
             drag = static * normal / threshold
             if slip > threshold:
-                least = min(kinetic, static)
+                least = min(constants.kinetic, static)
                 drag = friction_coefficient(slip, static, least, threshold) * normal / slip
             force = minus(times(normal, n), times(drag, v))
             feet[leg, 0] += 1.0
-            put(feet[leg], 1, plus(vector(feet[leg], 1), force))
-            put(feet[leg], 4, plus(vector(feet[leg], 4), cross(r, force)))
+            foot_force = plus(foot_force, force)
+            foot_moment = plus(foot_moment, cross(r, force))
             if len(dampers):
                 add_dampers(dampers, damping if rising < 0.0 else 0.0, drag, n, r)
-        for a in range(6):
-            wrench[a] += feet[leg, 1 + a]
-    return w
+        put(feet[leg], 1, foot_force)
+        put(feet[leg], 4, foot_moment)
+        all_force, all_moment = plus(all_force, foot_force), plus(all_moment, foot_moment)
+    return w, all_force, all_moment
 
 
 @compiled
@@ -309,15 +341,13 @@ def add_dampers(dampers: np.ndarray, damping: float, drag: float, n: Vector, r: 
 
 
 @compiled
-def factorise(
-    dampers: np.ndarray, mass: float, J: np.ndarray, weight: float, C: np.ndarray
-) -> None:
+def factorise(dampers: np.ndarray, mass: float, J: Matrix, weight: float, C: np.ndarray) -> None:
     """Fill C with the Cholesky factor of the mass matrix plus a weight times the dampers."""
     for i in range(6):
         for j in range(i + 1):
             value = weight * dampers[i, j]
             if i >= 3 and j >= 3:
-                value += J[i - 3, j - 3]
+                value += J[i - 3][j - 3]
             elif i == j:
                 value += mass
             for k in range(j):
@@ -326,7 +356,7 @@ def factorise(
 
 
 @compiled
-def damp(C: np.ndarray, mass: float, J: np.ndarray, b: np.ndarray, x: np.ndarray) -> None:
+def damp(C: np.ndarray, mass: float, J: Matrix, b: np.ndarray, x: np.ndarray) -> None:
     """Fill x with M (M + weight D)⁻¹ b, from the factor of the matrix in brackets."""
     for i in range(6):
         value = b[i]
@@ -343,158 +373,113 @@ def damp(C: np.ndarray, mass: float, J: np.ndarray, b: np.ndarray, x: np.ndarray
 
 
 @compiled
-def fill_drift(state: np.ndarray, w: Vector, mass: float, drift: np.ndarray) -> None:
-    """Fill the rates of the centre of mass (3) and of the quaternion (4)."""
-    put(drift, 0, times(1.0 / mass, vector(state, 7)))
-    scalar, q = state[3], vector(state, 4)
-    drift[3] = -0.5 * dot(q, w)
-    put(drift, 4, times(0.5, plus(times(scalar, w), cross(q, w))))
+def drift(state: State, w: Vector, mass: float) -> tuple[Vector, float, Vector]:
+    """Return the rates of the centre of mass, and of scalar and vector of the quaternion."""
+    q, r = state.quaternion[0], state.quaternion[1:]
+    turn = times(0.5, plus(times(q, w), cross(r, w)))
+    return times(1.0 / mass, state.momentum), -0.5 * dot(r, w), turn
 
 
 @compiled
-def add_impulse(state: np.ndarray, R: np.ndarray, force: np.ndarray, h: float) -> None:
-    """Add a force and a moment in body axes, over a time, to the momenta."""
-    for half in (0, 3):
-        change = times(h, apply(R, vector(force, half)))
-        put(state, 7 + half, plus(vector(state, 7 + half), change))
+def drifted(state: State, change: tuple[Vector, float, Vector], h: float) -> State:
+    """Return the state moved by rates of position and orientation over a time."""
+    velocity, scalar, turn = change
+    x, y, z = plus(state.quaternion[1:], times(h, turn))
+    quaternion = (state.quaternion[0] + h * scalar, x, y, z)
+    return State(plus(state.com, times(h, velocity)), quaternion, state.momentum, state.spin)
 
 
 @compiled
-def total_wrench(
-    R: np.ndarray, wrench: np.ndarray, weight: np.ndarray, R_to: np.ndarray, total: np.ndarray
-) -> None:
-    """Fill the wrench with the weight, in the body axes of another rotation."""
-    force = plus(apply(R, vector(wrench, 0)), vector(weight, 0))
-    put(total, 0, apply_transposed(R_to, force))
-    put(total, 3, apply_transposed(R_to, apply(R, vector(wrench, 3))))
+def pushed(state: State, R: Matrix, wrench: np.ndarray, h: float) -> State:
+    """Return the state after a force and a moment in body axes over a time."""
+    momentum = plus(state.momentum, times(h, apply(R, vector(wrench, 0))))
+    spin = plus(state.spin, times(h, apply(R, vector(wrench, 3))))
+    return State(state.com, state.quaternion, momentum, spin)
 
 
 @compiled
 def move(
-    row: np.ndarray,
-    dt: float,
-    substeps: int,
-    mass: float,
-    weight: np.ndarray,
-    planes: np.ndarray,
-    law: np.ndarray,
-    state: np.ndarray,
-    feet: np.ndarray,
-) -> None:
-    """Advance the state by one step in equal substeps; arguments as of `advance`."""
-    R, J, R2, J2 = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    row: np.ndarray, constants: Constants, planes: np.ndarray, state: State, feet: np.ndarray
+) -> State:
+    """Return the state after one step of equal substeps; arguments as of `contact`."""
     dampers, C, none = np.empty((6, 6)), np.empty((6, 6)), np.empty((0, 6))
-    wrench, force, k1, k2 = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
-    drift, drift2, stage = np.empty(7), np.empty(7), np.empty(13)
-    h = dt / substeps
-    for part in range(substeps):
-        s = part / substeps
-        w = contact(row, s, dt, state, mass, planes, law, R, J, feet, wrench, dampers)
+    total, k1, k2 = np.empty(6), np.empty(6), np.empty(6)
+    mass, h = constants.mass, constants.dt / constants.substeps
+    for part in range(constants.substeps):
+        s = part / constants.substeps
+        w, force, moment = contact(row, s, state, constants, planes, feet, dampers)
+        R, J = rotation(state.quaternion), inertia(row, s)
         factorise(dampers, mass, J, GAMMA * h, C)
-        fill_drift(state, w, mass, drift)
-        total_wrench(R, wrench, weight, R, force)
-        damp(C, mass, J, force, k1)
-        stage[:7] = state[:7] + h * drift
-        stage[7:] = state[7:]
-        add_impulse(stage, R, k1, h)
-        s = (part + 1.0) / substeps
-        w = contact(row, s, dt, stage, mass, planes, law, R2, J2, feet, wrench, none)
-        fill_drift(stage, w, mass, drift2)
-        total_wrench(R2, wrench, weight, R, force)
-        force -= 2.0 * k1
-        damp(C, mass, J, force, k2)
-        state[:7] += 0.5 * h * (drift + drift2)
-        k1 = 1.5 * k1 + 0.5 * k2
-        add_impulse(state, R, k1, h)
-    state[3:7] /= math.sqrt(np.sum(state[3:7] ** 2))
+        put(total, 0, apply_transposed(R, plus(apply(R, force), constants.weight)))
+        put(total, 3, moment)
+        damp(C, mass, J, total, k1)
+        rates_1 = drift(state, w, mass)
+        stage = pushed(drifted(state, rates_1, h), R, k1, h)
+        s = (part + 1.0) / constants.substeps
+        w, force, moment = contact(row, s, stage, constants, planes, feet, none)
+        rates_2, R2 = drift(stage, w, mass), rotation(stage.quaternion)
+        put(total, 0, apply_transposed(R, plus(apply(R2, force), constants.weight)))
+        put(total, 3, apply_transposed(R, apply(R2, moment)))
+        total -= 2.0 * k1
+        damp(C, mass, J, total, k2)
+        state = drifted(drifted(state, rates_1, 0.5 * h), rates_2, 0.5 * h)
+        state = pushed(state, R, 1.5 * k1 + 0.5 * k2, h)
+    w, x, y, z = state.quaternion
+    n = math.sqrt(w * w + x * x + y * y + z * z)
+    return State(state.com, (w / n, x / n, y / n, z / n), state.momentum, state.spin)
 
 
 @compiled
-def fill_state(
-    row: np.ndarray, dt: float, mass: float, pose: np.ndarray, twist: np.ndarray, state: np.ndarray
-) -> None:
-    """Fill the state from pose and twist of the body frame, at the beginning of a step."""
-    R, J = np.empty((3, 3)), np.empty((3, 3))
-    state[3:7] = pose[3:7]
-    fill_rotation(state, R)
-    fill_symmetric(cubics(row, INERTIA, 0.0), cubics(row, INERTIA + 12, 0.0), J)
-    com, w = cubics(row, COM, 0.0), vector(twist, 3)
+def to_state(row: np.ndarray, dt: float, mass: float, pose: np.ndarray, twist: np.ndarray) -> State:
+    """Return the state of pose and twist of the body frame, at the beginning of a step."""
+    quaternion = (pose[3], pose[4], pose[5], pose[6])
+    R, com, w = rotation(quaternion), cubics(row, COM, 0.0), vector(twist, 3)
     v = plus(rates(row, COM, 0.0, dt), cross(w, com))
-    put(state, 0, plus(vector(pose, 0), apply(R, com)))
-    put(state, 7, times(mass, plus(vector(twist, 0), apply(R, v))))
-    put(state, 10, apply(R, plus(apply(J, w), cubics(row, MOMENTUM, 0.0))))
+    momentum = times(mass, plus(vector(twist, 0), apply(R, v)))
+    spin = apply(R, plus(apply(inertia(row, 0.0), w), cubics(row, MOMENTUM, 0.0)))
+    return State(plus(vector(pose, 0), apply(R, com)), quaternion, momentum, spin)
 
 
 @compiled
-def fill_twist(
-    row: np.ndarray, dt: float, mass: float, state: np.ndarray, pose: np.ndarray, twist: np.ndarray
+def from_state(
+    row: np.ndarray, dt: float, mass: float, state: State, pose: np.ndarray, twist: np.ndarray
 ) -> None:
     """Fill pose and twist of the body frame from the state, at the end of a step."""
-    R, J = np.empty((3, 3)), np.empty((3, 3))
-    pose[3:7] = state[3:7]
-    fill_rotation(state, R)
-    fill_symmetric(cubics(row, INERTIA, 1.0), cubics(row, INERTIA + 12, 1.0), J)
-    w = solve(J, minus(apply_transposed(R, vector(state, 10)), cubics(row, MOMENTUM, 1.0)))
-    com = cubics(row, COM, 1.0)
+    R, com = rotation(state.quaternion), cubics(row, COM, 1.0)
+    momentum = minus(apply_transposed(R, state.spin), cubics(row, MOMENTUM, 1.0))
+    w = solve(inertia(row, 1.0), momentum)
     v = plus(rates(row, COM, 1.0, dt), cross(w, com))
-    put(pose, 0, minus(vector(state, 0), apply(R, com)))
-    put(twist, 0, minus(times(1.0 / mass, vector(state, 7)), apply(R, v)))
+    put(pose, 0, minus(state.com, apply(R, com)))
+    pose[3], pose[4], pose[5], pose[6] = state.quaternion
+    put(twist, 0, minus(times(1.0 / mass, state.momentum), apply(R, v)))
     put(twist, 3, w)
 
 
 @compiled
-def measure(
-    row: np.ndarray,
-    dt: float,
-    mass: float,
-    weight: np.ndarray,
-    state: np.ndarray,
-    pose: np.ndarray,
-    w: Vector,
-    R: np.ndarray,
-    J: np.ndarray,
-    feet: np.ndarray,
-    wrench: np.ndarray,
-    sensors: np.ndarray,
-    tip_torque: np.ndarray,
-    acceleration: np.ndarray,
-) -> None:
-    """Write the measurements at the beginning of a step, after `contact`; see `advance`."""
-    legs, com = len(feet), cubics(row, COM, 0.0)
-    for leg in range(legs):
-        at, force = LEGS + leg * LEG, vector(feet[leg], 1)
-        tip = vector(row, at + TIP)
-        moment = minus(vector(feet[leg], 4), cross(minus(tip, com), force))
-        tip_torque[3 * leg] = dot(vector(row, at + COXA_AXIS), moment)
-        tip_torque[3 * leg + 1] = tip_torque[3 * leg + 2] = dot(vector(row, at + AXIS), moment)
-        sensors[4 * leg] = feet[leg, 0]
-        put(sensors, 4 * leg + 1, apply(R, force))
-        put(sensors, 4 * legs + 3 * leg, plus(vector(pose, 0), apply(R, tip)))
+def body_acceleration(
+    row: np.ndarray, constants: Constants, state: State, w: Vector, force: Vector, moment: Vector
+) -> tuple[Vector, Vector]:
+    """Return linear and angular acceleration of the body frame at the beginning of a step."""
+    dt, mass = constants.dt, constants.mass
+    R, com, com_rate = rotation(state.quaternion), cubics(row, COM, 0.0), rates(row, COM, 0.0, dt)
     # J w' = moment - J' w - l' - w x (J w + l).
-    J_rate = np.empty((3, 3))
-    fill_symmetric(rates(row, INERTIA, 0.0, dt), rates(row, INERTIA + 12, 0.0, dt), J_rate)
-    momentum = apply_transposed(R, vector(state, 10))
-    gyration = plus(plus(apply(J_rate, w), rates(row, MOMENTUM, 0.0, dt)), cross(w, momentum))
-    turning = solve(J, minus(vector(wrench, 3), gyration))
+    J_rate = symmetric(rates(row, INERTIA, 0.0, dt), rates(row, INERTIA + 12, 0.0, dt))
+    gyration = plus(apply(J_rate, w), rates(row, MOMENTUM, 0.0, dt))
+    gyration = plus(gyration, cross(w, apply_transposed(R, state.spin)))
+    turning = solve(inertia(row, 0.0), minus(moment, gyration))
     # Centre of mass against the origin: c'' + 2 w x c' + w' x c + w x (w x c), in body axes.
-    com_rate = rates(row, COM, 0.0, dt)
     relative = plus(vector(row, COM_ACCELERATION), cross(turning, com))
     relative = plus(relative, cross(w, plus(times(2.0, com_rate), cross(w, com))))
-    linear = apply(R, minus(times(1.0 / mass, vector(wrench, 0)), relative))
-    put(acceleration, 0, plus(times(1.0 / mass, vector(weight, 0)), linear))
-    put(acceleration, 3, apply(R, turning))
+    linear = apply(R, minus(times(1.0 / mass, force), relative))
+    return plus(times(1.0 / mass, constants.weight), linear), apply(R, turning)
 
 
 @compiled
 def advance(
     rows: np.ndarray,
-    dt: float,
-    substeps: int,
+    constants: Constants,
     last: bool,
-    mass: float,
-    weight: np.ndarray,
     planes: np.ndarray,
-    law: np.ndarray,
     pose: np.ndarray,
     twist: np.ndarray,
     log_pose: np.ndarray,
@@ -507,13 +492,9 @@ def advance(
 
     Args:
         rows: The legs in each step, from `leg_rows`.
-        dt: Time step [s].
-        substeps: Substeps of a step.
+        constants: Of the run.
         last: Whether the last row is measured and not stepped.
-        mass: Of the robot [kg].
-        weight: Of the robot, world axes [N].
         planes: As of `contact`.
-        law: As of `contact`.
         pose: Position and quaternion of the body frame, advanced.
         twist: Its velocity in world axes and angular velocity in body axes, advanced.
         log_pose: A row of the pose per step.
@@ -522,16 +503,27 @@ def advance(
         tip_torque: Joint torques of the feet's forces beyond those of forces at the tips.
         acceleration: Of the body frame's origin, and angular acceleration, world axes.
     """
-    R, J, none = np.empty((3, 3)), np.empty((3, 3)), np.empty((0, 6))
-    feet, wrench, state = np.empty((len(planes), 7)), np.empty(6), np.empty(13)
+    legs, dt, mass = len(planes), constants.dt, constants.mass
+    feet, none = np.empty((legs, 7)), np.empty((0, 6))
     for k in range(len(rows)):
         row = rows[k]
-        fill_state(row, dt, mass, pose, twist, state)
-        w = contact(row, 0.0, dt, state, mass, planes, law, R, J, feet, wrench, none)
+        state = to_state(row, dt, mass, pose, twist)
+        R, com = rotation(state.quaternion), cubics(row, COM, 0.0)
+        w, force, moment = contact(row, 0.0, state, constants, planes, feet, none)
         log_pose[k, :7], log_twist[k, :6] = pose, twist
-        measured = sensors[k], tip_torque[k], acceleration[k]
-        measure(row, dt, mass, weight, state, pose, w, R, J, feet, wrench, *measured)
-        if last and k == len(rows) - 1:
-            return
-        move(row, dt, substeps, mass, weight, planes, law, state, feet)
-        fill_twist(row, dt, mass, state, pose, twist)
+        for leg in range(legs):
+            at, foot_force = LEGS + leg * LEG, vector(feet[leg], 1)
+            tip = vector(row, at + TIP)
+            at_tip = minus(vector(feet[leg], 4), cross(minus(tip, com), foot_force))
+            tip_torque[k, 3 * leg] = dot(vector(row, at + COXA_AXIS), at_tip)
+            tip_torque[k, 3 * leg + 1] = dot(vector(row, at + AXIS), at_tip)
+            tip_torque[k, 3 * leg + 2] = tip_torque[k, 3 * leg + 1]
+            sensors[k, 4 * leg] = feet[leg, 0]
+            put(sensors[k], 4 * leg + 1, apply(R, foot_force))
+            put(sensors[k], 4 * legs + 3 * leg, plus(vector(pose, 0), apply(R, tip)))
+        linear, angular = body_acceleration(row, constants, state, w, force, moment)
+        put(acceleration[k], 0, linear)
+        put(acceleration[k], 3, angular)
+        if not (last and k == len(rows) - 1):
+            state = move(row, constants, planes, state, feet)
+            from_state(row, dt, mass, state, pose, twist)
