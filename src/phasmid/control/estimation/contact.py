@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from phasmid.compiled import internal
-from phasmid.control.estimation.foot_force import normal_force
+from phasmid.control.estimation.leg_statics import normal_force
 from phasmid.control.estimation.state import (
     ContactSensor,
     EstimatorParameters,

@@ -17,7 +17,7 @@ from phasmid.control.estimation.attitude import estimate_attitude
 from phasmid.control.estimation.body_levelling import level_body
 from phasmid.control.estimation.contact import estimate_contact
 from phasmid.control.estimation.ground_plane import estimate_plane
-from phasmid.control.estimation.joint_compliance import estimate_compliance
+from phasmid.control.estimation.leg_statics import estimate_compliance
 from phasmid.control.estimation.odometry_alignment import align_odometry
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.estimation.state import (

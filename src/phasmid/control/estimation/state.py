@@ -18,7 +18,9 @@ from phasmid.control.estimation.admittance import transition
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.records import record_of
 from phasmid.control.types import Contact
+from phasmid.dynamics.matrices import link_moments
 from phasmid.errors import InvalidInput
+from phasmid.kinematics.arguments import geometry
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -194,9 +196,11 @@ class EstimatorParameters:
     contact_off: Float[np.ndarray, "4"]  # below it contact is lost
     swing_law: AdmittanceLaw
     stance_law: AdmittanceLaw
-    lengths: Float[np.ndarray, "legs 3"]  # of the links [m]
-    mass: Float[np.ndarray, "legs 3"]  # of the links [kg]
-    com: Float[np.ndarray, "legs 3 3"]  # of the links in their frames [m]
+    lengths: Float[np.ndarray, "legs 4"]  # of the links, and the foot's lateral offset [m]
+    up: Float[np.ndarray, "legs 3"]  # body's z in hip axes
+    link_mass: Float[np.ndarray, "legs 3"]  # [kg]
+    link_moment: Float[np.ndarray, "legs 3 3"]  # first moments, as in `link_moments` [kg·m]
+    link_inertia: Float[np.ndarray, "legs 3 3 3"]  # about the links' origins [kg·m²]
     dt: float  # update period [s]
     weight: float  # of the robot [N]
     stall_torque: float  # of a servo [N·m]
@@ -244,9 +248,9 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
         contact_off,
         swing,
         stance,
-        np.array(arrays.lengths),
-        np.array(arrays.mass),
-        np.array(arrays.com),
+        np.column_stack(geometry(arrays)),
+        arrays.R_body_hip[:, 2],
+        *link_moments(arrays)[1:],
         dt,
         weight,
         robot.servo.stall_torque,
