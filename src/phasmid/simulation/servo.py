@@ -14,8 +14,8 @@ from phasmid.control.feed_forward.servo_goal import (
     FULL_PUNCH,
     FULL_PWM,
     goal_memory,
-    goal_numbers,
     goals_for_torque,
+    inverse_law,
 )
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
@@ -267,7 +267,7 @@ class ServoDrive:
         limits = np.vstack([leg.joint_limits for leg in robot.legs]).T
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
         numbers = servo_numbers(servo, model.opt.timestep, voltage, self._ambient)
-        self._goal_numbers = goal_numbers(servo, voltage)
+        self._goal_law = inverse_law(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         self._rows = np.zeros((state_rows(numbers), len(start)))
         self.state = self._rows.ravel()
@@ -317,7 +317,7 @@ class ServoDrive:
         if setpoints.torque is None:
             return q
         qd, torque = setpoints.qd.reshape(q.shape), setpoints.torque.reshape(q.shape)
-        return goals_for_torque(q, qd, torque, self._goal_numbers, dt, self._goal_memory)
+        return goals_for_torque(q, qd, torque, self._goal_law, dt, self._goal_memory)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return duty, current, rotor speed, temperature and shutdown of every servo."""

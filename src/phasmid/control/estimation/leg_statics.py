@@ -21,9 +21,6 @@ LEAST_BEND = 0.2
 """Sine of the knee angle below which the leg is stretched and torques do not determine the
 force."""
 
-SPREAD = 0.03
-"""Spread of the feet across a line below which they do not determine the body's tilt [m]."""
-
 
 @internal
 def normal_force(
@@ -79,7 +76,7 @@ def estimate_compliance(
             weights[leg] = 1.0
     if weights.sum() == 0.0:
         return 0.0
-    centre, a, b = fit_plane(points, weights, SPREAD, 0.0, 0.0)
+    centre, a, b = fit_plane(points, weights, 0.0, 0.0)
     for leg in range(legs):
         foot = estimator.feet[leg]
         if foot.standing == 0:

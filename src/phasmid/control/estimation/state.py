@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.control.estimation.admittance import transition
+from phasmid.control.estimation.admittance import STANCE_STIFFNESS, SWING_STIFFNESS, transition
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.records import record_of
 from phasmid.control.types import Contact
@@ -235,10 +235,7 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
             )
     arrays, weight = robot.arrays, robot.mass * STANDARD_GRAVITY
     own = weight / len(robot.legs)
-    swing, stance = (
-        AdmittanceLaw(*transition(settings.admittance_mass, k, settings.damping_ratio, dt))
-        for k in (settings.swing_stiffness, settings.stance_stiffness)
-    )
+    swing, stance = (AdmittanceLaw(*transition(k, dt)) for k in (SWING_STIFFNESS, STANCE_STIFFNESS))
     force = settings.force_on * own, settings.force_off * own
     load = settings.load_on * own, settings.load_off * own
     contact_on, contact_off = np.array([(0.5, 0.5), force, load, load]).T
