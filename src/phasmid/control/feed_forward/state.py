@@ -16,6 +16,7 @@ from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.dynamics.matrices import link_moments
 from phasmid.kinematics.arguments import geometry
 from phasmid.robot import Robot
+from phasmid.units import STANDARD_GRAVITY
 
 
 @dataclass(eq=False)
@@ -154,22 +155,8 @@ PARAMETERS, STATE = record_of(Parameters), record_of(State)
 """Records of these classes."""
 
 
-def parameters_of(
-    robot: Robot,
-    settings: FeedForwardSettings,
-    update_period: float,
-    gravity: float,
-    armature: float | None,
-) -> Parameters:
-    """Return the parameters of a robot.
-
-    Args:
-        robot: The robot.
-        settings: Force model and limits.
-        update_period: Time from one update to the next [s].
-        gravity: Acceleration of free fall [m/s²].
-        armature: Inertia of each joint's rotor [kg·m²]; None for that of the robot's servo.
-    """
+def parameters_of(robot: Robot, settings: FeedForwardSettings, update_period: float) -> Parameters:
+    """Return the parameters of a robot, with force model and limits of the settings."""
     arrays, body, servo = robot.arrays, robot.body, robot.servo
     stall_torque = settings.torque_used * servo.stall_torque
     cost, cost_option = settings.cost()
@@ -180,8 +167,8 @@ def parameters_of(
         arrays.p_body_hip,
         body.mass,
         *moments_about_origin(np.array(body.mass), body.com, body.inertia),
-        servo.armature if armature is None else armature,
-        gravity,
+        servo.armature,
+        STANDARD_GRAVITY,
         stall_torque,
         stall_torque / servo.no_load_speed,
         settings.friction * settings.friction_used,
