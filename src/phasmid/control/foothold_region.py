@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
-from phasmid.control.limbs import deepest_of, rotation, to_hip
+from phasmid.control.body_kernels import rotation, to_hip
 from phasmid.control.reach_bounds import AT_ENOUGH, AT_PLANNED, is_within
 from phasmid.control.trunk import integrate_twist
 from phasmid.control.types import DIRECTIONS, LegPhase, Model, Parameters, Reference, State
+from phasmid.gait.support_kernels import edge_depth
 from phasmid.kinematics.leg_kernels import Triple, inverse_kinematics
 
 SLACK = 0.001
@@ -365,7 +366,7 @@ def support_share(
             # Of the edges that it comes nearer to; closing, depth and room are times their length.
             closing = (dy * wx - dx * wy) * left
             length = math.sqrt(dx * dx + dy * dy)
-            if closing > 1e-12 * length and deepest_of(feet, standing, i, j) >= 0.0:
+            if closing > 1e-12 * length and edge_depth(feet, standing, i, j) >= 0.0:
                 depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
                 room = depth + length * parameters.planned_margin / 2
                 share = min(share, max(room, 0.0) / closing)

@@ -9,7 +9,6 @@ import numpy as np
 from phasmid.compiled import internal
 from phasmid.control.foothold_region import is_reached, speed_share, sway_wave
 from phasmid.control.foothold_search import is_searching, set_search
-from phasmid.control.limbs import edges_of, margin_within
 from phasmid.control.types import (
     LegPhase,
     Manoeuvre,
@@ -19,6 +18,7 @@ from phasmid.control.types import (
     SearchStage,
     State,
 )
+from phasmid.gait.support_kernels import edge_margin, support_edges
 
 DEEP = 0.01
 """A foot that is farther than this below the ground that is believed is in a hole [m]."""
@@ -108,8 +108,8 @@ def margin_without_legs(
     rx = R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2] + state.body_position[0]
     ry = R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + state.body_position[1]
     edges = np.empty((legs * legs, 5))
-    count = edges_of(state.foot, standing, edges)
-    now = margin_within(edges, count, rx, ry)
+    count = support_edges(state.foot, standing, edges)
+    now = edge_margin(edges, count, rx, ry)
     c, s = math.cos(path[2]), math.sin(path[2])
     wx = c * v[0] - s * v[1] - v[2] * (ry - path[1])
     wy = s * v[0] + c * v[1] + v[2] * (rx - path[0])
@@ -122,7 +122,7 @@ def margin_without_legs(
             rx + state.clock.sway_share * (c * dx - s * dy),
             ry + state.clock.sway_share * (s * dx + c * dy),
         )
-    then = margin_within(edges, count, rx + wx * time, ry + wy * time)
+    then = edge_margin(edges, count, rx + wx * time, ry + wy * time)
     return min(now, then + FORESIGHT)
 
 

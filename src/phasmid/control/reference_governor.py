@@ -12,11 +12,12 @@ import math
 import numpy as np
 
 from phasmid.compiled import inlined, internal
+from phasmid.control.body_kernels import rotation
 from phasmid.control.foothold_region import joint_limit_margin, sway_wave, to_hip_frame
-from phasmid.control.limbs import edges_of, margin_within, rotation
 from phasmid.control.reach_bounds import AT_ENOUGH, ENOUGH, is_within
 from phasmid.control.trunk import approach, follow, integrate_twist
 from phasmid.control.types import LegPhase, Model, Parameters, Reference, State
+from phasmid.gait.support_kernels import edge_margin, support_edges
 
 LOOKS, SPAN = 5, 0.07
 """How many times, and how far apart, the way to rest is looked at [s]."""
@@ -149,7 +150,7 @@ def is_recoverable(
     for i in range(6):
         pose[0, i] = goal[i]
     edges = np.empty((legs * legs, 5))
-    count = edges_of(foot, standing, edges) if left > 0.0 else 0
+    count = support_edges(foot, standing, edges) if left > 0.0 else 0
     time, holds = 0.0, 0.0
     for look in range(LOOKS + 1):
         if look > 0:
@@ -201,7 +202,7 @@ def is_recoverable(
             com = state.com
             x = trunk[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
             y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
-            margin = margin_within(edges, count, x, y)
+            margin = edge_margin(edges, count, x, y)
             if look == 0:
                 holds = min(HOLDS * parameters.support_margin, margin)
             if margin < holds - 1e-9:

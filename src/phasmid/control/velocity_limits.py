@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled
+from phasmid.control.body_kernels import moment_of, rotation, support_margin, to_hip
 from phasmid.control.foothold_region import lift_lag, reaches, region_share, sway_wave
-from phasmid.control.limbs import margin_of, moment_of, rotation, to_hip
 from phasmid.control.reach_bounds import PLANNED
 from phasmid.control.swing import blend, lift
 from phasmid.control.trunk import integrate_twist
@@ -141,7 +141,7 @@ def gait_is_feasible(
             moment[i] /= model.mass
         x = bx + lean[0, 0] * moment[0] + lean[0, 1] * moment[1] + lean[0, 2] * moment[2]
         y = by + lean[1, 0] * moment[0] + lean[1, 1] * moment[1] + lean[1, 2] * moment[2]
-        least = min(least, margin_of(feet, standing, x, y))
+        least = min(least, support_margin(feet, standing, x, y))
         if least < parameters.support_margin + parameters.planned_margin:
             verdict[0], verdict[1], verdict[2], verdict[3] = SUPPORT, -1, -1, least
             return False
