@@ -13,8 +13,8 @@ from jaxtyping import Float
 from phasmid.compiled import internal
 from phasmid.control.estimation.ground_plane import fit_plane
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
-from phasmid.dynamics.leg_kernels import leg_torque
-from phasmid.kinematics.leg_kernels import forward_kinematics, joint_motion
+from phasmid.dynamics.leg_kernels import elevated, into_coxa
+from phasmid.kinematics.leg_kernels import forward_kinematics, joint_motion, sincos
 from phasmid.units import STANDARD_GRAVITY
 
 LEAST_BEND = 0.2
@@ -37,15 +37,21 @@ def normal_force(
     if abs(math.sin(q[2])) < LEAST_BEND:
         return math.nan
     lengths, up = parameters.lengths[leg], parameters.up[leg]
-    rate, acceleration, holding, zero = np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
-    links = parameters.link_mass[leg], parameters.link_moment[leg], parameters.link_inertia[leg]
-    gravity = STANDARD_GRAVITY * up
-    leg_torque(lengths, lengths[3], *links, gravity, q, zero, zero, zero, holding)
+    rate, acceleration, zero, g = np.empty(3), np.empty(3), np.zeros(3), STANDARD_GRAVITY
     joint_motion(lengths, lengths[3], q, up, zero, rate, acceleration)
-    force = 0.0
-    for k in range(3):
-        force += rate[k] * (holding[k] - torque[k])
-    return force
+    s1, c1 = sincos(q[0])
+    weight = elevated(
+        lengths,
+        parameters.link_mass[leg],
+        parameters.link_moment[leg],
+        parameters.link_inertia[leg],
+        into_coxa(g * up[0], g * up[1], g * up[2], s1, c1),
+        sincos(q[1]),
+        sincos(q[1] + q[2]),
+    )
+    force = rate[0] * (weight.g1 - torque[0])
+    force += rate[1] * (weight.g2 + weight.g3 - torque[1])
+    return force + rate[2] * (weight.g3 - torque[2])
 
 
 @internal

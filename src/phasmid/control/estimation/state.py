@@ -247,7 +247,7 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
         stance,
         np.column_stack(geometry(arrays)),
         arrays.R_body_hip[:, 2],
-        *link_moments(arrays)[1:],
+        *link_moments(arrays),
         dt,
         weight,
         robot.servo.stall_torque,
