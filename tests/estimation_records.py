@@ -27,12 +27,12 @@ def new_measurements():
     return np.zeros(1, MEASUREMENTS).view(np.recarray)[0]
 
 
-def new_parameters(settings=None, dt=0.005, **changed):
-    """Parameters of a `phantomx-mk4`, some of which are changed."""
+def new_parameters(settings=None, dt=0.005, robot=ROBOT, **changed):
+    """Parameters of a robot's estimator, some of which are changed."""
     records = np.zeros(1, ESTIMATOR_PARAMETERS)
     parameters = records.view(np.recarray)[0]
-    view = view_of(records, EstimatorParameters, len(ROBOT.legs))
-    fill(view, parameters_of(ROBOT, settings or EstimatorSettings(), dt))
+    view = view_of(records, EstimatorParameters, len(robot.legs))
+    fill(view, parameters_of(robot, settings or EstimatorSettings(), dt))
     for name, value in changed.items():
         setattr(parameters, name, value)
     return parameters

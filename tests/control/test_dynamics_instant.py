@@ -9,9 +9,12 @@ import pytest
 
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
+from phasmid.control.feed_forward import feed_forward
 from phasmid.control.feed_forward.feed_forward import FeedForward
 from phasmid.control.feed_forward.settings import FeedForwardSettings
-from phasmid.control.feed_forward.state import Motion
+from phasmid.control.feed_forward.state import Motion, State
+from phasmid.control.memory import Records
+from phasmid.control.records import fill
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, share_load
 from phasmid.robot import Robot, load_robot, preset_names
@@ -23,8 +26,26 @@ def robot_called(name: str) -> Robot:
     return general_robot() if name == "general" else load_robot(name)
 
 
+class Instant(FeedForward):
+    """Feed-forward of single motions, whatever the gait of an engine."""
+
+    def __init__(self, robot: Robot, settings=None, armature: float | None = None) -> None:
+        self.records = Records.zeros(1).of(0)
+        super().__init__(robot, settings, records=self.records)
+        if armature is not None:
+            self.parameters.armature = armature
+
+    def solve(self, motion: Motion, load_share: np.ndarray, normals: np.ndarray) -> State:
+        """Return the state with forces and torques of a motion."""
+        fill(self.state.motion, motion)
+        self.state.load_share[:], self.state.normals[:] = load_share, normals
+        feed_forward.solve(self.state, self.parameters)
+        self.apply_limits()
+        return self.state
+
+
 def states(robot: Robot, count: int, *, spread: float = 0.3):
-    """Random states near the neutral stance, in order of `FeedForward.solve`."""
+    """Random states near the neutral stance, in order of `Instant.solve`."""
     rng = np.random.default_rng(7)
     legs = len(robot.legs)
     for _ in range(count):
@@ -64,7 +85,7 @@ def test_an_instant_has_the_torques_and_forces_of_the_batch(name: str, model: st
     settings = FeedForwardSettings(force_model=model, friction=10.0, friction_used=1.0)
     # Servos without limits, and feet that may pull: what is made least is all that counts.
     servo = replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)
-    feed = FeedForward(replace(robot, servo=servo), settings, armature=0.01)
+    feed = Instant(replace(robot, servo=servo), settings, armature=0.01)
     feed.parameters.friction = np.inf
     for state in states(robot, 40):
         torque, force, _, _ = batch_answer(robot, state, model, armature=0.01)
@@ -75,7 +96,7 @@ def test_an_instant_has_the_torques_and_forces_of_the_batch(name: str, model: st
 
 
 def standing(robot: Robot, **motion):
-    """The robot at its neutral stance, in order of `FeedForward.solve`, with some motion."""
+    """The robot at its neutral stance, in order of `Instant.solve`, with some motion."""
     legs = len(robot.legs)
     feet = np.array([leg.neutral_foot for leg in robot.legs])
     q, still = kinematics.joint_angles(robot.arrays, feet), np.zeros((legs, 3))
@@ -93,7 +114,7 @@ def standing(robot: Robot, **motion):
     return {name: np.array(value) for name, value in (state | motion).items()}
 
 
-def solve(feed: FeedForward, motion):
+def solve(feed: Instant, motion):
     """The answer to a motion that `standing` made."""
     values = list(motion.values())
     return feed.solve(Motion(*values[:7]), *values[7:])
@@ -105,7 +126,7 @@ def test_the_feet_give_the_weight_and_the_acceleration(name: str) -> None:
     robot = robot_called(name)
     a = np.array([0.3, -0.2, 0.4])
     settings = FeedForwardSettings(friction=10.0)
-    feed = FeedForward(robot, settings)
+    feed = Instant(robot, settings)
     effort = solve(feed, standing(robot, acceleration=a))
     expected = robot.mass * (a + np.array([0.0, 0.0, 9.81]))
     np.testing.assert_allclose(effort.foot_force.sum(axis=0), expected, rtol=0, atol=1e-10)
@@ -117,7 +138,7 @@ def test_the_joints_power_and_the_feet_s_make_the_energy_grow(name: str) -> None
     # by h² / 6 of a third derivative of up to 1e5 W/s², 2e-6 W, and 1e-16 E / h = 1e-9 W.
     robot, h = robot_called(name), 1e-5
     settings = FeedForwardSettings(friction=10.0, friction_used=1.0)
-    feed = FeedForward(
+    feed = Instant(
         replace(robot, servo=replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)),
         settings,
         armature=0.0,
@@ -158,8 +179,8 @@ def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:
     robot, mu = load_robot("phantomx-paper"), 0.25
     state = standing(robot, acceleration=[0.5, 0.3, 0.0])
     settings = FeedForwardSettings("minimum-torque", friction=mu, friction_used=1.0)
-    effort = solve(FeedForward(robot, settings, armature=0.0), state)
-    free = solve(FeedForward(robot, replace(settings, friction=10.0), armature=0.0), state)
+    effort = solve(Instant(robot, settings, armature=0.0), state)
+    free = solve(Instant(robot, replace(settings, friction=10.0), armature=0.0), state)
     assert free.friction > mu
     assert effort.friction <= mu * (1 + 1e-9)
     assert effort.motion_scale == 1.0
@@ -194,9 +215,9 @@ def test_a_programme_is_independent_of_those_before_it() -> None:
     s = np.radians(40)
     R = np.array([[np.cos(s), 0, np.sin(s)], [0, 1, 0], [-np.sin(s), 0, np.cos(s)]])
     steep = standing(robot, R_world_body=R, normals=np.tile(R[:, 2], (6, 1)))
-    feed = FeedForward(robot, settings)
+    feed = Instant(robot, settings)
     for motion in motions:
-        expected = solve(FeedForward(robot, settings), motion)
+        expected = solve(Instant(robot, settings), motion)
         assert solve(feed, steep).motion_scale == 0.0
         result = solve(feed, motion)
         assert result.foot_force.tobytes() == expected.foot_force.tobytes()
@@ -207,9 +228,7 @@ def test_round_off_takes_nothing_of_a_motion_that_can_be_had() -> None:
     # The solver is right to 1e-6 or so; a motion of which it leaves out less is had, and a walk
     # that takes its speed back for what is left out must not do so for nothing.
     robot, rng = load_robot("phantomx-paper"), np.random.default_rng(11)
-    feed = FeedForward(
-        robot, FeedForwardSettings("minimum-torque", friction=0.25, friction_used=1.0)
-    )
+    feed = Instant(robot, FeedForwardSettings("minimum-torque", friction=0.25, friction_used=1.0))
     asked = 0
     for _ in range(200):
         acceleration, share = rng.uniform(-0.8, 0.8, 3), rng.uniform(0.001, 1.0, 6)
@@ -225,7 +244,7 @@ def test_of_too_much_acceleration_as_much_is_given_as_friction_allows() -> None:
     # a = 6 m/s² is possible where s a <= mu g; the pyramid takes cos(pi/8) of mu at the least.
     robot = load_robot("phantomx-paper")
     settings = FeedForwardSettings(friction=0.5, friction_used=0.6)
-    feed = FeedForward(robot, settings)
+    feed = Instant(robot, settings)
     effort = solve(feed, standing(robot, acceleration=[6.0, 0, 0]))
     most = 0.3 * 9.81 / 6.0
     assert np.cos(np.pi / 8) * most * (1 - 1e-3) <= effort.motion_scale <= most * (1 + 1e-6)
@@ -240,7 +259,7 @@ def test_a_slope_too_steep_for_friction_is_told_before_the_robot_slides() -> Non
     state = standing(robot, R_world_body=R, normals=np.tile(R[:, 2], (6, 1)))
     for friction, part in ((0.5, 1.0), (0.3, 0.0)):
         settings = FeedForwardSettings(friction=friction, friction_used=1.0)
-        feed = FeedForward(robot, settings)
+        feed = Instant(robot, settings)
         effort = solve(feed, state)
         assert effort.motion_scale == part
     assert feed.limit_reason == "the feet need a friction of 0.36 of 0.30."
@@ -249,7 +268,7 @@ def test_a_slope_too_steep_for_friction_is_told_before_the_robot_slides() -> Non
 def test_a_load_beyond_the_servos_is_told_with_its_joint() -> None:
     robot = load_robot("phantomx-paper")
     heavy = replace(robot, body=replace(robot.body, mass=20.0))
-    feed = FeedForward(heavy)
+    feed = Instant(heavy)
     effort = solve(feed, standing(heavy))
     worst = int(np.argmax(np.abs(effort.joint_torque)))
     joint = f"{robot.legs[worst // 3].name}.{['coxa', 'femur', 'tibia'][worst % 3]}"
@@ -262,7 +281,7 @@ def test_a_load_beyond_the_servos_is_told_with_its_joint() -> None:
 def test_two_feet_cannot_carry_a_robot_and_it_is_told() -> None:
     robot = load_robot("phantomx-paper")
     share = np.array([1.0, 0, 0, 0, 0, 1.0])
-    feed = FeedForward(robot)
+    feed = Instant(robot)
     effort = solve(feed, standing(robot, share=share))
     assert np.isfinite(effort.foot_force).all()
     assert np.isfinite(effort.joint_torque).all()

@@ -9,7 +9,7 @@ import pytest
 
 import phasmid
 from phasmid.control import Command, EngineSettings, LocomotionEngine, Observation
-from phasmid.control.feed_forward.contact_force_qp import ContactForceQP
+from phasmid.control.feed_forward import feed_forward
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.errors import InvalidInput
 from phasmid.reporting.tracking import Tracking, track
@@ -69,13 +69,13 @@ def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull(monkeypatch
     # On waves of 20 mm lifts wait, and the cheapest forces of feet with a thousandth of their share
     # often pull. To have none takes no programme, and nothing of what the feet give in all: the
     # load, to 1e-9 of it.
-    solved, solve = [], ContactForceQP.solve
+    solved, limit_forces = [], feed_forward.limit_forces
 
-    def noted(qp):
-        solved.append(qp)
-        return solve(qp)
+    def noted(state, robot):
+        solved.append(state)
+        return limit_forces(state, robot)
 
-    monkeypatch.setattr(ContactForceQP, "solve", noted)
+    monkeypatch.setattr(feed_forward, "limit_forces", noted)
     engine = LocomotionEngine(phasmid.load_robot("phantomx-ax"))
     loads, state, free = engine.feed_forward.state, engine.state, 0
     needs, force = loads.required, loads.foot_force

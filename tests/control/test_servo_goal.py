@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.control.feed_forward.servo_goal import goal_memory, goal_numbers, goals_for_torque
+from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torque, inverse_law
 from phasmid.robot import load_robot
 from simulation.servo_bench import Bench
 
@@ -17,9 +17,9 @@ PID = replace(AX, law="pid", p_gain=800.0)
 
 
 def goal(servo, q, qd, torque, voltage=12.0):
-    numbers = goal_numbers(servo, voltage)
+    law = inverse_law(servo, voltage)
     rows = (np.array([[value]]) for value in (q, qd, torque))
-    return float(goals_for_torque(*rows, numbers, 1e-3, goal_memory(1))[0, 0])
+    return float(goals_for_torque(*rows, law, 1e-3, goal_memory(1))[0, 0])
 
 
 @pytest.mark.parametrize("servo", [AX, PID], ids=["compliance", "pid"])
@@ -30,7 +30,7 @@ def test_a_turning_servo_gives_the_torque_that_is_fed_forward(servo, voltage, qd
     # b w. The law sees whole ticks of goal and angle, so the output misses by up to one tick of
     # slope: 1/32 of full output for AX (1/885 * 6.25 for PID), hence that share of the stall push.
     for torque in (-0.6, -0.2, 0.3, 0.7):
-        numbers = goal_numbers(servo, voltage)
+        law = inverse_law(servo, voltage)
         wanted = goal(servo, 0.0, qd, torque, voltage)
         error = wanted / servo.resolution
         duty = _output(servo, error)
@@ -39,7 +39,7 @@ def test_a_turning_servo_gives_the_torque_that_is_fed_forward(servo, voltage, qd
         friction = np.sign(qd) * (motor.coulomb + motor.load_loss * abs(push))
         given = push - friction - motor.viscous * qd
         if abs(duty) < servo.torque_limit - 1e-12 and abs(duty) > servo.punch / 1023:
-            assert given == pytest.approx(torque, abs=1e-12 * (1 + numbers[8]))
+            assert given == pytest.approx(torque, abs=1e-12 * (1 + law.per_torque))
 
 
 def _output(servo, error: float) -> float:
@@ -89,7 +89,7 @@ def test_a_servo_that_is_fed_forward_follows_a_fast_swing(robot) -> None:
     # is 20 ticks for AX-12A. XL430's law answers to the error's change as well.
     servo, inertia, w, most = load_robot(robot).servo, 3e-3, 4 * np.pi, 4.0
     servo = replace(servo, delay=0.0)
-    numbers, memory = goal_numbers(servo, 12.0), goal_memory(1)
+    law, memory = inverse_law(servo, 12.0), goal_memory(1)
     worst = {}
     for fed in (False, True):
         bench, errors = Bench(servo, inertia=inertia), []
@@ -99,7 +99,7 @@ def test_a_servo_that_is_fed_forward_follows_a_fast_swing(robot) -> None:
             q, qd = most / w * np.sin(w * t), most * np.cos(w * t)
             torque = -(inertia + servo.armature) * most * w * np.sin(w * t)
             rows = (np.array([[value]]) for value in (q, qd, torque))
-            bench.step(float(goals_for_torque(*rows, numbers, 1e-3, memory)[0, 0]) if fed else q)
+            bench.step(float(goals_for_torque(*rows, law, 1e-3, memory)[0, 0]) if fed else q)
             errors.append(bench.angle[0] - most / w * np.sin(w * (t + 1e-3)))
         worst[fed] = np.degrees(np.std(errors[500:]))
     assert worst[False] > 3
@@ -112,12 +112,12 @@ def test_a_goal_is_ahead_of_the_motion_by_the_servos_delay() -> None:
     # 4.3 ticks. With it the joint is as far from its target as that of a servo without delay.
     servo, speed, errors = load_robot("phantomx-ax").servo, 2.0, []
     for known, delayed in ((servo, True), (replace(servo, delay=0.0), True), (AX, False)):
-        bench, numbers = Bench(servo, delayed=delayed), goal_numbers(known, 12.0)
+        bench, law = Bench(servo, delayed=delayed), inverse_law(known, 12.0)
         memory, away = goal_memory(1), []
         bench.speed[:] = bench["speed"] = speed
         for k in range(1000):
             rows = (np.array([[value]]) for value in (1e-3 * k * speed, speed, 0.0))
-            bench.step(float(goals_for_torque(*rows, numbers, 1e-3, memory)[0, 0]))
+            bench.step(float(goals_for_torque(*rows, law, 1e-3, memory)[0, 0]))
             away.append(bench.angle[0] - 1e-3 * (k + 1) * speed)
         errors.append(np.mean(away[500:]))
     led, unled, undelayed = errors

@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 
 from phasmid import dynamics, kinematics
+from phasmid.control import Command
 from phasmid.formats import Imported, import_robot
 from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
-from phasmid.simulation import simulate
+from phasmid.simulation import drive, simulate
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "quadrupeds"
 CORNERS = {"FR": (1, -1), "FL": (1, 1), "RR": (-1, -1), "RL": (-1, 1)}
@@ -160,3 +161,12 @@ def test_it_walks_the_crawl(file: Path) -> None:
     )
     travel = summarise(simulate(scenario, plan(scenario)))["travel"]
     assert travel["distance"] == pytest.approx(travel["commanded_distance"], rel=0.05)
+
+
+@pytest.mark.slow
+def test_it_is_driven_in_a_crawl(file: Path) -> None:
+    """By compliant servos, with ground sensing and safety; the start takes 1 s of 8 s."""
+    scenario = load_scenario("paper").replace(robot=str(file), gait="crawl", duration=8.0)
+    recording = drive(scenario, commands=Command(velocity=(0.05, 0.0, 0.0)))
+    assert recording.attrs["ending"] == "COMPLETED"
+    assert np.ptp(recording["body_position"].values[:, 0]) > 0.85 * 0.05 * 8.0

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.limbs import rotation
+from phasmid.control.body_kernels import rotation
 from phasmid.control.types import Model, Parameters, Reference, State
 from phasmid.kinematics.leg_kernels import Triple
 

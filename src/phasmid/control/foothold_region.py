@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.limbs import rotation, to_hip
+from phasmid.control.body_kernels import rotation, to_hip
 from phasmid.control.reach import AT_PLANNED, is_within, to_hip_frame
 from phasmid.control.types import DIRECTIONS, Model
 

@@ -17,10 +17,10 @@ from phasmid.control.body_motion import (
 )
 from phasmid.control.foothold_search import is_searching
 from phasmid.control.leg_phases import lift_off, reaches_height
-from phasmid.control.limbs import edges_of, margin_within
 from phasmid.control.reach import is_reachable
 from phasmid.control.types import LegPhase, Model, Parameters, Reference, SearchStage, State
 from phasmid.control.velocity_limits import region_speed_share
+from phasmid.gait.support_kernels import edge_margin, support_edges
 
 DEEP = 0.01
 """Depth below the estimated ground from which a foot is in a hole [m]."""
@@ -87,8 +87,8 @@ def margin_without_legs(
         stance[leg] = stands and reference.used[leg] and not lifted[leg]
     x, y = com_in_odom(state)
     edges = np.empty((legs * legs, 5))
-    count = edges_of(state.foot, stance, edges)
-    now = margin_within(edges, count, x, y)
+    count = support_edges(state.foot, stance, edges)
+    now = edge_margin(edges, count, x, y)
     vx, vy = point_velocity(path, state.velocity_filter[2], x, y)
     if reference.sway != 0.0:
         a, b = np.empty((3, 2)), np.empty((3, 2))
@@ -97,7 +97,7 @@ def margin_without_legs(
         dx, dy = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
         c, s, share = math.cos(path[2]), math.sin(path[2]), state.clock.sway_share
         x, y = x + share * (c * dx - s * dy), y + share * (s * dx + c * dy)
-    then = margin_within(edges, count, x + vx * time, y + vy * time)
+    then = edge_margin(edges, count, x + vx * time, y + vy * time)
     return min(now, then + FORESIGHT)
 
 

@@ -18,9 +18,9 @@ from phasmid.control.body_motion import (
     place_body,
     sway_wave,
 )
-from phasmid.control.limbs import edges_of, margin_within
 from phasmid.control.reach import AT_ENOUGH, ENOUGH, is_within, joint_limit_margin, to_hip_frame
 from phasmid.control.types import LegPhase, Model, Parameters, Reference, State
+from phasmid.gait.support_kernels import edge_margin, support_edges
 
 LOOKS, SPAN = 5, 0.07
 """Number of samples of the motion to rest, and time between them [s]."""
@@ -98,7 +98,7 @@ def is_recoverable(
             left = max(left, stays[leg])
     speed[0], pose[0] = velocity, goal
     edges = np.empty((legs * legs, 5))
-    count = edges_of(state.foot, stance, edges) if left > 0.0 else 0
+    count = support_edges(state.foot, stance, edges) if left > 0.0 else 0
     time, holds = 0.0, 0.0
     for look in range(LOOKS + 1):
         if look > 0:
@@ -133,7 +133,7 @@ def is_recoverable(
         if left > 0.0 and time <= left + SPAN:
             x = body[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
             y = body[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
-            support = margin_within(edges, count, x, y)
+            support = edge_margin(edges, count, x, y)
             if look == 0:
                 holds = min(HOLDS * parameters.support_margin, support)
             if support < holds - 1e-9:

@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
+from phasmid.control.body_kernels import moment_of, support_margin, to_hip
 from phasmid.control.body_motion import (
     approach,
     follow,
@@ -23,7 +24,6 @@ from phasmid.control.foothold_region import bound_region
 from phasmid.control.foothold_search import end_search, is_returning, is_searching
 from phasmid.control.gait_scheduler import advance_phase, best_phase
 from phasmid.control.leg_phases import land_here, move_feet, stand
-from phasmid.control.limbs import margin_of, moment_of, to_hip
 from phasmid.control.memory import Records
 from phasmid.control.reach import HARD, joint_limit_margin
 from phasmid.control.reference_governor import is_recoverable, is_settled
@@ -219,7 +219,7 @@ def measure_support(state: State) -> float:
         standing[leg] = 1 if state.leg_phase[leg] == LegPhase.STANCE else 0
     x = trunk[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
     y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
-    return margin_of(state.foot, standing, x, y)
+    return support_margin(state.foot, standing, x, y)
 
 
 @internal

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
+from phasmid.control.body_kernels import moment_of, rotation, support_margin, to_hip
 from phasmid.control.body_motion import (
     com_in_odom,
     in_odom,
@@ -25,10 +26,10 @@ from phasmid.control.constraints import (
     largest_share,
 )
 from phasmid.control.foothold_region import region_share
-from phasmid.control.limbs import deepest_of, margin_of, moment_of, rotation, to_hip
 from phasmid.control.reach import PLANNED, joint_limit_margin, to_hip_frame
 from phasmid.control.swing import blend, lift
 from phasmid.control.types import DIRECTIONS, LegPhase, Model, Parameters, Reference, State
+from phasmid.gait.support_kernels import edge_depth
 from phasmid.kinematics.leg_kernels import joint_motion
 
 SLACK = 0.001
@@ -120,7 +121,7 @@ def support_speed_share(
             # Only edges that come nearer; `closing` and `depth` are multiplied by their length.
             closing = (dy * wx - dx * wy) * left
             length = math.sqrt(dx * dx + dy * dy)
-            if closing > 1e-12 * length and deepest_of(feet, stance, i, j) >= 0.0:
+            if closing > 1e-12 * length and edge_depth(feet, stance, i, j) >= 0.0:
                 depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
                 depth += length * parameters.planned_margin / 2
                 share = min(share, max(depth, 0.0) / closing)
@@ -242,7 +243,7 @@ def steady_walk_constraint(
             moment[i] /= model.mass
         x = body[0] + R[0, 0] * moment[0] + R[0, 1] * moment[1] + R[0, 2] * moment[2]
         y = body[1] + R[1, 0] * moment[0] + R[1, 1] * moment[1] + R[1, 2] * moment[2]
-        margin = margin_of(feet, stance, x, y)
+        margin = support_margin(feet, stance, x, y)
         if margin < parameters.support_margin + parameters.planned_margin:
             return Constraint(SUPPORT, -1, -1, margin)
     return Constraint(NOTHING, -1, -1, 0.0)

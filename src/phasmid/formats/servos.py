@@ -61,8 +61,11 @@ def servo_of(
         "damping": max(joint.damping for joint in joints),
         "armature": max(joint.armature for joint in joints),
     }
-    assumed = [name for name, value in given.items() if not value]
-    stiffness = like.stiffness * torque / like.stall_torque
+    # A stronger servo is stiffer, heavier and has more friction.
+    scale = torque / like.stall_torque
+    stiffness = scale * like.stiffness
+    assumed = [f"stiffness ({plain_number(stiffness, 3)} N·m/rad)"]
+    assumed += [name for name, value in given.items() if not value]
     if not speeds:
         findings.append(
             Finding(
@@ -82,17 +85,11 @@ def servo_of(
         Finding(
             Severity.NOTE,
             "servo",
-            f"{own} the file's; the stiffness, "
-            f"{plain_number(stiffness, 3)} N·m/rad, was assumed in proportion to the {LIKE}'s"
-            + (
-                f"; {' and '.join(assumed)} {'is' if len(assumed) == 1 else 'are'} that servo's."
-                if assumed
-                else "."
-            ),
+            f"{own} the file's; in proportion to the {LIKE}'s were assumed: {', '.join(assumed)}.",
             hint="--servo-model AX-12A, to take all from a data sheet",
         )
     )
-    numbers = {name: value or getattr(like, name) for name, value in given.items()}
+    numbers = {name: value or scale * getattr(like, name) for name, value in given.items()}
     # Friction and damping of a file are those of its joint, which a servo's ideal form has once.
     servo = Servo(
         "as in the file",

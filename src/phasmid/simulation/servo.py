@@ -14,8 +14,8 @@ from phasmid.control.feed_forward.servo_goal import (
     FULL_PUNCH,
     FULL_PWM,
     goal_memory,
-    goal_numbers,
     goals_for_torque,
+    inverse_law,
 )
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
@@ -244,7 +244,7 @@ class ServoDrive(Drive):
         robot, table = walk.robot, scenario.servo
         servo, dt = own_servo(scenario, robot), model.opt.timestep
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
-        self._goal_numbers = goal_numbers(servo, voltage)
+        self._goal_law = inverse_law(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         start = walk.sample(np.zeros(1)).q[0].ravel()
         data.qpos[7:] = start
@@ -300,7 +300,7 @@ class ServoDrive(Drive):
         if setpoints.torque is None:
             return q
         qd, torque = setpoints.qd.reshape(q.shape), setpoints.torque.reshape(q.shape)
-        return goals_for_torque(q, qd, torque, self._goal_numbers, dt, self._goal_memory)
+        return goals_for_torque(q, qd, torque, self._goal_law, dt, self._goal_memory)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return duty, current, rotor speed, temperature and shutdown of every servo."""

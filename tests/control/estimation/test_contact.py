@@ -18,9 +18,7 @@ class Feet:
     """Two feet that walk in turn over level ground, with sensors that tell what a test says."""
 
     def __init__(self, present=(True, True, False, False), touch_time=0.0, release_time=0.015):
-        settings = EstimatorSettings(
-            touch_time=touch_time, release_time=release_time, hit_by=0.5, implausible_steps=2.0
-        )
+        settings = EstimatorSettings(touch_time=touch_time, release_time=release_time)
         self.parameters = new_parameters(
             settings,
             DT,

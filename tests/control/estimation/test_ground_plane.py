@@ -6,7 +6,7 @@ import numpy as np
 
 from estimation_records import new_parameters, new_state
 from phasmid.control.estimation import EstimatorSettings
-from phasmid.control.estimation.ground_plane import estimate_plane
+from phasmid.control.estimation.ground_plane import FORGETTING_TIME, estimate_plane
 
 HEXAPOD = np.array(
     [[0.2, -0.15], [0.0, -0.2], [-0.2, -0.15], [-0.2, 0.15], [0.0, 0.2], [0.2, 0.15]]
@@ -19,9 +19,7 @@ class Fit:
     """The estimator's planes; `begin` gives height, slopes and reference point of all three."""
 
     def __init__(self, legs=6, *, begin=None, rate=100.0):
-        settings = EstimatorSettings(
-            forgetting_time=0.05, plane_spread=0.03, plane_rate=rate, plane_time=0.1
-        )
+        settings = EstimatorSettings(plane_rate=rate, plane_time=0.1)
         self.state = new_state()
         self.parameters = new_parameters(settings, DT, leg_count=legs)
         if begin is not None:
@@ -88,7 +86,9 @@ def test_a_lifted_foot_is_forgotten_and_not_dropped():
         feet[0, 2] += 0.01
         fit.update(feet, standing)
     weights = fit.state.feet["foothold_weight"][:6]
-    np.testing.assert_allclose(weights, [math.exp(-1.0), 1, 1, 1, 1, 1], rtol=1e-12)
+    np.testing.assert_allclose(
+        weights, [math.exp(-10 * DT / FORGETTING_TIME), 1, 1, 1, 1, 1], rtol=1e-12
+    )
     # It is remembered where it stood, not where it goes.
     assert fit.state.feet[0].foothold[2] == 0.0
 

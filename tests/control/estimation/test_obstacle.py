@@ -53,13 +53,7 @@ class Stage:
     """Writes the reference for feet that stand, or have just hit something, over level ground."""
 
     def __init__(self, step=STEP, least_roughness=0.0):
-        settings = EstimatorSettings(
-            least_roughness=least_roughness,
-            hit_rise=0.02,
-            landing_sink=0.0,
-            step_rise=0.5,
-            body_rise=0.5,
-        )
+        settings = EstimatorSettings(least_roughness=least_roughness)
         self.stage = GroundEstimator(ROBOT, settings, DT)
         self.engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none")
         self.reference = self.engine.reference

@@ -1,4 +1,4 @@
-"""What a controller knows of the ground by its senses."""
+"""Estimation of contact, ground and attitude from the robot's sensors."""
 
 from phasmid.control.estimation.settings import EstimatorSettings
 

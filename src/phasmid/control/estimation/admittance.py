@@ -14,36 +14,31 @@ if TYPE_CHECKING:
     from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 
 
+MASS = 1.0
+"""Virtual mass of a foot [kg]."""
+
+SWING_STIFFNESS, STANCE_STIFFNESS = 500.0, 2000.0
+"""Virtual stiffness of a foot in the air, and of one that stands [N/m]."""
+
+LARGEST_OFFSET = 0.01
+"""Largest offset of a foot [m]."""
+
+
 def transition(
-    mass: float, stiffness: float, damping_ratio: float, dt: float
+    stiffness: float, dt: float
 ) -> tuple[Float[np.ndarray, "2 2"], Float[np.ndarray, "2"]]:
-    """Return the exact step of m x'' + d x' + k x = f for constant f; stable for any step.
+    """Return the exact step of the critically damped m x'' + 2 √(k m) x' + k x = f.
 
     Args:
-        mass: m [kg].
         stiffness: k [N/m].
-        damping_ratio: d over 2 √(k m).
         dt: Time step [s].
 
     Returns:
-        A and b with (x, x') after the step = A (x, x') + b f.
+        A and b with (x, x') after the step = A (x, x') + b f for constant f.
     """
-    w, zeta = math.sqrt(stiffness / mass), damping_ratio
-    if abs(zeta - 1) < 1e-6:
-        c, s = 1.0, dt
-        decay = math.exp(-w * dt)
-    elif zeta < 1:
-        wd = w * math.sqrt(1 - zeta * zeta)
-        c, s = math.cos(wd * dt), math.sin(wd * dt) / wd
-        decay = math.exp(-zeta * w * dt)
-    else:
-        # By single exponentials, which do not overflow for long steps.
-        wd = w * math.sqrt(zeta * zeta - 1)
-        slow, fast = math.exp((wd - zeta * w) * dt), math.exp((-wd - zeta * w) * dt)
-        c, s, decay = (slow + fast) / 2, (slow - fast) / (2 * wd), 1.0
-    A = decay * np.array([[c + zeta * w * s, s], [-w * w * s, c - zeta * w * s]])
-    b = (np.array([1.0, 0.0]) - A[:, 0]) / stiffness
-    return A, b
+    w = math.sqrt(stiffness / MASS)
+    A = math.exp(-w * dt) * np.array([[1 + w * dt, dt], [-w * w * dt, 1 - w * dt]])
+    return A, (np.array([1.0, 0.0]) - A[:, 0]) / stiffness
 
 
 @internal
@@ -59,7 +54,6 @@ def apply_admittance(
     Where sensors of this `SensorKind` have no reading, a foot is taken to bear its share.
     """
     share_weight(com, p_odom_foot, estimator, parameters)
-    most = parameters.settings.admittance_limit
     for leg in range(parameters.leg_count):
         foot, law, force = estimator.feet[leg], parameters.swing_law, 0.0
         if foot.standing != 0:
@@ -69,8 +63,8 @@ def apply_admittance(
         x, v = foot.offset, foot.offset_velocity
         foot.offset = law.A[0, 0] * x + law.A[0, 1] * v + law.b[0] * force
         foot.offset_velocity = law.A[1, 0] * x + law.A[1, 1] * v + law.b[1] * force
-        if abs(foot.offset) > most:
-            foot.offset = math.copysign(most, foot.offset)
+        if abs(foot.offset) > LARGEST_OFFSET:
+            foot.offset = math.copysign(LARGEST_OFFSET, foot.offset)
             foot.offset_velocity = 0.0
 
 

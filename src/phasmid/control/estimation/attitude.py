@@ -22,6 +22,19 @@ MOST_RATE = 8.0
 MOST_EXCESS = 0.3
 """Largest relative difference of the specific force from one g at which it shows where up is."""
 
+ORIENTATION_TIME, ACCELEROMETER_TIME = 0.02, 1.0
+"""Time constants of the corrections by orientation sensor and accelerometer [s]."""
+
+BIAS_TIME = 3.0
+"""Time constant of the gyro's bias while the robot stands [s]."""
+
+GATE = math.radians(20)
+"""Largest angle between an orientation reading that is used and the estimate [rad]."""
+
+DISAGREEMENT_TIME = 0.5
+"""Duration for which inertial sensors may contradict each other, or one may be frozen while the
+robot walks, before they are distrusted [s]."""
+
 Vector = Float[np.ndarray, "3"]
 
 
@@ -41,7 +54,7 @@ def estimate_attitude(
     Source: Mahony, Hamel, Pflimlin, "Nonlinear complementary filters on the special orthogonal
     group", 2008, for one direction.
     """
-    settings, dt = parameters.settings, parameters.dt
+    dt = parameters.dt
     up, inertial_up, bias = attitude.filtered_up, attitude.inertial_up, attitude.gyro_bias
     gyro, force = measured.angular_velocity, measured.acceleration
     q = measured.orientation
@@ -73,19 +86,19 @@ def estimate_attitude(
     rate = np.zeros(3)
     if has_gyro:
         if still:
-            approach(bias, gyro, dt / settings.bias_time)
+            approach(bias, gyro, dt / BIAS_TIME)
         rate[:] = gyro - bias
     rotate(up, rate, dt)
     rotate(inertial_up, rate, dt)
-    slow = -math.expm1(-dt / settings.accelerometer_time)
+    slow = -math.expm1(-dt / ACCELEROMETER_TIME)
     if has_force:
         approach(inertial_up, plumb, slow)
-    gate = math.cos(settings.gate)
+    gate = math.cos(GATE)
     near = oriented[0] * up[0] + oriented[1] * up[1] + oriented[2] * up[2] > gate
     attitude.source = AttitudeSource.NONE
-    if has_orientation and near and attitude.frozen_time < settings.disagreement_time:
+    if has_orientation and near and attitude.frozen_time < DISAGREEMENT_TIME:
         attitude.source = AttitudeSource.ORIENTATION
-        approach(up, oriented, -math.expm1(-dt / settings.orientation_time))
+        approach(up, oriented, -math.expm1(-dt / ORIENTATION_TIME))
     elif has_force or has_gyro:
         attitude.source = AttitudeSource.ACCELEROMETER
         approach(up, inertial_up, slow)
@@ -95,18 +108,18 @@ def estimate_attitude(
     attitude.accelerometer_silence = 0.0 if has_force else attitude.accelerometer_silence + dt
     silence = attitude.accelerometer_silence
     agreement = up[0] * inertial_up[0] + up[1] * inertial_up[1] + up[2] * inertial_up[2]
-    disagrees = silence < settings.accelerometer_time and agreement < gate
+    disagrees = silence < ACCELEROMETER_TIME and agreement < gate
     attitude.disagreement_time = min(
         max(attitude.disagreement_time + (dt if disagrees else -dt / 4), 0.0),
-        2 * settings.disagreement_time,
+        2 * DISAGREEMENT_TIME,
     )
-    drifts = silence > 2 * settings.accelerometer_time
-    if attitude.disagreement_time > settings.disagreement_time or (
+    drifts = silence > 2 * ACCELEROMETER_TIME
+    if attitude.disagreement_time > DISAGREEMENT_TIME or (
         attitude.source == AttitudeSource.ACCELEROMETER and drifts
     ):
         attitude.source = AttitudeSource.NONE
     attitude.up[:] = up
-    rotate(attitude.up, rate, settings.imu_delay)
+    rotate(attitude.up, rate, parameters.settings.imu_delay)
     normalise(attitude.up)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from phasmid.compiled import internal
-from phasmid.control.estimation.foot_force import normal_force
+from phasmid.control.estimation.leg_statics import normal_force
 from phasmid.control.estimation.state import (
     ContactSensor,
     EstimatorParameters,
@@ -35,8 +35,21 @@ FEWEST = 5
 SURE = 0.95
 """Share of those that counts as all."""
 
+IMPLAUSIBLE_STEPS = 2.0
+"""Fault score, in steps that contradict the leg's motion, from which a sensor is distrusted."""
+
 RECOVERY = 0.5
 """Decrease of the fault score by each plausible step."""
+
+DEAD_TIME = 0.1
+"""Duration without a reading after which a sensor is dead [s]."""
+
+RELEASE_BY = 0.35
+"""Share of a swing by which a sensor must have lost contact, or it is ignored for the rest of the
+swing."""
+
+HIT_BY = 0.65
+"""Share of a swing before which a contact is an obstacle."""
 
 
 @internal
@@ -89,7 +102,7 @@ def select_sensors(estimator: EstimatorState, parameters: EstimatorParameters) -
         works = False
         for kind in (SensorKind.SWITCH, SensorKind.FORCE):
             sensor = estimator.feet[leg].sensors[kind]
-            alive = sensor.distrusted == 0 and sensor.silence < settings.dead_time
+            alive = sensor.distrusted == 0 and sensor.silence < DEAD_TIME
             works = works or (alive and estimator.available[kind] != 0)
         needed = needed or not works
     for kind in (SensorKind.LOAD, SensorKind.ANGLE):
@@ -121,9 +134,9 @@ def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -
                 continue
             sensor = foot.sensors[kind]
             event = update_sensor(parameters, foot, sensor, kind) or event
-            valid = foot.standing != 0 or foot.swing_progress < settings.release_by
+            valid = foot.standing != 0 or foot.swing_progress < RELEASE_BY
             valid = valid or sensor.air_time >= settings.release_time
-            alive = sensor.silence <= settings.dead_time and sensor.distrusted == 0
+            alive = sensor.silence <= DEAD_TIME and sensor.distrusted == 0
             if evidence < 0 and alive and valid:
                 evidence = sensor.contact
         if evidence == foot.contact:
@@ -139,7 +152,7 @@ def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -
             if foot.contradiction_time >= wait - 5e-10:
                 foot.contact = evidence
                 foot.contradiction_time = 0.0
-        count_hits(foot, settings.hit_by)
+        count_hits(foot)
     return event
 
 
@@ -155,11 +168,11 @@ def update_sensor(
     Returns:
         Whether the sensor has died or recovered.
     """
-    dead_time, silence = parameters.settings.dead_time, sensor.silence
+    silence = sensor.silence
     if not math.isfinite(sensor.reading):
         # For a moment the last indication stands.
         sensor.silence = silence + parameters.dt
-        if silence <= dead_time < sensor.silence:
+        if silence <= DEAD_TIME < sensor.silence:
             sensor.event = SensorEvent.DEAD
             return True
         return False
@@ -178,19 +191,19 @@ def update_sensor(
         sensor.swing_changes += abs(sensor.contact - before)
     if sensor.contact == 0:
         sensor.air_time += parameters.dt
-    if silence > dead_time:
+    if silence > DEAD_TIME:
         sensor.event = SensorEvent.RECOVERED
         return True
     return False
 
 
 @internal
-def count_hits(foot: FootEstimate, hit_by: float) -> None:
+def count_hits(foot: FootEstimate) -> None:
     """Count contacts in mid-swing, between which the foot has left the ground."""
     progress = foot.swing_progress
     if foot.contact == Contact.AIR and foot.standing == 0 and progress > SCUFF:
         foot.left_ground = 1
-    elif foot.contact == Contact.GROUND and foot.left_ground != 0 and CLEAR <= progress < hit_by:
+    elif foot.contact == Contact.GROUND and foot.left_ground != 0 and CLEAR <= progress < HIT_BY:
         foot.obstacle_hits += 1
         foot.left_ground = 0
 
@@ -202,7 +215,7 @@ def detect_sensor_faults(estimator: EstimatorState, parameters: EstimatorParamet
     Returns:
         Whether the trust in a sensor has changed.
     """
-    limit, event = parameters.settings.implausible_steps, False
+    event = False
     for leg in range(parameters.leg_count):
         foot = estimator.feet[leg]
         if foot.standing != 0 or foot.was_standing == 0:
@@ -216,8 +229,8 @@ def detect_sensor_faults(estimator: EstimatorState, parameters: EstimatorParamet
             sensor.stance_count = sensor.stance_contacts = 0
             sensor.air_time = 0.0
             if fault != SensorEvent.NONE:
-                sensor.fault_score = min(sensor.fault_score + 1.0, 2 * limit)
-                if sensor.distrusted == 0 and sensor.fault_score >= limit:
+                sensor.fault_score = min(sensor.fault_score + 1.0, 2 * IMPLAUSIBLE_STEPS)
+                if sensor.distrusted == 0 and sensor.fault_score >= IMPLAUSIBLE_STEPS:
                     sensor.distrusted = 1
                     sensor.event = fault
                     event = True

@@ -17,7 +17,7 @@ from phasmid.control.estimation.attitude import estimate_attitude
 from phasmid.control.estimation.body_levelling import level_body
 from phasmid.control.estimation.contact import estimate_contact
 from phasmid.control.estimation.ground_plane import estimate_plane
-from phasmid.control.estimation.joint_compliance import estimate_compliance
+from phasmid.control.estimation.leg_statics import estimate_compliance
 from phasmid.control.estimation.odometry_alignment import align_odometry
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.estimation.state import (
@@ -40,8 +40,14 @@ from phasmid.robot import Robot
 MOST_BODY_ROUGHNESS = 0.05
 """Roughness of the ground beyond which the body is not raised any more [m]."""
 
-MOST_RAISES = 3
-"""Obstacle hits in one swing that raise the expected landing height."""
+STEP_RISE, BODY_RISE = 0.5, 0.5
+"""Shares of the roughness that are added to the height of steps and of the body."""
+
+HIT_RISE, MOST_RAISES = 0.02, 3
+"""Height that the expected landing gains for each obstacle hit in a swing [m], and most hits."""
+
+HEIGHT_TIME = 1.0
+"""Time constant with which the body is raised by the legs' deflection [s]."""
 
 SENSORS = {
     SensorKind.SWITCH: "contact switch",
@@ -205,9 +211,7 @@ def update_estimates(
     R_odom_body = delayed_attitude(state, estimator, parameters)
     level_body(R_odom_body, state.path[2], height, estimator, parameters)
     sag = estimate_compliance(state.q, measured.joint_position, state.foot, estimator, parameters)
-    estimator.body_sag += min(parameters.dt / settings.height_time, 1.0) * (
-        sag - estimator.body_sag
-    )
+    estimator.body_sag += min(parameters.dt / HEIGHT_TIME, 1.0) * (sag - estimator.body_sag)
     if settings.admittance:
         has_force = estimator.available[SensorKind.FORCE] != 0
         kind = SensorKind.FORCE if has_force else SensorKind.LOAD
@@ -265,15 +269,13 @@ def write_reference(
     correction[0], correction[1] = levelling.forward, levelling.lateral
     correction[2] = levelling.rise + min(max(estimator.body_sag, 0.0), settings.height_limit)
     # Legs that step higher need more clearance.
-    correction[2] += settings.body_rise * min(rough, MOST_BODY_ROUGHNESS)
+    correction[2] += BODY_RISE * min(rough, MOST_BODY_ROUGHNESS)
     correction[3], correction[4] = levelling.roll, levelling.pitch
     if reference.step_height != estimator.raised_step_height:
         estimator.commanded_step_height = reference.step_height
     # Steps clear ground that is as rough as under the standing feet.
     step = estimator.commanded_step_height
-    reference.step_height = estimator.raised_step_height = step + min(
-        settings.step_rise * rough, step
-    )
+    reference.step_height = estimator.raised_step_height = step + min(STEP_RISE * rough, step)
     for leg in range(parameters.leg_count):
         estimate = estimator.feet[leg]
         hits = estimate.obstacle_hits
@@ -289,5 +291,5 @@ def write_reference(
             landing = state.touchdown[leg]
             z = height + plane.slope_x * landing[0] + plane.slope_y * landing[1]
             # After a hit the foot expects the ground on top of the obstacle.
-            raised = min(hits, MOST_RAISES) * settings.hit_rise
-            reference.touchdown_height[leg] = z - settings.landing_sink + raised
+            raised = min(hits, MOST_RAISES) * HIT_RISE
+            reference.touchdown_height[leg] = z + raised

@@ -10,6 +10,12 @@ from jaxtyping import Float
 from phasmid.compiled import internal
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState, Plane
 
+FORGETTING_TIME = 1.0
+"""Time constant with which the plane forgets a lifted foot [s]."""
+
+SPREAD = 0.03
+"""Spread of the feet across a line below which they do not determine the slope across it [m]."""
+
 
 @internal
 def estimate_plane(
@@ -30,7 +36,7 @@ def estimate_plane(
     started = estimator.plane_started != 0
     estimator.plane_started = 1
     points, weights = np.empty((legs, 3)), np.empty(legs)
-    fade = math.exp(-dt / settings.forgetting_time)
+    fade = math.exp(-dt / FORGETTING_TIME)
     for leg in range(legs):
         foot = estimator.feet[leg]
         foot.foothold_weight *= fade
@@ -41,7 +47,7 @@ def estimate_plane(
     if weights.sum() < 1e-3:
         return
     a0, b0 = plane.slope_x, plane.slope_y
-    centre, a, b = fit_plane(points, weights, settings.plane_spread, a0, b0)
+    centre, a, b = fit_plane(points, weights, a0, b0)
     if started:
         change, most = math.hypot(a - a0, b - b0), settings.plane_rate
         if change > most * dt:
@@ -57,14 +63,13 @@ def estimate_plane(
 def fit_plane(
     points: Float[np.ndarray, "count 3"],
     weights: Float[np.ndarray, " count"],
-    spread: float,
     slope_x: float,
     slope_y: float,
 ) -> tuple[Float[np.ndarray, "3"], float, float]:
     """Fit a plane by least squares; return the weighted centre, and the slopes along x and y.
 
     Minimise the sum of w (z - h - a x - b y)² + W s² (a - a')² + W s² (b - b')², with the sum W of
-    the weights, the spread s, and prior slopes a', b'. Across a line of points the slope is the
+    the weights, s the `SPREAD`, and prior slopes a', b'. Across a line of points the slope is the
     prior.
     """
     centre, total = np.zeros(3), 0.0
@@ -83,7 +88,7 @@ def fit_plane(
         yy += w * y * y
         xz += w * x * z
         yz += w * y * z
-    prior = total * spread * spread
+    prior = total * SPREAD * SPREAD
     xx, yy, xz, yz = xx + prior, yy + prior, xz + prior * slope_x, yz + prior * slope_y
     det = xx * yy - xy * xy
     return centre, (yy * xz - xy * yz) / det, (xx * yz - xy * xz) / det

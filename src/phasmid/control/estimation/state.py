@@ -14,11 +14,13 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.control.estimation.admittance import transition
+from phasmid.control.estimation.admittance import STANCE_STIFFNESS, SWING_STIFFNESS, transition
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.records import record_of
 from phasmid.control.types import Contact
+from phasmid.dynamics.matrices import link_moments
 from phasmid.errors import InvalidInput
+from phasmid.kinematics.arguments import geometry
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -194,9 +196,11 @@ class EstimatorParameters:
     contact_off: Float[np.ndarray, "4"]  # below it contact is lost
     swing_law: AdmittanceLaw
     stance_law: AdmittanceLaw
-    lengths: Float[np.ndarray, "legs 3"]  # of the links [m]
-    mass: Float[np.ndarray, "legs 3"]  # of the links [kg]
-    com: Float[np.ndarray, "legs 3 3"]  # of the links in their frames [m]
+    lengths: Float[np.ndarray, "legs 4"]  # of the links, and the foot's lateral offset [m]
+    up: Float[np.ndarray, "legs 3"]  # body's z in hip axes
+    link_mass: Float[np.ndarray, "legs 3"]  # [kg]
+    link_moment: Float[np.ndarray, "legs 3 3"]  # first moments, as in `link_moments` [kg·m]
+    link_inertia: Float[np.ndarray, "legs 3 3 3"]  # about the links' origins [kg·m²]
     dt: float  # update period [s]
     weight: float  # of the robot [N]
     stall_torque: float  # of a servo [N·m]
@@ -231,10 +235,7 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
             )
     arrays, weight = robot.arrays, robot.mass * STANDARD_GRAVITY
     own = weight / len(robot.legs)
-    swing, stance = (
-        AdmittanceLaw(*transition(settings.admittance_mass, k, settings.damping_ratio, dt))
-        for k in (settings.swing_stiffness, settings.stance_stiffness)
-    )
+    swing, stance = (AdmittanceLaw(*transition(k, dt)) for k in (SWING_STIFFNESS, STANCE_STIFFNESS))
     force = settings.force_on * own, settings.force_off * own
     load = settings.load_on * own, settings.load_off * own
     contact_on, contact_off = np.array([(0.5, 0.5), force, load, load]).T
@@ -244,9 +245,9 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
         contact_off,
         swing,
         stance,
-        np.array(arrays.lengths),
-        np.array(arrays.mass),
-        np.array(arrays.com),
+        np.column_stack(geometry(arrays)),
+        arrays.R_body_hip[:, 2],
+        *link_moments(arrays),
         dt,
         weight,
         robot.servo.stall_torque,

@@ -9,13 +9,9 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
 from phasmid.control import types as engine
-from phasmid.control.feed_forward.contact_force_qp import (
-    ContactForceQP,
-    apply_solution,
-    write_qp,
-)
+from phasmid.control.feed_forward.contact_force_qp import limit_forces, solve_at_rest
 from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
-from phasmid.control.feed_forward.load_sharing import NEGLIGIBLE, load_joints, share_load
+from phasmid.control.feed_forward.load_sharing import load_joints, share_load
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.feed_forward.state import (
     Motion,
@@ -27,13 +23,9 @@ from phasmid.control.memory import Records
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import LegPhase
 from phasmid.robot import JOINTS, Robot
-from phasmid.units import STANDARD_GRAVITY
 
 MISSING = 1e-6
 """Part of the load that may be missing without an event."""
-
-WHOLE = 1.0 - 1e-6
-"""Part of the motion that counts as all of it: round-off of the programme slows nothing down."""
 
 LEAST_SHARE = 1e-3
 """Load share of a foot that is about to lift or has just landed. Feet that all have this share
@@ -121,12 +113,6 @@ def release_pulling_feet(state: State) -> bool:
 
 
 @compiled
-def solve_feed_forward(states: np.ndarray, robots: np.ndarray) -> None:
-    """Write the feed-forward of the motion in the first of `states`; see `solve`."""
-    solve(states[0], robots[0])
-
-
-@compiled
 def compute_feed_forward(
     engine_states: np.ndarray, references: np.ndarray, states: np.ndarray, robots: np.ndarray
 ) -> None:
@@ -165,8 +151,6 @@ class FeedForward:
         robot: The robot, L legs.
         settings: Force model and limits.
         update_period: Time from one update to the next [s].
-        gravity: Acceleration of free fall [m/s²].
-        armature: Inertia of each joint's rotor, seen at the joint [kg·m²]; None for the servo's.
         records: Records of one engine; None for new ones.
 
     Attributes:
@@ -182,8 +166,6 @@ class FeedForward:
         settings: FeedForwardSettings | None = None,
         update_period: float = 0.005,
         *,
-        gravity: float = STANDARD_GRAVITY,
-        armature: float | None = None,
         records: Records | None = None,
     ) -> None:
         legs = len(robot.legs)
@@ -192,7 +174,7 @@ class FeedForward:
         self.state: State = view_of(self._states, State, legs)
         self.parameters: Parameters = view_of(self._robots, Parameters, legs)
         settings = settings or FeedForwardSettings()
-        fill(self.parameters, parameters_of(robot, settings, update_period, gravity, armature))
+        fill(self.parameters, parameters_of(robot, settings, update_period))
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
         self._states["leg_count"] = legs
         self.reset()
@@ -216,25 +198,6 @@ class FeedForward:
             self.velocity_scale = min(1.0, self.velocity_scale + FASTER * dt)
         return self.state.joint_torque.copy()
 
-    def solve(
-        self,
-        motion: Motion,
-        load_share: Float[np.ndarray, " legs"],
-        normals: Float[np.ndarray, "legs 3"],
-    ) -> State:
-        """Return the state with forces and torques of one motion.
-
-        Args:
-            motion: Motion at one instant.
-            load_share: Part of its full share of the load that each foot carries, shape (L,).
-            normals: Ground normals under the feet, world axes, shape (L, 3).
-        """
-        fill(self.state.motion, motion)
-        self.state.load_share[:], self.state.normals[:] = load_share, normals
-        solve_feed_forward(self._states, self._robots)
-        self._limit_motion()
-        return self.state
-
     def _limit_motion(self) -> None:
         """Reduce motion and forces to what friction and servos allow, and say why."""
         state, robot = self.state, self.parameters
@@ -246,20 +209,15 @@ class FeedForward:
             and state.missing <= MISSING
         ):
             return
-        self.limit_reason, x = self._reason(), None
-        count = int(np.count_nonzero(state.load_share >= NEGLIGIBLE))
-        if state.missing <= MISSING and count:
-            qp = ContactForceQP(count)
-            scale = write_qp(self._states, self._robots, qp.A, qp.lower, qp.upper, qp.W)
-            x = qp.solve() if scale > 0.0 else None
-        if x is None:
-            # Where no limit but the pyramid inside the cone is exceeded, the motion is feasible.
-            state.motion_scale = 0.0 if self.limit_reason else 1.0
-            return
-        part = max(1.0 - float(x[-1]), 0.0)
-        if part >= WHOLE:
-            part, self.limit_reason = 1.0, ""
-        apply_solution(self._states, x, qp.W, scale, part)
+        self.limit_reason = self._reason()
+        if state.missing <= MISSING:
+            solve_at_rest(self._states, self._robots)
+            if limit_forces(state, robot):
+                if state.motion_scale == 1.0:
+                    self.limit_reason = ""
+                return
+        # Where no limit but the pyramid inside the cone is exceeded, the motion is feasible.
+        state.motion_scale = 0.0 if self.limit_reason else 1.0
 
     def _reason(self) -> str:
         """Return a sentence on the limit that the cheapest forces exceed."""

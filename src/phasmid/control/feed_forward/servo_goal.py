@@ -1,8 +1,9 @@
-"""Goals of servos that take no torque, so that they give it all the same: their law, inverted."""
+"""Goals of position servos that give a feed-forward torque, by their inverted control law."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -14,125 +15,141 @@ FULL_PUNCH, FULL_PWM = 1023, 885
 """Full output in the makers' units: of the compliance law, and of the PID law."""
 
 SLOW = 0.02
-"""Speed from which on friction is taken to be all against the motion [rad/s]. Joints of a leg in
-stance turn at some 0.05 rad/s; with 0.1 the trunk of a level walk heaved by 1 mm."""
+"""Speed from which friction acts fully against the motion [rad/s]. Joints of a leg in stance turn
+at some 0.05 rad/s; with 0.1 the trunk of a level walk heaved by 1 mm."""
 
 
-def goal_numbers(servo: Servo, voltage: float) -> Float[np.ndarray, " numbers"]:
-    """What `goals_for_torque` has to know of a servo.
+class InverseLaw(NamedTuple):
+    """Constants of a servo's inverted law. Outputs are shares of the supply voltage.
+
+    Attributes:
+        tick: Resolution [rad].
+        gain: Output per tick of the PID law; 0: the compliance law.
+        margin: Error without output, for negative and positive outputs [ticks].
+        slope: Error beyond it at full output, for negative and positive outputs [ticks].
+        punch: Least output of the compliance law.
+        largest: Largest output.
+        per_torque: Output per torque of the motor [1/(N·m)].
+        per_speed: Output per speed [s/rad].
+        load_loss: Share of the torque that the gears lose.
+        coulomb: Coulomb friction [N·m].
+        viscous: Viscous friction [N·m·s/rad].
+        lead: Time constant of the PID law's filtered derivative [s].
+        lag: The same with the derivative's share of the gain [s].
+        delay: Delay of the servo's answer [s].
+    """
+
+    tick: float
+    gain: float
+    margin: tuple[float, float]
+    slope: tuple[float, float]
+    punch: float
+    largest: float
+    per_torque: float
+    per_speed: float
+    load_loss: float
+    coulomb: float
+    viscous: float
+    lead: float
+    lag: float
+    delay: float
+
+
+def inverse_law(servo: Servo, voltage: float) -> InverseLaw:
+    """Return the constants of a servo's inverted law.
 
     Args:
-        servo: With its settings; its stall current must be known.
+        servo: The servo; its stall current must be known.
         voltage: Supply [V].
 
     Raises:
         InvalidInput: The servo's stall current is not known.
         InvalidRobot: No motor has the servo's numbers.
     """
-    motor, tick = servo.motor, servo.resolution
-    slope, margin = servo.effective_slope, servo.compliance_margin
-    gain, change, lead = 0.0, 0.0, 0.0
+    motor, gain, lead, lag = servo.motor, 0.0, 0.0, 0.0
     if servo.law == "pid":
-        gain = servo.p_gain / 128 / FULL_PWM
-        change = servo.d_gain / 16 / FULL_PWM * servo.control_period
-        lead = servo.derivative_time
-    return np.array(
-        [
-            tick,
-            gain,
-            *margin,
-            *slope,
-            servo.punch / FULL_PUNCH,
-            servo.torque_limit,
-            motor.resistance / (motor.constant * voltage),
-            motor.constant / voltage,
-            motor.load_loss,
-            motor.coulomb,
-            motor.viscous,
-            lead,
-            lead + change / gain if gain > 0.0 else 0.0,
-            servo.delay,
-        ]
+        gain, lead = servo.p_gain / 128 / FULL_PWM, servo.derivative_time
+        lag = lead + servo.d_gain / 16 / FULL_PWM * servo.control_period / gain
+    low, high = servo.compliance_margin
+    low_slope, high_slope = servo.effective_slope
+    return InverseLaw(
+        servo.resolution,
+        gain,
+        (float(low), float(high)),
+        (float(low_slope), float(high_slope)),
+        servo.punch / FULL_PUNCH,
+        servo.torque_limit,
+        motor.resistance / (motor.constant * voltage),
+        motor.constant / voltage,
+        motor.load_loss,
+        motor.coulomb,
+        motor.viscous,
+        lead,
+        lag,
+        servo.delay,
     )
 
 
-def fill_goals(
-    q: np.ndarray,
-    qd: np.ndarray,
-    torque: np.ndarray,
-    numbers: np.ndarray,
-    dt: float,
-    memory: np.ndarray,
-    goal: np.ndarray,
-) -> None:
-    """Write what `goals_for_torque` returns, as a loop for the compiler."""
-    tick, gain, punch, most = numbers[0], numbers[1], numbers[6], numbers[7]
-    per_torque, per_speed = numbers[8], numbers[9]
-    loss, coulomb, viscous = numbers[10], numbers[11], numbers[12]
-    lead, lag, delay = numbers[13], numbers[14], numbers[15]
-    for k in range(q.shape[0]):
-        for j in range(q.shape[1]):
-            speed = qd[k, j]
-            way = min(max(speed / SLOW, -1.0), 1.0)
-            # The motor's torque: what is wanted, and what the gears take on the way.
-            push = torque[k, j] + viscous * speed + way * coulomb
-            push /= 1.0 - way * loss if push > 0.0 else 1.0 + way * loss
-            duty = min(max(push * per_torque + per_speed * speed, -most), most)
-            if gain > 0.0:
-                error = duty / gain
-                if math.isnan(memory[0, j]):
-                    memory[0, j] = memory[1, j] = error
-                # The law also answers to how fast the error changes, which is undone here.
-                told = lag * memory[0, j] + dt * error + lead * (error - memory[1, j])
-                memory[0, j], memory[1, j] = told / (lag + dt), error
-                goal[k, j] = q[k, j] + delay * speed + tick * memory[0, j]
-                continue
-            size, side = abs(duty), 0 if duty < 0.0 else 1
-            margin, slope = numbers[2 + side], numbers[4 + side]
-            if size > punch:
-                error = margin + slope * (size - punch) / (1.0 - punch)
-            else:
-                # Between nothing and the punch there is nothing: the margin's edge stands for it.
-                error = margin * size / punch
-            goal[k, j] = q[k, j] + delay * speed + tick * (error if side == 1 else -error)
-
-
 def goal_memory(joints: int) -> Float[np.ndarray, "2 joints"]:
-    """What the inverse of a law remembers from one time to the next: nothing yet.
-
-    Args:
-        joints: Their number.
-    """
+    """Return the initial memory of `goals_for_torque` for a number of joints."""
     return np.full((2, joints), np.nan)
 
 
+@compiled
 def goals_for_torque(
     q: Float[np.ndarray, "times joints"],
     qd: Float[np.ndarray, "times joints"],
     torque: Float[np.ndarray, "times joints"],
-    numbers: Float[np.ndarray, " numbers"],
+    law: InverseLaw,
     dt: float,
     memory: Float[np.ndarray, "2 joints"],
 ) -> Float[np.ndarray, "times joints"]:
-    """Goals with which servos give a torque while they are where they shall be.
+    """Return the goals with which servos give a torque while they follow a motion.
 
-    The output that makes the torque at this speed follows from motor and gears; the goal is as
-    far from the joint as the servo's law needs for that output. Friction counts against the
-    wanted motion, and not at rest. The goal is ahead of the motion by the servo's
-    delay. Outputs beyond the servo's limit are the limit.
+    Motor and gears determine the output for torque and speed; the goal is as far from the joint as
+    the servo's law needs for that output. Friction acts against the planned motion, not at rest.
+    Goals lead the motion by the servo's delay. Outputs are limited.
 
     Args:
-        q: Angles where the joints shall be [rad], shape (N, J).
-        qd: Their speeds [rad/s], shape (N, J).
-        torque: To be given to the joints [N·m], shape (N, J).
-        numbers: From `goal_numbers`.
+        q: Angles of the motion [rad], shape (N, J).
+        qd: Its speeds [rad/s], shape (N, J).
+        torque: Torque on the joints [N·m], shape (N, J).
+        law: From `inverse_law`.
         dt: Time from one row to the next [s].
-        memory: From `goal_memory`, changed: the inverse of a law that answers to how fast its
-            error changes depends on what came before.
+        memory: From `goal_memory`, changed: filtered and last error of the PID law [ticks].
 
     Returns:
-        Shape (N, J) [rad].
+        Goals [rad], shape (N, J).
     """
     goal = np.empty(q.shape)
-    compiled(fill_goals)(q, qd, torque, numbers, dt, memory, goal)
+    for k in range(q.shape[0]):
+        for j in range(q.shape[1]):
+            speed = qd[k, j]
+            direction = min(max(speed / SLOW, -1.0), 1.0)
+            # The motor's torque includes the losses of the gears.
+            push = torque[k, j] + law.viscous * speed + direction * law.coulomb
+            push /= (
+                1.0 - direction * law.load_loss if push > 0.0 else 1.0 + direction * law.load_loss
+            )
+            duty = push * law.per_torque + law.per_speed * speed
+            duty = min(max(duty, -law.largest), law.largest)
+            if law.gain > 0.0:
+                target = duty / law.gain
+                if math.isnan(memory[0, j]):
+                    memory[0, j] = memory[1, j] = target
+                # The law responds to the rate of the error too.
+                filtered = law.lag * memory[0, j] + dt * target + law.lead * (target - memory[1, j])
+                memory[0, j], memory[1, j] = filtered / (law.lag + dt), target
+                error = memory[0, j]
+            else:
+                side = 0 if duty < 0.0 else 1
+                size = abs(duty)
+                if size > law.punch:
+                    size = (size - law.punch) / (1.0 - law.punch)
+                    error = law.margin[side] + law.slope[side] * size
+                else:
+                    # The law has no outputs below the punch; the edge of the margin replaces them.
+                    error = law.margin[side] * size / law.punch
+                error = error if side == 1 else -error
+            goal[k, j] = q[k, j] + law.delay * speed + law.tick * error
     return goal

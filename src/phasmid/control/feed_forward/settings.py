@@ -1,4 +1,4 @@
-"""How foot forces are chosen, and within which limits."""
+"""Settings of the feed-forward: cost of the foot forces, and limits."""
 
 from __future__ import annotations
 
@@ -9,22 +9,21 @@ from phasmid.errors import InvalidInput
 from phasmid.forces import MinimumNorm, MinimumTorque, WeightedMinimumNorm, force_model
 
 MINIMUM_NORM, WEIGHTED, MINIMUM_TORQUE = 0, 1, 2
-"""What is made least: squares of forces, those along the ground weighted, or of torques."""
+"""Costs: squares of forces, the same with tangential ones weighted, or squares of torques."""
 
 
 @dataclass(frozen=True)
 class FeedForwardSettings:
-    """How foot forces are chosen, and within which limits.
+    """Settings of the feed-forward: cost of the foot forces, and limits.
 
     Attributes:
-        force_model: How the standing feet share the load where no limit counts: a member of the
-            family of force models that knows no limits of its own, by name.
+        force_model: Name of a force model without limits, by which the stance feet share the load.
         tangential_weight: Of ``weighted-minimum-norm``.
-        friction: Coefficient between foot and ground that is relied upon.
+        friction: Assumed coefficient of friction between foot and ground.
         friction_used: Part of it that the forces may use.
         torque_used: Part of the servos' torque that they may use.
-        load_transfer: Time in which a foot takes on its load after landing, and gives it up before
-            it lifts [s].
+        load_transfer: Time in which a foot takes on its load after touchdown, and gives it up
+            before lift-off [s].
 
     Raises:
         InvalidInput: A number is out of range, or there is no such model.
@@ -52,10 +51,10 @@ class FeedForwardSettings:
         self.cost()
 
     def cost(self) -> tuple[int, float]:
-        """What is made least, and its option, for `share_forces`.
+        """Return the cost and its option.
 
         Raises:
-            InvalidInput: The force model is none without limits.
+            InvalidInput: There is no such force model without limits.
         """
         model = force_model(self.force_model)
         if isinstance(model, MinimumNorm):

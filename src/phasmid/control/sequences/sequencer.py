@@ -34,8 +34,9 @@ STILL_SPEED, STILL_TIME = 0.01, 0.1
 SAME_ANGLE = 1e-6
 """Deviation of joints that are in the neutral stance [rad]."""
 
-AT_HOME, SAG = 1e-3, 8e-3
-"""Deviation of feet from neutral that needs no step: commanded, and under load at start [m]."""
+AT_HOME, SAG = 1e-3, 0.05
+"""Deviation of feet from neutral that needs no step: commanded [m]; under load at the start, as a
+share of the length of femur and tibia."""
 
 STEEPEST_STANCE, LEVEL_ERROR, STEEPEST_GROUND = np.cos(np.radians([20, 10, 30]))
 """Least cosines for a robot on its feet: of the ground's normal to the body's z axis, and to the
@@ -117,7 +118,9 @@ class Sequencer:
         up = up_direction(observation.orientation)
         ground = resting_ground(self.robot, q, up)
         if _on_feet(ground, up, observation.contact):
-            if ground.contact.all() and self._at_home(SAG):
+            if ground.contact.all() and self._at_home(
+                SAG * self.robot.arrays.lengths[:, 1:].sum(axis=1).min()
+            ):
                 ends = [q, self._neutral.q]
                 path = JointPath.through(ends, self.robot, loaded=True)
                 self._begin([path], Stage.GATHERING)

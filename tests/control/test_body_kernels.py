@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from general_robot import general_robot
-from phasmid.control import limbs
+from phasmid.control import body_kernels
 from phasmid.control.records import fill, view_of
 from phasmid.control.settings import EngineSettings
 from phasmid.control.types import MODEL, Model, model_of
@@ -38,14 +38,14 @@ def test_the_centre_of_mass_is_that_of_kinematics(robot):
     for angle, want in zip(q, centre_of_mass(robot, q), strict=True):
         moment = model.body_moment.copy()
         for leg in range(len(angle)):
-            limbs.moment_of(record, leg, angle[leg], moment)
+            body_kernels.moment_of(record, leg, angle[leg], moment)
         np.testing.assert_allclose(moment / model.mass, want, atol=ROUND_OFF)
 
 
 def test_rotations_are_those_of_kinematics():
     for rpy in np.random.default_rng(4).normal(size=(20, 3)).tolist():
         R = np.empty((3, 3))
-        limbs.rotation(*rpy, R)
+        body_kernels.rotation(*rpy, R)
         np.testing.assert_allclose(R, rotation_rpy(*np.array(rpy)[:, None])[0], atol=ROUND_OFF)
 
 
@@ -54,7 +54,7 @@ def test_the_support_margin_is_that_of_gaits_inside_and_of_its_sign_outside():
     for _ in range(200):
         feet, point = rng.normal(size=(6, 2)), rng.normal(size=2)
         standing = rng.random(6) < 0.7
-        found = limbs.margin_of(feet, standing.astype(np.int64), *point)
+        found = body_kernels.support_margin(feet, standing.astype(np.int64), *point)
         want = support_margin(feet, standing, point)
         if want > 0 or not np.isfinite(want):
             assert found == pytest.approx(want, abs=ROUND_OFF)
