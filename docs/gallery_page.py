@@ -107,7 +107,7 @@ WORDS = {
     "servo-duty": "A share of the supply voltage.",
     "sensors": "With `--measured everything`.",
     "walk": (
-        "By the renderer of the physics engine (extra `video`, and OpenGL); without it a stick "
+        "By the renderer of the physics engine, where there is OpenGL; without it a stick "
         "figure. `phasmid.reporting.draw_robot` draws any moment."
     ),
 }

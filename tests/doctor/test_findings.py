@@ -223,7 +223,7 @@ PRESENT = {
     "cad": "solids and STEP files: build123d 1.0",
     "derivation": "the equations in symbols: sympy 1.0",
     "ros": "recordings as ROS 2 messages: mcap 1.0, mcap-ros2-support 1.0",
-    "video": "videos of walks: pyopengl 1.0, av 1.0",
+    "video": "videos of walks: av 1.0",
 }
 
 

@@ -30,7 +30,7 @@ class Extra:
     packages: dict[str, str]
 
 
-VIDEO = {"OpenGL": "pyopengl", "av": "av"}
+VIDEO = {"av": "av"}
 
 if sys.platform != "linux":
     VIDEO["glfw"] = "glfw"
