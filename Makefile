@@ -120,7 +120,7 @@ UV_LOCK = uv pip compile --quiet --universal --python-version 3.11 --only-binary
 
 lock: ## lock the dependencies anew (needs uv; ARGS=--upgrade for newer versions)
 	@command -v uv >/dev/null || { echo "make lock needs uv."; exit 1; }
-	$(UV_LOCK) $(ARGS) pyproject.toml --output-file requirements/run.txt >/dev/null
+	$(UV_LOCK) $(ARGS) pyproject.toml --extra studio --output-file requirements/run.txt >/dev/null
 	$(UV_LOCK) $(ARGS) pyproject.toml --extra dev --constraint requirements/run.txt \
 		--output-file requirements/dev.txt >/dev/null
 	$(UV_LOCK) $(ARGS) --group build --constraint requirements/dev.txt \

@@ -61,25 +61,34 @@ def memory() -> float:
 def doings(rng: random.Random, calm: bool) -> Request:
     """Something that a person may do."""
     if calm:
-        return Stick((rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1)))
+        return Stick(at=(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1)))
     return rng.choice(
         [
-            Change("gait", rng.choice(["tripod", "wave", "ripple", "amble", "tetrapod"])),
-            Change("period", rng.choice([1.0, 1.5, 2.0, 3.0])),
-            Change("body_height", rng.uniform(-20, 20)),
-            Change("roll", rng.uniform(-6, 6)),
-            Change("friction", rng.choice([0.3, 0.7, 1.0])),
-            Change("terrain", rng.choice(["flat", "stairs", "waves", "blocks", "rough"])),
-            Change("payload", rng.choice([0.0, 0.3, 0.8])),
-            Change("robot", rng.choice(["phantomx-paper", "phantomx-ax", "octopod", "quadruped"])),
-            Change("drive", rng.choice(["prescribed", "servo", "ideal-servo", "torque"])),
-            Change("force_model", rng.choice(["minimum-norm", "friction-cone"])),
-            Change("walks", rng.choice(["by itself", "by itself", "the plan"])),
-            Push((rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), 0.0)),
-            Limb(rng.randint(1, 4), "lose"),
-            Limb(rng.randint(1, 4), "limp"),
-            Play("reset"),
-            Load("setting", "", b'{"scenario":"paper"}'),
+            Change(
+                name="gait", value=rng.choice(["tripod", "wave", "ripple", "amble", "tetrapod"])
+            ),
+            Change(name="period", value=rng.choice([1.0, 1.5, 2.0, 3.0])),
+            Change(name="body_height", value=rng.uniform(-20, 20)),
+            Change(name="roll", value=rng.uniform(-6, 6)),
+            Change(name="friction", value=rng.choice([0.3, 0.7, 1.0])),
+            Change(
+                name="terrain", value=rng.choice(["flat", "stairs", "waves", "blocks", "rough"])
+            ),
+            Change(name="payload", value=rng.choice([0.0, 0.3, 0.8])),
+            Change(
+                name="robot",
+                value=rng.choice(["phantomx-paper", "phantomx-ax", "octopod", "quadruped"]),
+            ),
+            Change(
+                name="drive", value=rng.choice(["prescribed", "servo", "ideal-servo", "torque"])
+            ),
+            Change(name="force_model", value=rng.choice(["minimum-norm", "friction-cone"])),
+            Change(name="walks", value=rng.choice(["by itself", "by itself", "the plan"])),
+            Push(impulse=(rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), 0.0)),
+            Limb(leg=rng.randint(1, 4), how="lose"),
+            Limb(leg=rng.randint(1, 4), how="limp"),
+            Play(how="reset"),
+            Load(what="scenario", name="paper.toml", content=b""),
         ]
     )
 
@@ -104,8 +113,8 @@ def main() -> None:
         stage.start()
         for one in options.set:
             name, value = one.split("=", 1)
-            stage.ask(Change(name, _value(value))).result(300)
-        stage.ask(Play("play")).result(300)
+            stage.ask(Change(name=name, value=_value(value))).result(300)
+        stage.ask(Play(how="play")).result(300)
         print(json.dumps(measured(stage, looker, rng, options)))
         stage.close()
 

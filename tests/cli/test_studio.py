@@ -11,7 +11,8 @@ import pytest
 
 from phasmid.cli import main, studio
 from phasmid.studio import server
-from phasmid.studio.server import is_loopback, listen, names_of
+from phasmid.studio.guard import is_loopback, names_of
+from phasmid.studio.server import listen
 from studio.pretended import PretendedStage
 
 

@@ -1,13 +1,12 @@
-"""A robot that only says what it was asked, behind the real server on a real socket."""
+"""A robot that only records what it was asked, behind the real server on a real socket."""
 
-import asyncio
 import json
 import queue
-import socket
 import threading
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from http.client import HTTPConnection
 
 from websockets.sync.client import connect
 
@@ -17,20 +16,8 @@ TOKEN = "right-token"
 
 
 @dataclass
-class Asset:
-    content: bytes
-    kind: str
-
-
-ASSETS = {
-    "studio.html": Asset(b"<!doctype html><title>studio</title>", "text/html; charset=utf-8"),
-    "studio.js": Asset(b"'use strict';", "text/javascript; charset=utf-8"),
-}
-
-
-@dataclass
 class PretendedStage:
-    """Notes what happens to it; answers at once unless it is told what to answer."""
+    """Records what happens to it; gives `answer` at once."""
 
     folders: dict = field(default_factory=dict)
     answer: object = None
@@ -69,19 +56,18 @@ class Running:
         self.origin = f"http://{self.host}"
         self.cookie = f"phasmid-{self.port}={TOKEN}"
 
-    def raw(self, data, *, timeout=20, to="127.0.0.1"):
-        """Send bytes and read until the other side closes."""
-        with socket.create_connection((to, self.port), timeout) as end:
-            end.sendall(data)
-            return everything(end)
-
-    def get(self, path, *, method="GET", cookie=None, host=None, **headers):
-        """Ask for a page with the right host and cookie, or with others."""
-        told = {"Host": self.host if host is None else host}
-        told["Cookie"] = self.cookie if cookie is None else cookie
-        told |= {key.replace("_", "-"): value for key, value in headers.items()}
-        lines = [f"{method} {path} HTTP/1.1", *(f"{k}: {v}" for k, v in told.items() if v)]
-        return Answer(self.raw("\r\n".join([*lines, "", ""]).encode("latin-1")))
+    def get(self, path, *, method="GET", cookie=None, host=None, to="127.0.0.1", **headers):
+        """Request a page with the right host and cookie, or with others."""
+        with closing(HTTPConnection(to, self.port, timeout=20)) as end:
+            end.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+            for value in [host or self.host] if isinstance(host, str | None) else host:
+                end.putheader("Host", value)
+            if cookie != "":
+                end.putheader("Cookie", cookie or self.cookie)
+            for key, value in headers.items():
+                end.putheader(key.replace("_", "-"), value)
+            end.endheaders()
+            return Answer(end.getresponse())
 
     @contextmanager
     def connect(self, **options):
@@ -105,24 +91,12 @@ class Running:
 
 
 class Answer:
-    """A reply of HTTP, taken apart."""
+    """A response of HTTP."""
 
-    def __init__(self, data):
-        head, _, self.body = data.partition(b"\r\n\r\n")
-        first, *lines = head.decode("latin-1").split("\r\n")
-        self.status = int(first.split(" ")[1])
-        self.headers = {
-            name.lower(): value for name, _, value in (line.partition(": ") for line in lines)
-        }
+    def __init__(self, response):
+        self.status, self.body = response.status, response.read()
+        self.headers = {name.lower(): value for name, value in response.getheaders()}
         self.text = self.body.decode("utf-8", errors="replace").strip()
-
-
-def everything(end):
-    """What a socket tells until it ends."""
-    parts = []
-    while part := end.recv(65536):
-        parts.append(part)
-    return b"".join(parts)
 
 
 def say(page, **message):
@@ -140,18 +114,19 @@ def reply(page):
 
 
 @contextmanager
-def running(stage=None, listening=None, assets=None, **options):
+def running(stage=None, listening=None, **options):
     """A server with a pretended robot, until the block ends."""
     stage = stage or PretendedStage()
     listening = listening or listen("127.0.0.1", 0)
-    server = Server(listening, assets or ASSETS, token=TOKEN, **options)
-    opened = threading.Event()
-    serving = threading.Thread(target=lambda: asyncio.run(server.serve(stage, opened.set)))
-    serving.start()
-    try:
-        assert opened.wait(20)
-        yield Running(server, stage, listening)
-    finally:
-        server.stop()
-        serving.join(20)
-        assert not serving.is_alive()
+    with listening:
+        server = Server(listening, token=TOKEN, **options)
+        opened = threading.Event()
+        serving = threading.Thread(target=server.run, args=(stage, opened.set))
+        serving.start()
+        try:
+            assert opened.wait(20)
+            yield Running(server, stage, listening)
+        finally:
+            server.stop()
+            serving.join(20)
+            assert not serving.is_alive()

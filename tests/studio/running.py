@@ -1,6 +1,5 @@
 """The whole studio in this process: a robot in physics, its server, and what a browser hears."""
 
-import asyncio
 import json
 import threading
 from collections import deque
@@ -9,7 +8,6 @@ from contextlib import contextmanager
 import numpy as np
 
 from phasmid.scenario import load_scenario
-from phasmid.studio.assets import assets
 from phasmid.studio.server import Server, listen
 from phasmid.studio.stage import Stage
 
@@ -31,11 +29,9 @@ class Studio:
     def begin(self):
         self._listening = listen("127.0.0.1", self.port)
         self.port = self._listening.getsockname()[1]
-        self.server = Server(self._listening, assets(), token="known")
+        self.server = Server(self._listening, token="known")
         opened = threading.Event()
-        self._thread = threading.Thread(
-            target=lambda: asyncio.run(self.server.serve(self.stage, opened.set))
-        )
+        self._thread = threading.Thread(target=self.server.run, args=(self.stage, opened.set))
         self._thread.start()
         assert opened.wait(30)
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from browsers import until
 from phasmid import load_scenario
-from phasmid.studio.assets import assets
 from phasmid.studio.fields import catalogue, values
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.scene import Scene
@@ -67,7 +66,7 @@ def shown(browser, *, middle=(0.0, 0.0), size=(1200, 900), **changes):
     }
     stage = PretendedStage()
     stage.hello = lambda: [json.dumps({kind: value}) for kind, value in told.items()]
-    with running(stage, assets=assets()) as studio:
+    with running(stage) as studio:
         window = browser.new_page(
             viewport={"width": size[0], "height": size[1]}, color_scheme="light"
         )

@@ -107,7 +107,7 @@ def test_angles_move_the_foot_and_the_foot_the_angles(window):
     reads(window, "Foot z [mm], as a number", "-140.0")
     window.get_by_label("Foot z [mm], as a number", exact=True).fill("-100")
     window.keyboard.press("Enter")
-    q = bench(ROBOT, Bench(1, foot=(0.134, 0.0, -0.1)))["angles"]
+    q = bench(ROBOT, Bench(leg=1, foot=(0.134, 0.0, -0.1)))["angles"]
     reads(window, "Femur θ₂ [°], as a number", f"{math.degrees(q[1]):.1f}")
     assert cell(window, "Denavit-Hartenberg parameters", 1, 1).text_content() == "52.0"
 
@@ -211,7 +211,7 @@ def test_another_ground_leaves_the_bench_as_it_is_and_another_robot_begins_it_an
 
 
 def tibia_at(height):
-    q = bench(ROBOT, Bench(1, foot=(0.15, 0.0, height)))["angles"]
+    q = bench(ROBOT, Bench(leg=1, foot=(0.15, 0.0, height)))["angles"]
     return f"{math.degrees(q[2]):.1f}"
 
 

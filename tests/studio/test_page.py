@@ -4,17 +4,17 @@ import re
 
 import pytest
 
-from phasmid.studio.assets import assets
+from phasmid.studio.server import page_files
 
 
 @pytest.fixture(scope="module")
 def page():
-    return assets()["studio.html"].content.decode()
+    return page_files()["studio.html"]
 
 
 def test_what_the_page_names_is_in_the_table_and_the_table_holds_nothing_else(page):
     named = set(re.findall(r'(?:src|href)="/assets/([^"]+)"', page))
-    assert named | {"studio.html"} == set(assets())
+    assert named | {"studio.html"} == set(page_files())
 
 
 def test_the_page_holds_no_script_style_or_address_of_its_own(page):
@@ -26,17 +26,8 @@ def test_the_page_holds_no_script_style_or_address_of_its_own(page):
 def test_its_scripts_never_read_text_as_a_page():
     # Names come from files of strangers (W11); they are set as text, which nothing can run.
     forbidden = r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function"
-    for name, asset in assets().items():
-        assert not re.search(forbidden, asset.content.decode()), name
-
-
-def test_every_file_tells_its_kind():
-    kinds = {name.rpartition(".")[2]: asset.kind for name, asset in assets().items()}
-    assert kinds == {
-        "html": "text/html; charset=utf-8",
-        "css": "text/css; charset=utf-8",
-        "js": "text/javascript; charset=utf-8",
-    }
+    for name, text in page_files().items():
+        assert not re.search(forbidden, text), name
 
 
 def test_every_control_of_the_page_has_a_label(page):

@@ -8,7 +8,7 @@ import pytest
 
 from browsers import NEEDED, PATIENCE, is_ours, pixels, started, until
 from hostile import LEG_NAMES, hostile_files
-from phasmid.studio.door import POLICY
+from phasmid.studio.guard import POLICY
 from studio.running import Heard, running
 
 pytestmark = NEEDED
@@ -28,7 +28,7 @@ def browser():
 
 
 @contextmanager
-def opened(browser, studio, *, width=1400, scheme="light", part=""):
+def opened(browser, studio, *, width=1400, scheme="light"):
     """The page in a window, what it hears, and what went wrong in it."""
     context = browser.new_context(
         viewport={"width": width, "height": 900}, color_scheme=scheme, accept_downloads=True
@@ -52,8 +52,6 @@ def opened(browser, studio, *, width=1400, scheme="light", part=""):
     )
     heard = Heard(window)
     window.goto(studio.address)
-    if part:
-        window.goto(f"{studio.origin}/{part}")
     yield window, heard, wrong
     context.close()
 
@@ -122,7 +120,7 @@ def test_every_control_is_found_by_its_label(browser, studio):
             control = window.get_by_label(field["label"], exact=True)
             role = {"choice": "SELECT", "range": "INPUT", "switch": "INPUT"}[field["kind"]]
             assert control.evaluate("(one) => one.tagName") == role
-        for name in ("Pause", "Step", "Reset", "Record", "Stop", "Save scenario", "Copy link"):
+        for name in ("Pause", "Step", "Reset", "Record", "Stop", "Save scenario"):
             assert window.get_by_role("button", name=name, exact=True).is_visible()
         for name in ("ahead", "back", "to the left", "to the right"):
             assert window.get_by_role("button", name=f"Push {name}", exact=True).is_visible()
@@ -345,31 +343,6 @@ def test_a_scenario_is_saved_as_a_file(browser, studio):
             window.get_by_role("button", name="Save scenario").click()
         assert told.value.suggested_filename.endswith(".toml")
         assert "[stride]" in told.value.path().read_text(encoding="utf-8")
-        assert wrong == []
-
-
-def test_a_link_brings_the_setting_back_once(browser, studio):
-    with opened(browser, studio) as (window, heard, _):
-        walks(window)
-        begin_anew(window, heard)
-        choose(window, heard, "Gait", "gait", "ripple")
-        window.get_by_role("button", name="Copy link").click()
-        until(window, "document.getElementById('link').value.includes('#s=')")
-        link = window.get_by_label("Link to this setting").input_value()
-        choose(window, heard, "Gait", "gait", "tripod")
-    assert link.startswith(f"{studio.origin}/#s=")
-    with opened(browser, studio, part=link.removeprefix(f"{studio.origin}/")) as (
-        window,
-        heard,
-        wrong,
-    ):
-        wait(window, lambda: heard.told.get("setting", {}).get("gait") == "ripple")
-        # It is sent once, so that what is changed later is not undone by a reload.
-        until(window, "location.hash === ''")
-        begin_anew(window, heard)
-        window.reload()
-        walks(window)
-        assert heard.told["setting"]["gait"] == "tripod"
         assert wrong == []
 
 

@@ -1,4 +1,4 @@
-"""The fields of the setting, and settings that leave the page and come back."""
+"""The fields of the setting, and settings that leave the page and come back as files."""
 
 import json
 import math
@@ -15,7 +15,7 @@ from phasmid.robot import preset_names, robot_to_toml, servo_names, with_payload
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.model import ModelTable
 from phasmid.scenario.simulation import SimulationTable
-from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file, with_values
+from phasmid.studio.carrying import scenario_file, with_file
 from phasmid.studio.fields import FIELDS, GROUPS, catalogue, field_of, values
 from phasmid.studio.messages import Load
 from phasmid.studio.setting import OWN_SERVO, setting_of
@@ -23,6 +23,12 @@ from phasmid.tables import choices as words_of
 from phasmid.tables import leaves
 
 PAPER = setting_of(load_scenario("paper"))
+
+
+def with_values(setting, changes):
+    for name, value in changes.items():
+        setting = field_of(name).changed(setting, value)
+    return setting
 
 
 def told(setting, name):
@@ -145,9 +151,9 @@ def test_what_the_robot_is_asked_to_do_needs_no_new_run():
 
 CHANGED = {
     "walks": "by hand",
+    "robot": "phantomx-ax",
     "gait": "ripple",
     "period": 1.25,
-    "robot": "phantomx-ax",
     "payload": 0.3,
     "drive": "servo",
     "servo": "MX-28",
@@ -158,38 +164,6 @@ CHANGED = {
     "force_model": "friction-cone",
     "ground_sensing": False,
 }
-
-
-def test_a_link_brings_another_person_to_the_same_setting():
-    setting = with_values(PAPER, CHANGED)
-    link = link_of(setting)
-    assert link.startswith("#s=")
-    assert values(from_link(link, PAPER)) == values(setting)
-    # It tells what differs alone.
-    assert values(from_link(link_of(PAPER), setting)) == values(PAPER)
-    assert len(link_of(PAPER)) < 40
-
-
-@pytest.mark.parametrize("text", ["#s=!!!", "#s=AAAA", "[1]", '{"scenario":"x"}', '{"gait":"x"}'])
-def test_a_link_that_is_none_is_refused(text):
-    with pytest.raises(InvalidInput):
-        from_link(text, PAPER)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('{"friction":0.1,"friction":0.2}', 'key "friction" is given twice'),
-        ('{"friction":NaN}', "NaN is no finite number"),
-        ('{"friction":' + "[" * 5000 + "]" * 5000 + "}", "more than 8 lists and tables"),
-        ('{"friction":', "link line 1, column 13: expecting value"),
-    ],
-)
-def test_a_link_is_read_as_strictly_as_a_message(text, words):
-    with pytest.raises(InvalidInput) as refusal:
-        from_link(text, PAPER)
-    assert refusal.value.what.startswith("it is no setting: ")
-    assert words in refusal.value.what
 
 
 def test_a_scenario_file_loads_to_the_same_experiment(tmp_path):
@@ -214,34 +188,44 @@ def test_a_preset_as_it_comes_needs_no_robot_file(tmp_path):
 
 def test_robots_scenarios_and_height_maps_are_taken_from_files(tmp_path):
     text = robot_to_toml(replace(load_robot("octopod"), name="mine")).encode()
-    setting = with_file(PAPER, Load("robot", "../mine.toml", text), tmp_path)
+    setting = with_file(PAPER, Load(what="robot", name="../mine.toml", content=text), tmp_path)
     assert setting.robot_name == "mine.toml"
     assert len(setting.base.legs) == 8
     assert choices(setting, "robot")[-1] == "mine.toml"
     # It can be gone back to.
     back = field_of("robot").changed(field_of("robot").changed(setting, "quadruped"), "mine.toml")
     assert len(back.base.legs) == 8
-    ground = with_file(setting, Load("terrain", "hills.csv", b"0,0,0\n0,0.01,0\n0,0,0\n"), tmp_path)
+    ground = with_file(
+        setting,
+        Load(what="terrain", name="hills.csv", content=b"0,0,0\n0,0.01,0\n0,0,0\n"),
+        tmp_path,
+    )
     assert ground.terrain_name == "hills.csv"
     place = np.array([0.31]), np.array([0.0])
     assert float(ground.scenario.load_terrain().height(*place)[0]) > 0
     file = scenario_file(field_of("payload").changed(PAPER, 0.2))
-    with_file(PAPER, Load("robot", file["robot"]["name"], file["robot"]["text"].encode()), tmp_path)
-    again = with_file(PAPER, Load("scenario", "x.toml", file["text"].encode()), tmp_path)
+    with_file(
+        PAPER,
+        Load(what="robot", name=file["robot"]["name"], content=file["robot"]["text"].encode()),
+        tmp_path,
+    )
+    again = with_file(
+        PAPER, Load(what="scenario", name="x.toml", content=file["text"].encode()), tmp_path
+    )
     assert again.base.mass == pytest.approx(PAPER.base.mass + 0.2, rel=1e-12)
 
 
 def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
     text = scenario_file(field_of("payload").changed(PAPER, 0.2))["text"]
     with pytest.raises(InvalidInput) as refusal:
-        with_file(PAPER, Load("scenario", "x.toml", text.encode()), tmp_path)
+        with_file(PAPER, Load(what="scenario", name="x.toml", content=text.encode()), tmp_path)
     assert refusal.value.what == (
         'robot is "phantomx-paper-of-paper.toml", a file that was not loaded; load that file '
         "first, and then the scenario again."
     )
     assert refusal.value.hint == "phantomx-paper-of-paper.toml"
     with pytest.raises(InvalidInput):
-        with_file(PAPER, Load("robot", "x.toml", b"\xff\xfe"), tmp_path)
+        with_file(PAPER, Load(what="robot", name="x.toml", content=b"\xff\xfe"), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -256,10 +240,10 @@ def test_a_scenario_that_would_freeze_the_page_is_refused_before_it_is_built(
 ):
     setting = replace(PAPER, walks=walks)
     with pytest.raises(InvalidInput, match=words):
-        with_file(setting, Load("scenario", "x.toml", line.encode()), tmp_path)
+        with_file(setting, Load(what="scenario", name="x.toml", content=line.encode()), tmp_path)
     if walks == "the plan":
         # Where no plan is made it costs nothing.
-        with_file(PAPER, Load("scenario", "x.toml", line.encode()), tmp_path)
+        with_file(PAPER, Load(what="scenario", name="x.toml", content=line.encode()), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -286,7 +270,7 @@ def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
     text = line.replace("{}", tmp_path.as_posix()).encode()
     words = "a file that was not loaded; load that file first|must name none"
     with pytest.raises(InvalidInput, match=words):
-        with_file(PAPER, Load("scenario", "x.toml", text), folder)
+        with_file(PAPER, Load(what="scenario", name="x.toml", content=text), folder)
 
 
 def test_every_text_of_a_scenario_that_can_name_a_file_is_checked_when_uploaded():
@@ -312,7 +296,7 @@ def test_an_uploaded_robot_finds_no_package_outside_the_uploads(tmp_path):
     text = (tmp_path / "secret.urdf").read_text()
     assert mesh in text
     for name in (f"../{mesh}", f"package://theirs/{mesh}"):
-        load = Load("robot", "mine.urdf", text.replace(mesh, name).encode())
+        load = Load(what="robot", name="mine.urdf", content=text.replace(mesh, name).encode())
         with pytest.raises(InvalidInput, match=r"lies outside the model folder|is unknown"):
             with_file(PAPER, load, folder)
 
@@ -320,9 +304,13 @@ def test_an_uploaded_robot_finds_no_package_outside_the_uploads(tmp_path):
 def test_an_uploaded_scenario_takes_masses_from_an_uploaded_robot(tmp_path):
     save_robot(load_robot("quadruped"), tmp_path / "mine.urdf")
     donor = with_payload(load_robot("quadruped"), 0.5)
-    with_file(PAPER, Load("robot", "donor.toml", robot_to_toml(donor).encode()), tmp_path)
+    with_file(
+        PAPER,
+        Load(what="robot", name="donor.toml", content=robot_to_toml(donor).encode()),
+        tmp_path,
+    )
     text = b'robot = "mine.urdf"\ngait = "crawl"\n[robot_import]\nmasses = "donor.toml"'
-    taken = with_file(PAPER, Load("scenario", "x.toml", text), tmp_path)
+    taken = with_file(PAPER, Load(what="scenario", name="x.toml", content=text), tmp_path)
     assert taken.base.mass == pytest.approx(donor.mass, rel=1e-6)
     # What is saved of it names no folder of this machine.
     assert tmp_path.as_posix() not in str(scenario_file(taken))
@@ -330,12 +318,16 @@ def test_an_uploaded_scenario_takes_masses_from_an_uploaded_robot(tmp_path):
 
 def test_an_uploaded_scenario_may_name_presets_and_what_was_uploaded(tmp_path):
     preset = with_file(
-        PAPER, Load("scenario", "x.toml", b'robot = "octopod"\ngait = "wave"'), tmp_path
+        PAPER,
+        Load(what="scenario", name="x.toml", content=b'robot = "octopod"\ngait = "wave"'),
+        tmp_path,
     )
     assert preset.robot_name == "octopod"
-    with_file(PAPER, Load("terrain", "hills.csv", b"0,0,0\n0,0.01,0\n0,0,0\n"), tmp_path)
+    with_file(
+        PAPER, Load(what="terrain", name="hills.csv", content=b"0,0,0\n0,0.01,0\n0,0,0\n"), tmp_path
+    )
     text = b'[terrain]\nkind = "height-map"\nheight_map = "hills.csv"'
-    hills = with_file(PAPER, Load("scenario", "y.toml", text), tmp_path)
+    hills = with_file(PAPER, Load(what="scenario", name="y.toml", content=text), tmp_path)
     assert hills.scenario.terrain.kind == "height-map"
 
 
@@ -356,13 +348,6 @@ def test_fields_that_mean_nothing_are_not_shown():
     }
     assert "slope" not in driven
     assert "slope" in names(field_of("terrain").changed(PAPER, "slope"))
-
-
-def test_no_link_carries_a_file(tmp_path):
-    text = robot_to_toml(load_robot("octopod")).encode()
-    setting = with_file(PAPER, Load("robot", "mine.toml", text), tmp_path)
-    with pytest.raises(InvalidInput, match="no link can carry"):
-        link_of(setting)
 
 
 def test_all_fields_have_different_names():

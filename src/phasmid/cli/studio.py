@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import logging
 import os
 import signal
 import sys
 import webbrowser
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from phasmid.cli.compiling import announce_compilation
 from phasmid.cli.scenario_options import (
@@ -25,15 +23,14 @@ from phasmid.cli.scenario_options import (
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
-    from phasmid.studio.server import Server
     from phasmid.studio.stage import Stage
 
 LONGEST_CLOSE = 3.0
-"""Time that a robot may take to be put away [s]."""
+"""Longest time in which the robot closes [s]."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Give a parser the scenario, its fields and where the page is."""
+    """Add the options of the scenario, its fields and the page."""
     add_scenario_option(parser)
     parser.add_argument(
         "--out", metavar="DIR", default="results", help="where runs are kept; default: results"
@@ -56,33 +53,42 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Show the page until Ctrl-C; returns the exit status."""
+    """Show the page until Ctrl-C; return the exit status."""
     port = _port(options.port)
     scenario = scenario_of(options)
-    from phasmid.studio.assets import assets
-    from phasmid.studio.server import Server, is_loopback, listen
+    try:
+        from phasmid.studio.guard import is_loopback
+        from phasmid.studio.server import Server, listen
+    except ImportError as error:
+        raise InvalidInput(
+            f"the live page needs {error.name}, which is not installed.",
+            hint='pip install "phasmid[studio]"',
+        ) from None
     from phasmid.studio.stage import Stage
 
-    _tell_log(debug=options.debug)
+    _configure_log(debug=options.debug)
     with listen(options.host, port) as listening:
         if not is_loopback(options.host):
             told = f"others on the network can reach {options.host}; the address lets them drive"
             print(f"phasmid: note: {plain(told)}.", file=sys.stderr)
-        server = Server(listening, assets(), host=options.host)
+        server = Server(listening, host=options.host)
         stage = Stage(scenario, out=Path(options.out), publish=server.publish)
         announce_compilation()
-        with _ended_by_signals(server):
+        # The server raises a signal again once it has closed: both end it as Ctrl-C does.
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        try:
             stage.start()
-            try:
-                asyncio.run(server.serve(stage, lambda: _show(server.address, options)))
-            finally:
-                _put_away(stage)
+            with suppress(KeyboardInterrupt):
+                server.run(stage, lambda: _show(server.address, options))
+        finally:
+            _put_away(stage)
+            signal.signal(signal.SIGTERM, before)
     print("phasmid: the studio is closed.")
     return 0
 
 
 def _show(address: str, options: argparse.Namespace) -> None:
-    """Tell the address, and open it."""
+    """Print the address and open it."""
     print(f"The robot is at {plain(address)}\nCtrl-C ends it.", flush=True)
     if not options.no_open and has_display():
         # Some browsers are waited for until they have started.
@@ -90,17 +96,17 @@ def _show(address: str, options: argparse.Namespace) -> None:
 
 
 def has_display() -> bool:
-    """Whether a browser can open a window; one that opens in the terminal cannot show the page."""
+    """Return whether a browser can open a window."""
     if sys.platform in ("darwin", "win32"):
         return True
     return any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def _put_away(stage: Stage) -> None:
-    """Close the stage; one that compiles hears of it only when it is done, and is not waited for.
+    """Close the robot.
 
     Raises:
-        KeyboardInterrupt: The command is to end as one that was interrupted.
+        KeyboardInterrupt: It takes too long, since it compiles.
     """
     closing = Thread(target=stage.close, daemon=True)
     closing.start()
@@ -120,29 +126,11 @@ def _port(text: str | None) -> int | None:
     return value
 
 
-def _tell_log(*, debug: bool) -> None:
-    """Let the log go to the terminal, in the house's form."""
+def _configure_log(*, debug: bool) -> None:
+    """Send the log to the terminal."""
     log = logging.getLogger("phasmid.studio")
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("phasmid: %(message)s"))
     log.handlers = [handler]
     log.propagate = False
     log.setLevel(logging.DEBUG if debug else logging.WARNING)
-
-
-@contextmanager
-def _ended_by_signals(server: Server) -> Iterator[None]:
-    """Let Ctrl-C, or whoever ends the process, close the page; a second Ctrl-C ends at once."""
-    before: dict[signal.Signals, Any] = {}
-
-    def close(*_: Any) -> None:
-        signal.signal(signal.SIGINT, before[signal.SIGINT])
-        server.stop()
-
-    for one in (signal.SIGINT, signal.SIGTERM):
-        before[one] = signal.signal(one, close)
-    try:
-        yield
-    finally:
-        for one, handler in before.items():
-            signal.signal(one, handler)

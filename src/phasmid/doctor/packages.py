@@ -45,6 +45,11 @@ EXTRAS = {
             "recordings as ROS 2 messages",
             {"mcap": "mcap", "mcap_ros2": "mcap-ros2-support"},
         ),
+        Extra(
+            "studio",
+            "the live page",
+            {"starlette": "starlette", "uvicorn": "uvicorn", "websockets": "websockets"},
+        ),
         Extra("video", "videos of walks", VIDEO),
     )
 }

@@ -23,9 +23,6 @@ from phasmid.studio.messages import Answer, Bench
 from phasmid.studio.outline import at_height, workspace
 from phasmid.units import STANDARD_GRAVITY
 
-FARTHEST, LARGEST_FORCE = 10.0, 1000.0
-"""Bounds of what can be asked for: a foot's coordinates [m] and a force's [N]."""
-
 NEARLY_SINGULAR = 0.1
 """Below this ratio of the Jacobian's singular values the bench names what is wrong."""
 
@@ -44,10 +41,10 @@ def bench(robot: Robot, request: Bench) -> Answer:
         sentences. A foot out of reach gives its sentence and the nearest pose.
 
     Raises:
-        InvalidInput: There is no such leg, or a number is none or out of all bounds.
+        InvalidInput: There is no such leg, or both angles and foot are given.
     """
     leg = robot.leg(request.leg)
-    force = _bounded("force", request.force, LARGEST_FORCE, "N")
+    force = np.array(request.force)
     q, remarks = _pose(leg, request)
     foot = foot_position(leg, q)
     z = float(foot[2])
@@ -75,10 +72,10 @@ def _pose(leg: Leg, request: Bench) -> tuple[np.ndarray, list[str]]:
     if request.angles is not None:
         if request.foot is not None:
             raise InvalidInput("angles and foot are both given; it must be one of them.")
-        return _bounded("angles", request.angles, 2 * math.pi, "rad"), []
+        return np.array(request.angles), []
     if request.foot is None:
         return joint_angles(leg, leg.neutral_foot), []
-    foot = _bounded("foot", request.foot, FARTHEST, "m")
+    foot = np.array(request.foot)
     try:
         return joint_angles(leg, foot), []
     except Unreachable as error:
@@ -275,21 +272,6 @@ def _drawn(robot: Robot, leg: int) -> dict[str, Any]:
 @lru_cache(4)
 def _mid_length(robot: Robot) -> Robot:
     return with_mass_model(robot, "mid-length")
-
-
-def _bounded(name: str, values: tuple[float, float, float], most: float, unit: str) -> np.ndarray:
-    """The numbers as an array.
-
-    Raises:
-        InvalidInput: One is out of bounds, or none.
-    """
-    for value in values:
-        # Written so that NaN counts as out of them.
-        if not abs(value) <= most:
-            raise InvalidInput(
-                f"{name} holds {value:.4g} {unit}; it must lie within ±{most:.4g} {unit}."
-            )
-    return np.array(values, dtype=float)
 
 
 def _plain(value: Any) -> Any:

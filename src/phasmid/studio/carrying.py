@@ -1,13 +1,9 @@
-"""Settings that leave the page and come back: as links, scenario files, robots and height maps."""
+"""Settings that leave the page and come back: scenario files, robots and height maps."""
 
 from __future__ import annotations
 
-import base64
-import binascii
-import json
 import os
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,17 +13,11 @@ from phasmid.errors import InvalidInput, PhasmidError, located, nearest
 from phasmid.formats import load_robot
 from phasmid.gait.file import is_gait_file
 from phasmid.robot import preset_names, robot_to_toml
-from phasmid.scenario import load_scenario, scenario_names, scenario_to_toml
-from phasmid.studio.errors import TooMany
-from phasmid.studio.fields import FIELDS, catalogue, field_of, values
+from phasmid.scenario import load_scenario, scenario_to_toml
 from phasmid.studio.messages import Load
 from phasmid.studio.setting import Setting, setting_of
-from phasmid.studio.strict import read_json
 from phasmid.terrain.height_text import BEGINNING
 from phasmid.toml import read_toml
-
-USUAL = "paper"
-"""The scenario from which a link tells what differs, where its own is none that comes with us."""
 
 MASSES = ("as-given", "geometry")
 """Values of ``robot_import.masses`` that name no robot."""
@@ -55,97 +45,6 @@ def scenario_file(setting: Setting) -> dict[str, Any]:
     return {"name": name, "text": scenario_to_toml(scenario, own), "robot": file}
 
 
-def link_of(setting: Setting) -> str:
-    """The part of an address that brings another person to the same setting.
-
-    Args:
-        setting: The setting.
-
-    Raises:
-        InvalidInput: It has a robot or a ground from a file, which no link carries.
-    """
-    for what, name in (("robot", setting.robot_name), ("terrain", setting.terrain_name)):
-        if name in setting.robots or name in setting.grounds:
-            raise InvalidInput(
-                f"the {what} is from the file {name}, which no link can carry.",
-                hint="save the scenario",
-            )
-    name = setting.scenario.name
-    name = name if name in scenario_names() else USUAL
-    usual = values(_beginning(name, setting))
-    shown = {one["name"] for one in catalogue(setting)["fields"]}
-    differs = {
-        key: value
-        for key, value in values(setting).items()
-        if value != usual[key] and (key in shown or key in usual)
-    }
-    text = json.dumps({"scenario": name} | differs, separators=(",", ":"))
-    return "#s=" + base64.urlsafe_b64encode(text.encode()).decode().rstrip("=")
-
-
-def _beginning(name: str, setting: Setting) -> Setting:
-    """A preset's setting, with the files that this one knows."""
-    begun = setting_of(load_scenario(name))
-    return replace(begun, robots=setting.robots, grounds=setting.grounds)
-
-
-def from_link(text: str, setting: Setting) -> Setting:
-    """The setting that a link tells.
-
-    Args:
-        text: As `link_of` gives it, or as JSON.
-        setting: The present one, whose files stay known.
-
-    Raises:
-        InvalidInput: It is no such text, or a value is refused.
-    """
-    with located("the link"):
-        told = _table(text.strip())
-        name = told.pop("scenario", USUAL)
-        if name not in scenario_names():
-            known = ", ".join(scenario_names())
-            raise InvalidInput(f"scenario is {name!r}; it must be one of {known}.")
-        return with_values(_beginning(name, setting), told)
-
-
-def with_values(setting: Setting, told: Mapping[str, object]) -> Setting:
-    """A setting with other values of some fields, set in the catalogue's order.
-
-    Args:
-        setting: The present one.
-        told: Values as people know them, by the fields' names.
-
-    Raises:
-        InvalidInput: There is no such field, or its value is refused.
-    """
-    for name in told:
-        field_of(name)
-    # The robot tells which gaits and loads there are.
-    order = sorted(FIELDS, key=lambda one: one.name != "robot")
-    for one in order:
-        if one.name in told:
-            setting = one.changed(setting, told[one.name])
-    return setting
-
-
-def _table(text: str) -> dict[str, Any]:
-    """What a link carries."""
-    if not text.startswith("{"):
-        code = text.removeprefix("#").removeprefix("s=")
-        try:
-            raw = base64.urlsafe_b64decode(code + "=" * (-len(code) % 4))
-            text = raw.decode()
-        except (binascii.Error, ValueError):
-            raise InvalidInput("it is no setting: not text in base64.") from None
-    try:
-        told = read_json(text, "link")
-    except InvalidInput as error:
-        raise InvalidInput(f"it is no setting: {error.what}") from None
-    if not isinstance(told, dict):
-        raise InvalidInput("it is no setting; it must be a table of fields.")
-    return told
-
-
 def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
     """A setting with what a file tells.
 
@@ -156,10 +55,10 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
 
     Raises:
         InvalidInput: It is not well formed, or cannot be used.
-        TooMany: So many files are known that no further one is taken.
+        InvalidInput: So many files are known that no further one is taken.
     """
     if len(setting.robots) + len(setting.grounds) >= MOST_FILES:
-        raise TooMany(
+        raise InvalidInput(
             f"{MOST_FILES} files were taken in, which are the most.", hint="start the studio anew"
         )
     path = folder / _kept_name(load.name)

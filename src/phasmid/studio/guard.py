@@ -1,182 +1,174 @@
-"""Who may come in: the head of a request is judged before anything else is done with it."""
+"""Access to the live page: hosts, origins, the token, and headers of every response."""
 
 from __future__ import annotations
 
 import hmac
-import re
-from dataclasses import dataclass
+import ipaddress
+import logging
+import socket
 
-from phasmid.errors import plain
+from starlette.datastructures import MutableHeaders
+from starlette.requests import HTTPConnection
+from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
 
-LARGEST_HEAD = 16_384
-"""Bytes of a request's line and headers."""
+from phasmid.errors import InvalidInput, plain
 
-LARGEST = 10_000_000
-"""Bytes of a body or of a message; where it is told, a megabyte is a million of them."""
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""Content security policy of the page: it loads nothing from elsewhere."""
 
-MOST_HEADERS = 100
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": POLICY,
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
 
-NAME = re.compile(rb"[-!#$%&'*+.^_`|~0-9A-Za-z]+")
-VALUE = re.compile(rb"[\t\x20-\x7e\x80-\xff]*")
-TARGET = re.compile(rb"[\x21-\x7e]+")
-LENGTH = re.compile(r"[0-9]{1,18}")
+OUR_MISTAKE = "this is a mistake of phasmid, not yours; please report it."
 
-
-class Refused(Exception):
-    """A request that gets no more than a status and a sentence.
-
-    Attributes:
-        status: Of HTTP.
-        text: What whoever asked is told.
-        reason: What the log says; empty where it says nothing.
-    """
-
-    def __init__(self, status: int, text: str, *, reason: str = "") -> None:
-        super().__init__(text)
-        self.status = status
-        self.text = text
-        self.reason = reason
+log = logging.getLogger("phasmid.studio")
 
 
-@dataclass(frozen=True, slots=True)
-class Head:
-    """The line and the headers of a request.
-
-    Attributes:
-        method: In capitals, as ``GET``.
-        path: As it was sent: nothing in it is decoded.
-        query: What follows the first question mark.
-        headers: Names in small letters, and values.
-    """
-
-    method: str
-    path: str
-    query: str
-    headers: tuple[tuple[str, str], ...]
-
-    def values(self, name: str) -> list[str]:
-        """All values of a header."""
-        return [value for key, value in self.headers if key == name]
-
-
-def read_head(raw: bytes) -> Head:
-    """Read the head of a request, which ends with an empty line.
-
-    Raises:
-        Refused: It is no HTTP/1.1.
-    """
-    first, *lines = raw.removesuffix(b"\r\n\r\n").split(b"\r\n")
-    parts = first.split(b" ")
-    if len(parts) != 3 or not NAME.fullmatch(parts[0]) or not TARGET.fullmatch(parts[1]):
-        raise Refused(400, "the request is no HTTP.")
-    if parts[2] != b"HTTP/1.1":
-        known = re.fullmatch(rb"HTTP/[0-9](\.[0-9])?", parts[2])
-        raise Refused(505 if known else 400, "the request must be HTTP/1.1.")
-    if len(lines) > MOST_HEADERS:
-        raise Refused(431, f"the request has {len(lines)} headers; the limit is {MOST_HEADERS}.")
-    headers = []
-    for line in lines:
-        name, colon, value = line.partition(b":")
-        if not colon or not NAME.fullmatch(name) or not VALUE.fullmatch(value):
-            raise Refused(400, "a header of the request is none.")
-        headers.append((name.decode("ascii").lower(), value.strip(b" \t").decode("latin-1")))
-    path, _, query = parts[1].decode("ascii").partition("?")
-    return Head(parts[0].decode("ascii"), path, query, tuple(headers))
-
-
-@dataclass(frozen=True, slots=True)
 class Guard:
-    """Knows whom the page is for.
+    """Middleware that admits only browsers that opened the address with the token.
 
-    Attributes:
-        hosts: What the header Host may be, each with its port: a name that somebody else points
-            at this machine is none of them.
-        token: Carried by the address that is opened, and by the cookie from then on.
-        cookie: Its name.
+    Args:
+        app: Application behind it.
+        hosts: Accepted values of the header Host, besides the address of the connection. A name
+            that someone else points at this machine is none of them.
+        token: Token in the address, and in the cookie from then on.
+        cookie: Name of the cookie.
     """
 
-    hosts: frozenset[str]
-    token: str
-    cookie: str
+    def __init__(self, app: ASGIApp, *, hosts: frozenset[str], token: str, cookie: str) -> None:
+        self._app, self._hosts, self._token, self._cookie = app, hosts, token, cookie
 
-    def check(self, head: Head, own: str) -> None:
-        """Refuse what was not meant for us, or would come from another page.
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Refuse a request, or pass it on; add the headers to its response."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        started = False
 
-        Args:
-            head: Head of the request.
-            own: The header Host for the address at which the connection arrived.
+        async def send_guarded(message: Message) -> None:
+            nonlocal started
+            started = True
+            if message["type"].endswith("http.response.start"):
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
 
-        Raises:
-            Refused: With 403, 405 or 413.
-        """
-        hosts, origins = head.values("host"), head.values("origin")
-        if len(hosts) != 1 or hosts[0] not in self.hosts | {own}:
-            raise Refused(403, "forbidden.", reason=f"a request for host {shown(hosts)}")
-        if origins and origins != [f"http://{hosts[0]}"]:
-            raise Refused(403, "forbidden.", reason=f"a request of origin {shown(origins)}")
-        self._check_body(head)
-        if head.method not in ("GET", "HEAD"):
-            raise Refused(405, "the method must be GET or HEAD.")
+        response = self._check(HTTPConnection(scope))
+        try:
+            if response is None:
+                await self._app(scope, receive, send_guarded)
+        except Exception as error:
+            log_mistake(error)
+            response = None if started else refusal(500, OUR_MISTAKE)
+        if response is not None and scope["type"] == "websocket":
+            await WebSocket(scope, receive, send_guarded).send_denial_response(response)
+        elif response is not None:
+            await response(scope, receive, send_guarded)
 
-    def check_page(self, head: Head) -> None:
-        """Refuse a websocket that no page of ours has opened: browsers tell the page's origin.
-
-        Raises:
-            Refused: With 403.
-        """
-        if not head.values("origin"):
-            raise Refused(403, "forbidden.", reason="a websocket without an origin")
-
-    def check_known(self, head: Head) -> None:
-        """Refuse who has not opened the address with the token.
-
-        Raises:
-            Refused: With 401.
-        """
-        crumbs = [crumb.strip() for value in head.values("cookie") for crumb in value.split(";")]
-        prefix = f"{self.cookie}="
-        given = [crumb.removeprefix(prefix) for crumb in crumbs if crumb.startswith(prefix)]
-        if not any(map(self._is_token, given)):
-            raise unknown()
-
-    def check_query(self, head: Head) -> None:
-        """Refuse an address with a wrong token, or with anything else.
-
-        Raises:
-            Refused: With 401.
-        """
-        if not self._is_token(head.query.removeprefix("token=")):
-            raise unknown()
+    def _check(self, request: HTTPConnection) -> Response | None:
+        """Return the refusal of a request, or the redirection from the address with the token."""
+        hosts, origins = request.headers.getlist("host"), request.headers.getlist("origin")
+        arrived = host_header(*request.scope["server"])
+        if len(hosts) != 1 or hosts[0] not in self._hosts | {arrived}:
+            return _forbidden("host", hosts)
+        # Browsers send the origin of a page with each websocket.
+        is_socket = request.scope["type"] == "websocket"
+        if (origins or is_socket) and origins != [f"http://{hosts[0]}"]:
+            return _forbidden("origin", origins)
+        query = request.scope["query_string"].decode("latin-1")
+        if request.scope["path"] == "/" and query:
+            if not self._is_token(query.removeprefix("token=")):
+                return _unknown()
+            response = RedirectResponse("/", 303)
+            response.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
+            return response
+        return None if self._is_token(request.cookies.get(self._cookie, "")) else _unknown()
 
     def _is_token(self, text: str) -> bool:
-        # It takes the same time however much of it is right.
-        return hmac.compare_digest(text.encode("latin-1"), self.token.encode("latin-1"))
-
-    def _check_body(self, head: Head) -> None:
-        lengths = head.values("content-length")
-        if len(set(lengths)) > 1 or not all(LENGTH.fullmatch(text) for text in lengths):
-            raise Refused(400, "the length of the request is no number.")
-        if lengths and int(lengths[0]) > LARGEST:
-            raise Refused(413, too_large("request", int(lengths[0])))
-        if (lengths and int(lengths[0]) > 0) or head.values("transfer-encoding"):
-            # What changes the robot goes by the websocket.
-            raise Refused(405 if head.method != "GET" else 400, "a request must have no body.")
+        # In constant time: the duration tells nothing about the token.
+        return hmac.compare_digest(text.encode(), self._token.encode())
 
 
-def too_large(what: str, size: int) -> str:
-    """What is said of too many bytes."""
-    told = size / 1_000_000
-    return (
-        f"{what} is {told:.{0 if told >= 11 else 1}f} MB; the limit is {LARGEST // 1_000_000} MB."
+def refusal(status: int, text: str) -> PlainTextResponse:
+    """Return a response of one sentence."""
+    return PlainTextResponse(f"{text}\n", status)
+
+
+def _forbidden(header: str, values: list[str]) -> Response:
+    found = plain(", ".join(values))[:100] or "none"
+    log.warning("refused a request of %s %s.", header, found)
+    return refusal(403, "forbidden.")
+
+
+def _unknown() -> Response:
+    return refusal(401, "open the address that phasmid studio printed: it carries the token.")
+
+
+def log_mistake(error: BaseException) -> None:
+    """Log an unforeseen exception in one line; with its traceback at level DEBUG."""
+    text = plain(f"{type(error).__name__}: {error}")[:300]
+    log.error(
+        "a mistake of phasmid: %s",
+        text,
+        exc_info=error if log.isEnabledFor(logging.DEBUG) else None,
     )
 
 
-def unknown() -> Refused:
-    """What is said to who brings no token."""
-    sentence = "open the address that phasmid studio printed: it carries the token."
-    return Refused(401, sentence)
+def names_of(host: str, port: int) -> tuple[str, ...]:
+    """Return the values of the header Host that every connection accepts; the first is printed.
+
+    Args:
+        host: Name or number at which the server listens.
+        port: Its port.
+    """
+    names = [host]
+    if is_loopback(host):
+        names += ["localhost"]
+    elif (number := _number_of(host)) is not None and number.is_unspecified:
+        names = ["127.0.0.1", "localhost", socket.gethostname().lower()]
+    return tuple(host_header(name, port) for name in names)
 
 
-def shown(values: list[str]) -> str:
-    """What a header said, fit for one line of a log."""
-    return plain(", ".join(values))[:100] or "none"
+def host_header(host: str, port: int) -> str:
+    """Return the header Host that a browser sends for a name or number and a port."""
+    name = f"[{host}]" if ":" in host else host
+    return name if port == 80 else f"{name}:{port}"
+
+
+def address_of(host: str) -> tuple[socket.AddressFamily, str]:
+    """Look up the address of a host.
+
+    Raises:
+        InvalidInput: There is none.
+    """
+    try:
+        found = socket.getaddrinfo(host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+    except (OSError, UnicodeError):
+        what = f'--host is "{host}"; it must be a name or a number of this machine.'
+        raise InvalidInput(what, hint="--host 127.0.0.1") from None
+    family, _, _, _, address = found[0]
+    return family, str(address[0])
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether only this machine reaches a host."""
+    number = _number_of(address_of(host)[1])
+    return number is not None and number.is_loopback
+
+
+def _number_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    try:
+        return ipaddress.ip_address(host)
+    except ValueError:
+        return None

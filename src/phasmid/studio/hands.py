@@ -122,9 +122,8 @@ class Hands:
             raise InvalidInput(
                 "the robot walks by its plan, which knows no stick.", hint='walks = "by hand"'
             )
-        share = tuple(min(max(float(part), -1.0), 1.0) for part in at)
-        if len(share) != 3 or not all(math.isfinite(part) for part in share):
-            raise InvalidInput(f"stick is {at}; it must be three numbers between -1 and 1.")
+        forward, lateral, yaw = (min(max(part, -1.0), 1.0) for part in at)
+        share = forward, lateral, yaw
         if self.setting.walks == "by itself":
             if not any(share):
                 return
@@ -132,7 +131,7 @@ class Hands:
             self._changed()
         self._stick_at = time.monotonic()
         if share != self._stick:
-            self._stick = (share[0], share[1], share[2])
+            self._stick = share
             self._follow()
 
     def change(self, name: str, value: object) -> None:

@@ -1,125 +1,207 @@
-"""What a browser may ask of the live robot: the seam between server and stage."""
+"""Messages of a browser: JSON in, one of ten validated requests out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+import base64
+import binascii
+from typing import Annotated, Any, Literal, TypeAlias
+
+import pydantic_core
+from pydantic import BeforeValidator, Field, Strict, StringConstraints, TypeAdapter, ValidationError
+
+from phasmid.errors import InvalidInput, nearest
+from phasmid.tables import Count, Number, Table, speaking
+
+Text = Annotated[str, StringConstraints(max_length=1000)]
+Flag = Annotated[bool, Strict()]
+Vector = tuple[Number, Number, Number]
+Angle = Annotated[Number, Field(ge=-6.2832, le=6.2832)]
+Coordinate = Annotated[Number, Field(ge=-10, le=10)]
+Force = Annotated[Number, Field(ge=-1000, le=1000)]
+LegNumber = Annotated[Count, Field(ge=1)]
 
 
-@dataclass(frozen=True, slots=True)
-class Stick:
-    """Where to go, as shares of what is possible; it is to be told again within half a second.
-
-    Attributes:
-        at: Ahead, to the left, turn to the left, each within -1 and 1.
-    """
-
-    at: tuple[float, float, float]
+def _decode(content: Any) -> Any:
+    """Decode base64; bytes pass."""
+    try:
+        return base64.b64decode(content, validate=True) if isinstance(content, str) else content
+    except (binascii.Error, ValueError):
+        raise InvalidInput("content must be bytes in base64.") from None
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """Give a field of the setting another value.
-
-    Attributes:
-        name: One of the catalogue's.
-        value: A number, a text or a truth value, as its kind is.
-    """
-
-    name: str
-    value: float | str | bool
-
-
-@dataclass(frozen=True, slots=True)
-class Play:
-    """Let time pass.
+class Message(Table):
+    """Fields of every message.
 
     Attributes:
-        how: ``step`` makes one update and pauses; ``reset`` puts the robot back to its start.
+        id: Number that the reply repeats; a message without one is answered only if refused.
     """
 
+    id: Annotated[Count, Field(ge=0, le=2**53)] | None = None
+
+
+class Stick(Message):
+    """Velocity command; it expires after half a second.
+
+    Attributes:
+        at: Shares of the largest velocity forward, to the left and in yaw, each -1 to 1.
+    """
+
+    do: Literal["stick"] = "stick"
+    at: Vector
+
+
+class Change(Message):
+    """Change one field of the setting.
+
+    Attributes:
+        name: Name of the field.
+        value: Number in the field's unit, word or flag.
+    """
+
+    do: Literal["change"] = "change"
+    name: Text
+    value: Number | Flag | Text
+
+
+class Play(Message):
+    """Start or stop time; ``step`` makes one update, ``reset`` returns the robot to its start."""
+
+    do: Literal["play"] = "play"
     how: Literal["play", "pause", "step", "reset"]
 
 
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """How much faster than real time it goes; 1 is real time."""
+class Pace(Message):
+    """Set the ratio of simulated time to real time."""
 
-    factor: float
+    do: Literal["pace"] = "pace"
+    factor: Annotated[Number, Field(ge=0.05, le=10)]
 
 
-@dataclass(frozen=True, slots=True)
-class Push:
+class Push(Message):
     """Push the trunk once.
 
     Attributes:
-        impulse: In the body's axes, ahead, left and up [N·s].
+        impulse: In body axes [N·s].
     """
 
-    impulse: tuple[float, float, float]
+    do: Literal["push"] = "push"
+    impulse: Vector
 
 
-@dataclass(frozen=True, slots=True)
-class Limb:
-    """Lose a leg, have it back, or let one of its servos die.
+class Limb(Message):
+    """Change the use of a leg.
 
     Attributes:
-        leg: Its number, from 1.
-        how: ``lose`` takes it out of the gait and lifts it; ``limp`` kills all its servos, for as
-            long as the run lasts.
+        leg: Number of the leg, from 1.
+        how: ``lose`` takes it out of the gait and lifts it; ``restore`` takes it back; ``limp``
+            disables its servos until the robot is reset.
     """
 
-    leg: int
+    do: Literal["limb"] = "limb"
+    leg: LegNumber
     how: Literal["lose", "restore", "limp"]
 
 
-@dataclass(frozen=True, slots=True)
-class Record:
-    """Begin to record, or end it and write the run's folder with its report."""
+class Record(Message):
+    """Start recording, or stop and write the folder of the run with its report."""
 
-    on: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Keep:
-    """Ask for the present setting as a file's text, or as the part of an address that tells it."""
-
-    what: Literal["scenario", "link"]
+    do: Literal["record"] = "record"
+    on: Flag
 
 
-@dataclass(frozen=True, slots=True)
-class Load:
-    """Take up a setting, or a file.
+class Keep(Message):
+    """Return the setting as a scenario file."""
 
-    Attributes:
-        what: ``setting`` is the text that a link carries; the others are files.
-        name: The file's own name, which tells its format.
-        content: The file's bytes, or the text in UTF-8.
-    """
-
-    what: Literal["setting", "scenario", "robot", "terrain"]
-    name: str
-    content: bytes = field(repr=False)
+    do: Literal["keep"] = "keep"
+    what: Literal["scenario"] = "scenario"
 
 
-@dataclass(frozen=True, slots=True)
-class Bench:
-    """One leg by itself: the paper's equations at one pose.
+class Load(Message):
+    """Load a file.
 
     Attributes:
-        leg: Its number, from 1.
-        angles: Joint angles [rad]; or
-        foot: the foot in the hip frame [m].
-        force: Of the ground on the foot, in the hip frame [N].
+        name: File name, whose ending gives the format.
+        content: Bytes of the file; base64 in JSON.
     """
 
-    leg: int
-    angles: tuple[float, float, float] | None = None
-    foot: tuple[float, float, float] | None = None
-    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    do: Literal["load"] = "load"
+    what: Literal["scenario", "robot", "terrain"]
+    name: Annotated[str, StringConstraints(max_length=120)]
+    content: Annotated[bytes, BeforeValidator(_decode)] = Field(repr=False)
 
 
-Request: TypeAlias = Stick | Change | Play | Pace | Push | Limb | Record | Keep | Load | Bench
+class Bench(Message):
+    """Evaluate the paper's equations for one leg in one pose.
+
+    Attributes:
+        leg: Number of the leg, from 1.
+        angles: Joint angles [rad].
+        foot: Foot position in the hip frame, instead of the angles [m].
+        force: Force of the ground on the foot in the hip frame [N].
+    """
+
+    do: Literal["bench"] = "bench"
+    leg: LegNumber
+    angles: tuple[Angle, Angle, Angle] | None = None
+    foot: tuple[Coordinate, Coordinate, Coordinate] | None = None
+    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+
+
+Request: TypeAlias = Annotated[
+    Stick | Change | Play | Pace | Push | Limb | Record | Keep | Load | Bench,
+    Field(discriminator="do"),
+]
+"""One message."""
 
 Answer: TypeAlias = dict[str, Any]
-"""What is replied, as JSON holds it; empty where there is nothing to say but yes."""
+"""Content of a reply, for JSON; empty for a plain acknowledgement."""
+
+KINDS: dict[str, type[Any]] = {
+    kind.model_fields["do"].default: kind
+    for kind in (Stick, Change, Play, Pace, Push, Limb, Record, Keep, Load, Bench)
+}
+
+_REQUEST: TypeAdapter[Request] = TypeAdapter(Request)
+
+
+class InvalidMessage(InvalidInput):
+    """Text that is no message.
+
+    Attributes:
+        id: Number of the message, where it is readable.
+    """
+
+    def __init__(self, what: str, *, hint: str = "", id: int | None = None) -> None:
+        super().__init__(what, hint=hint)
+        self.id = id
+
+
+def read_request(text: str | bytes) -> Request:
+    """Validate a message.
+
+    Args:
+        text: JSON.
+
+    Raises:
+        InvalidMessage: It is no JSON, or no message; the sentence names the field.
+    """
+    try:
+        return _REQUEST.validate_json(text)
+    except (ValidationError, InvalidInput):
+        pass
+    try:
+        raw = pydantic_core.from_json(text)
+    except ValueError as error:
+        raise InvalidMessage(f"the message is no JSON: {error}.") from None
+    if not isinstance(raw, dict):
+        raise InvalidMessage("the message must be a table.")
+    number, do = raw.get("id"), raw.get("do")
+    number = number if isinstance(number, int) and not isinstance(number, bool) else None
+    try:
+        if not isinstance(do, str) or do not in KINDS:
+            guess = nearest(do, KINDS) if isinstance(do, str) else ""
+            raise InvalidInput(f"do must be one of {', '.join(KINDS)}.", hint=guess)
+        with speaking(KINDS[do], raw):
+            return KINDS[do].model_validate(raw)
+    except InvalidInput as error:
+        raise InvalidMessage(error.what, hint=error.hint, id=number) from None

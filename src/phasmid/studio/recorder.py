@@ -27,7 +27,6 @@ from phasmid.robot.appearance import glb
 from phasmid.scenario import scenario_to_toml
 from phasmid.simulation.channels import ending_attributes
 from phasmid.simulation.termination import Ending, Failure
-from phasmid.studio.errors import TooMany
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.setting import Setting
 
@@ -145,13 +144,13 @@ class Recorder:
 
         Raises:
             InvalidInput: A recording goes on.
-            TooMany: Others are still being written.
+            InvalidInput: Others are still being written.
             OutputError: The folder cannot be made.
         """
         if self.run:
             raise InvalidInput("a recording goes on; it must end before the next one.")
         if len(self._jobs) >= MOST_JOBS:
-            raise TooMany(
+            raise InvalidInput(
                 f"{MOST_JOBS} recordings are still being written.", hint="wait until one is done"
             )
         try:

@@ -15,7 +15,7 @@ from typing import Any
 from phasmid.control.compilation import are_compiled
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import Scenario, load_scenario
-from phasmid.studio.carrying import from_link, link_of, scenario_file, with_file
+from phasmid.studio.carrying import scenario_file, with_file
 from phasmid.studio.clearing import clear_away
 from phasmid.studio.compiling import compile_beside
 from phasmid.studio.fields import catalogue, values
@@ -52,9 +52,6 @@ COMPILES = "The controller is being compiled, once for this machine: less than a
 
 LYING = 2.0
 """Time for which a robot that fell is shown as it lies [s]."""
-
-SLOWEST, FASTEST = 0.05, 10.0
-"""Between these is the pace."""
 
 
 class Stage:
@@ -293,32 +290,25 @@ class Stage:
     def _obey(self, request: Request) -> Answer:
         hands = self._hands
         match request:
-            case Stick(at):
-                hands.steer(at)
-            case Change(name, value):
-                hands.change(name, value)
-            case Play(how):
-                self._play(how)
-            case Pace(factor):
-                if not SLOWEST <= factor <= FASTEST:
-                    raise InvalidInput(
-                        f"pace is {factor:g}; it must be at least {SLOWEST:g} and at most "
-                        f"{FASTEST:g}."
-                    )
-                self._pacing.factor = float(factor)
+            case Stick():
+                hands.steer(request.at)
+            case Change():
+                hands.change(request.name, request.value)
+            case Play():
+                self._play(request.how)
+            case Pace():
+                self._pacing.factor = request.factor
                 self._pacing.begin(time.monotonic())
-            case Push(impulse):
-                hands.push(impulse)
-            case Limb(leg, how):
-                hands.limb(leg, how)
-            case Record(on):
-                return self._record(on)
-            case Keep(what):
-                if what == "link":
-                    return {"link": link_of(hands.setting)}
+            case Push():
+                hands.push(request.impulse)
+            case Limb():
+                hands.limb(request.leg, request.how)
+            case Record():
+                return self._record(request.on)
+            case Keep():
                 return scenario_file(hands.setting)
             case Load():
-                return self._load(request)
+                hands.take_up(with_file(hands.setting, request, Path(self._files.name)))
             case Bench():
                 from phasmid.studio.bench import bench
 
@@ -356,18 +346,6 @@ class Stage:
         if why:
             self._event(why)
         return why
-
-    def _load(self, load: Load) -> Answer:
-        if load.what == "setting":
-            try:
-                text = load.content.decode("utf-8")
-            except UnicodeDecodeError:
-                raise InvalidInput("the link is no text in UTF-8.") from None
-            self._hands.take_up(from_link(text, self._hands.setting))
-        else:
-            setting = with_file(self._hands.setting, load, Path(self._files.name))
-            self._hands.take_up(setting)
-        return {}
 
     # What is told --------------------------------------------------------------------------------
 

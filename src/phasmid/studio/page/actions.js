@@ -18,8 +18,6 @@
     return btoa(letters);
   }
 
-  Phasmid.base64 = base64;
-
   Phasmid.actions = (ask) => {
     let scene = null;
     let limbs = [];
@@ -97,22 +95,6 @@
     byId("save-scenario").addEventListener("click", async () => {
       const answer = await request({ do: "keep", what: "scenario" }, byId("keep-refused"));
       for (const file of answer ? [answer, answer.robot] : []) if (file) download(file.name, file.text);
-    });
-
-    byId("copy-link").addEventListener("click", async () => {
-      const answer = await request({ do: "keep", what: "link" }, byId("keep-refused"));
-      if (!answer) return;
-      const place = byId("link");
-      place.value = new URL(answer.link.replace(/^(?!.*#)/, "#s="), `${location.origin}/`).href;
-      byId("link-place").hidden = false;
-      let words = "The link is copied.";
-      try {
-        await navigator.clipboard.writeText(place.value);
-      } catch {
-        words = "Copy the link from its field.";
-        place.select();
-      }
-      byId("keep-told").textContent = words;
     });
 
     // ---------------------------------------------------------------- load

@@ -64,7 +64,7 @@
     }
 
     open();
-    return { ask, tell, isOpen };
+    return { ask, tell };
   };
 
   Phasmid.refusal = (reply) => (reply.hint ? `${reply.text} Try: ${reply.hint}` : reply.text || "It was refused.");

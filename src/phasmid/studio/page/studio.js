@@ -37,21 +37,7 @@
     // Who was away may find another robot.
     frames.forget();
     plots.forget();
-    takeLink();
   }
-
-  // A link's setting is told once: what is changed later would be undone by a reload. Until there
-  // is a robot to tell it to, it is kept.
-  function takeLink() {
-    const link = /^#s=([\w-]+=*)$/.exec(location.hash)?.[1];
-    if (!link || !connection.isOpen()) return;
-    history.replaceState(null, "", location.pathname);
-    const content = Phasmid.base64(new TextEncoder().encode(link));
-    connection.ask({ do: "load", what: "setting", name: "link", content }).then((reply) => {
-      tellEvent({ text: reply.status === 200 ? "The link's setting is loaded." : Phasmid.refusal(reply) });
-    });
-  }
-  window.addEventListener("hashchange", takeLink);
 
   function closed(wait) {
     document.body.classList.add("lost");

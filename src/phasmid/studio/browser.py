@@ -1,0 +1,163 @@
+"""One browser: texts and frames out, messages in, each within its limits."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from phasmid.errors import PhasmidError
+from phasmid.studio.guard import OUR_MISTAKE, log_mistake
+from phasmid.studio.messages import Answer, InvalidMessage, Request, read_request
+
+LARGEST = 10_000_000
+"""Bytes of the largest message."""
+
+RATE = 200.0
+"""Messages per second that a browser may send; as many may come at once."""
+
+PAUSE = 0.05
+"""A browser above the rate is not read for as long [s], after each hundredth refusal."""
+
+NOTICE = 1.0
+"""Least time between two notices of refused messages [s]."""
+
+MOST_WAITING = 100
+"""Most messages of one browser without a reply."""
+
+MOST_BEHIND = 50_000_000
+"""Most characters of texts that wait for a browser; one that is further behind is dropped."""
+
+PATIENCE = 15.0
+"""Longest time in which a browser must read what is sent [s]."""
+
+
+class Browser:
+    """Websocket of one browser.
+
+    Args:
+        websocket: Accepted websocket.
+        ask: Passes a request to the robot.
+    """
+
+    def __init__(self, websocket: WebSocket, ask: Callable[[Request], Future[Answer]]) -> None:
+        self._websocket, self._ask = websocket, ask
+        self._news = asyncio.Event()
+        self._texts: deque[str] = deque()
+        self._frame: bytes | None = None
+        self._behind = 0
+        self._replies: set[asyncio.Task[None]] = set()
+        self._tokens, self._filled_at = RATE, time.monotonic()
+        self._noticed_at, self._refused = -NOTICE, 0
+
+    def send(self, message: str | bytes) -> None:
+        """Queue a text, none of which is dropped, or the newest frame, in place of an older one."""
+        if isinstance(message, bytes):
+            self._frame = message
+        else:
+            self._texts.append(message)
+            self._behind += len(message)
+        self._news.set()
+
+    async def serve(self, greeting: list[str]) -> None:
+        """Send and receive until the browser leaves, or falls too far behind.
+
+        Args:
+            greeting: Texts that come before all that was queued meanwhile.
+        """
+        self._texts.extendleft(reversed(greeting))
+        self._behind += sum(map(len, greeting))
+        self._news.set()
+        both = [asyncio.create_task(part) for part in (self._send(), self._receive())]
+        try:
+            await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in both:
+                task.cancel()
+            ends = await asyncio.gather(*both, return_exceptions=True)
+        for end in ends:
+            gone = (WebSocketDisconnect, TimeoutError, asyncio.CancelledError)
+            if isinstance(end, BaseException) and not isinstance(end, gone):
+                log_mistake(end)
+
+    async def _send(self) -> None:
+        while self._behind <= MOST_BEHIND:
+            if not self._texts and self._frame is None:
+                self._news.clear()
+                await self._news.wait()
+            async with asyncio.timeout(PATIENCE):
+                if self._texts:
+                    text = self._texts.popleft()
+                    await self._websocket.send_text(text)
+                    self._behind -= len(text)
+                elif self._frame is not None:
+                    frame, self._frame = self._frame, None
+                    await self._websocket.send_bytes(frame)
+
+    async def _receive(self) -> None:
+        while (event := await self._websocket.receive())["type"] == "websocket.receive":
+            if self._is_within_rate():
+                self._take(event.get("text") or event.get("bytes") or "")
+                # Many messages may wait; replies and other browsers have their turn.
+                await asyncio.sleep(0)
+                continue
+            self._refused += 1
+            self._notice(f"more than {RATE:.0f} commands a second; the others are left out.")
+            if self._refused % 100 == 0:
+                await asyncio.sleep(PAUSE)
+
+    def _is_within_rate(self) -> bool:
+        now = time.monotonic()
+        self._tokens = min(RATE, self._tokens + RATE * (now - self._filled_at))
+        self._filled_at = now
+        if self._tokens < 1:
+            return False
+        self._tokens -= 1
+        return True
+
+    def _take(self, message: str | bytes) -> None:
+        size = len(message) if isinstance(message, bytes) else len(message.encode())
+        if size > LARGEST:
+            text = f"message is {size / 1e6:.1f} MB; the limit is {LARGEST / 1e6:.0f} MB."
+            self._reply(None, 413, text=text)
+            return
+        try:
+            request = read_request(message)
+        except InvalidMessage as error:
+            self._reply(error.id, 422, text=error.what, hint=error.hint)
+            return
+        if len(self._replies) >= MOST_WAITING:
+            self._notice(f"{MOST_WAITING} commands wait for their answers; wait for them.")
+            return
+        task = asyncio.create_task(self._answer(request))
+        self._replies.add(task)
+        task.add_done_callback(self._replies.discard)
+
+    async def _answer(self, request: Request) -> None:
+        try:
+            answer = await asyncio.wrap_future(self._ask(request))
+            if request.id is not None:
+                self._reply(request.id, 200, answer=answer)
+        except PhasmidError as error:
+            where = f" ({error.where})" if error.where else ""
+            self._reply(request.id, 422, text=f"{error.what}{where}", hint=error.hint)
+        except Exception as error:
+            log_mistake(error)
+            self._reply(request.id, 500, text=OUR_MISTAKE)
+
+    def _notice(self, sentence: str) -> None:
+        """Report refused messages, once in a while."""
+        now = time.monotonic()
+        if now - self._noticed_at >= NOTICE:
+            self._noticed_at = now
+            self._reply(None, 429, text=sentence)
+
+    def _reply(self, number: int | None, status: int, **parts: Any) -> None:
+        parts = {key: part for key, part in parts.items() if part != ""}
+        self.send(json.dumps({"reply": number, "status": status} | parts, allow_nan=False))
