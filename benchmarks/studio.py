@@ -2,7 +2,7 @@
 
     python benchmarks/studio.py --minutes 10 [--scenario paper] [--set robot=octopod ...]
 
-Everything but the browser: the stage walks as for three that look on, who now and then drive it,
+Everything but the browser: the simulation walks as for three browsers, which now and then drive it,
 change its gait and its ground, push it and let it fall. Memory is that of the process after the
 first minute, or a fifth of the time, against that at the end.
 
@@ -26,8 +26,8 @@ from typing import Any
 
 from phasmid import load_scenario
 from phasmid.errors import PhasmidError
+from phasmid.studio.live_simulation import LiveSimulation
 from phasmid.studio.messages import Change, Limb, Load, Play, Push, Request, Stick
-from phasmid.studio.stage import Stage
 
 
 class Looker:
@@ -108,15 +108,17 @@ def main() -> None:
         return
     looker, rng = Looker(), random.Random(1)
     with tempfile.TemporaryDirectory() as folder:
-        stage = Stage(load_scenario(options.scenario), out=Path(folder), publish=looker.take)
-        stage.viewers(3)
-        stage.start()
+        simulation = LiveSimulation(
+            load_scenario(options.scenario), out=Path(folder), publish=looker.take
+        )
+        simulation.viewers(3)
+        simulation.start()
         for one in options.set:
             name, value = one.split("=", 1)
-            stage.ask(Change(name=name, value=_value(value))).result(300)
-        stage.ask(Play(how="play")).result(300)
-        print(json.dumps(measured(stage, looker, rng, options)))
-        stage.close()
+            simulation.ask(Change(name=name, value=_value(value))).result(300)
+        simulation.ask(Play(how="play")).result(300)
+        print(json.dumps(measured(simulation, looker, rng, options)))
+        simulation.close()
 
 
 def _value(text: str) -> float | str | bool:
@@ -127,14 +129,14 @@ def _value(text: str) -> float | str | bool:
 
 
 def measured(
-    stage: Stage, looker: Looker, rng: random.Random, options: argparse.Namespace
+    simulation: LiveSimulation, looker: Looker, rng: random.Random, options: argparse.Namespace
 ) -> dict[str, Any]:
     """Let the time pass; the figures."""
     length = 60 * options.minutes
     begin, used, frames = time.monotonic(), time.process_time(), looker.frames
     next_doing, settled, early, done = begin + options.every, begin + min(60.0, length / 5), 0.0, 0
     refused, course = 0, [memory()]
-    live = stage._hands.live
+    live = simulation._operator.live
     simulated = live.now if live else 0.0
     while (now := time.monotonic()) < begin + length:
         time.sleep(0.2)
@@ -145,11 +147,11 @@ def measured(
         if not options.calm and now >= next_doing:
             next_doing, done = now + options.every, done + 1
             try:
-                stage.ask(doings(rng, calm=done % 3 == 0)).result(300)
+                simulation.ask(doings(rng, calm=done % 3 == 0)).result(300)
             except PhasmidError:
                 refused += 1
     passed, late = time.monotonic() - begin, memory()
-    live = stage._hands.live
+    live = simulation._operator.live
     found: dict[str, Any] = {
         "wall": round(passed, 1),
         "frames_a_second": round((looker.frames - frames) / passed, 2),

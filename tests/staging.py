@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 import phasmid
-from phasmid.studio.stage import Stage
+from phasmid.studio.live_simulation import LiveSimulation
 
 PATIENCE = 600.0
 """Longest wall time for anything that happens, on a machine that does other things too [s]."""
@@ -19,7 +19,7 @@ class Heard:
     def __init__(self, folder, scenario="paper", **changes):
         self.texts, self.frames = [], []
         made = phasmid.load_scenario(scenario).replace(**changes)
-        self.stage = Stage(made, out=folder, publish=self._take)
+        self.stage = LiveSimulation(made, out=folder, publish=self._take)
 
     def _take(self, what):
         if isinstance(what, bytes):

@@ -27,6 +27,8 @@ def locked(name: str) -> set[str]:
 def test_each_lock_holds_versions_and_hashes_of_all_that_it_is_for():
     project = PROJECT["project"]
     assert names(project["dependencies"]) <= locked("run")
+    # `make studio` works after `make setup`.
+    assert names(project["optional-dependencies"]["studio"]) <= locked("run")
     assert names(PROJECT["build-system"]["requires"]) <= locked("build")
     assert names(PROJECT["dependency-groups"]["build"]) <= locked("build")
     dev = names(project["optional-dependencies"]["dev"]) - {"phasmid"}

@@ -34,7 +34,7 @@ def shortened(arguments):
 @pytest.mark.slow
 def test_no_command_of_the_readme_refuses_another(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("phasmid.studio.stage.Stage", Stage)
+    monkeypatch.setattr("phasmid.studio.live_simulation.LiveSimulation", Stage)
     monkeypatch.setattr(Stage, "start", lambda self: interrupt())
     # The reader gives no duration: no folder is named by it.
     fields = result_folder._fields

@@ -3,6 +3,7 @@
 import os
 import signal
 import socket
+import sys
 import threading
 import urllib.request
 import webbrowser
@@ -37,7 +38,7 @@ class Stage(PretendedStage):
 @pytest.fixture
 def stage(monkeypatch):
     # A first start compiles the controller, which is no matter of the command.
-    monkeypatch.setattr("phasmid.studio.stage.Stage", Stage)
+    monkeypatch.setattr("phasmid.studio.live_simulation.LiveSimulation", Stage)
     monkeypatch.setattr("phasmid.control.compilation.are_compiled", lambda: True)
     monkeypatch.setenv("DISPLAY", ":0")
     Stage.made.clear()
@@ -134,6 +135,16 @@ def test_what_cannot_be_shown_is_refused_in_one_sentence(options, said, stage, c
     assert main(["studio", "--no-open", *options]) == 2
     assert capsys.readouterr().err.startswith(f"phasmid: {said}")
     assert not stage.made
+
+
+def test_without_the_extra_its_command_is_named(stage, monkeypatch, capsys):
+    monkeypatch.delitem(sys.modules, "phasmid.studio.guard")
+    monkeypatch.setitem(sys.modules, "starlette.datastructures", None)
+    assert main(["studio", "--no-open"]) == 2
+    assert capsys.readouterr().err == (
+        "phasmid: the live page needs the extra studio, which is not installed.\n"
+        '  try  pip install "phasmid[studio]"\n'
+    )
 
 
 def test_a_port_that_is_taken_is_named_where_it_was_asked_for(stage, capsys):

@@ -76,7 +76,7 @@ def here(tmp_path, recorded, monkeypatch):
     for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("TERM", "xterm-256color")
-    monkeypatch.setattr("phasmid.studio.stage.Stage", Stage)
+    monkeypatch.setattr("phasmid.studio.live_simulation.LiveSimulation", Stage)
     monkeypatch.setattr("phasmid.paper.reproduction.reproduce", graded)
     return tmp_path
 

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 import numpy as np
 
 from phasmid.scenario import load_scenario
+from phasmid.studio.live_simulation import LiveSimulation
 from phasmid.studio.server import Server, listen
-from phasmid.studio.stage import Stage
 
 
 class Studio:
@@ -17,7 +17,7 @@ class Studio:
 
     def __init__(self, out, **changes):
         scenario = load_scenario("paper").replace(**changes)
-        self.stage = Stage(scenario, out=out, publish=self._publish)
+        self.stage = LiveSimulation(scenario, out=out, publish=self._publish)
         self.port = 0
         self.begin()
         self.stage.start()

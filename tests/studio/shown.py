@@ -56,11 +56,11 @@ def shown(browser, *, middle=(0.0, 0.0), size=(1200, 900), **changes):
     setting = setting_of(load_scenario("paper").replace(**changes))
     live = LiveRobot(setting)
     scene = Scene(live, 1)
-    scene._surround(np.array(middle))
+    scene._draw_ground(np.array(middle))
     state = {"playing": True, "pace": 1.0, "recording": None, "status": "walks", "sentence": ""}
     told = {
         "catalogue": catalogue(setting),
-        "scene": scene.told,
+        "scene": scene.table,
         "setting": values(setting),
         "state": state | {"lost": [], "dead": [], "time": 0.0},
     }
@@ -74,7 +74,7 @@ def shown(browser, *, middle=(0.0, 0.0), size=(1200, 900), **changes):
         window.on("pageerror", lambda error: wrong.append(str(error)))
         window.goto(f"{studio.origin}/?token={TOKEN}")
         until(window, "document.querySelectorAll('#legend li').length > 0")
-        row = np.frombuffer(scene.row(live, 1.0), "<f4")
+        row = np.frombuffer(scene.frame(live, 1.0), "<f4")
         yield Shown(window, scene, stage, studio.server, row, told["setting"])
         window.close()
     assert wrong == []

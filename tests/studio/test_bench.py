@@ -12,9 +12,8 @@ from phasmid.dynamics import BodyMotion, leg_matrices, leg_torque, potential_ene
 from phasmid.errors import InvalidInput, InvalidRobot, Unreachable
 from phasmid.kinematics import foot_position, joint_angles, within_reach
 from phasmid.robot import load_robot, preset_names
-from phasmid.studio.bench import bench, nearest_reachable
+from phasmid.studio.bench import at_height, bench, nearest_reachable, workspace
 from phasmid.studio.messages import Bench
-from phasmid.studio.outline import at_height, workspace
 
 ROBOTS = [*(load_robot(name) for name in preset_names()), general_robot()]
 ROUND_OFF = 1e-14

@@ -93,7 +93,7 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
         live.advance(5)
         live.take_events()
     assert live.now == pytest.approx(1.5, abs=1e-9)
-    assert live.trouble is None
+    assert live.failure is None
     run, controller = live.run, live.driving.controller
     assert isinstance(controller, SafetyFilter)
     assert len(run.command_changes) <= 1
@@ -101,7 +101,7 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
     assert not controller.controller.events
     assert not controller.controller.walker.events
     assert "time" not in vars(run), "times of samples that never end"
-    assert len(live.meter._marks) <= 62
+    assert len(live._metrics._marks) <= 62
 
 
 def test_what_the_controller_says_is_told_once():
@@ -155,7 +155,7 @@ def test_the_plan_is_played_as_it_was_planned():
     live.advance(400)
     # Two seconds of the paper's walk are two steps of 40 mm, rest to rest; the ground gives way by
     # less than a millimetre.
-    assert live.trouble is None
+    assert live.failure is None
     assert live.sample["qpos"][0, 0] == pytest.approx(0.08, abs=1e-3)
     assert live.ends_at == math.inf
 
@@ -169,7 +169,7 @@ def test_a_gait_that_cannot_be_is_refused_and_the_robot_goes_on():
         live.follow(octopod, (0.5, 0.0, 0.0), NO_LEGS)
     assert live.command is before
     live.advance(10)
-    assert live.trouble is None
+    assert live.failure is None
 
 
 def test_a_servo_that_is_let_die_is_limp():
@@ -203,7 +203,7 @@ def named(scene, row):
 
 def test_a_frame_tells_what_the_robot_does(standing):
     scene = Scene(standing, 7)
-    frame = named(scene, scene.row(standing, 1.0))
+    frame = named(scene, scene.frame(standing, 1.0))
     assert frame["scene"] == 7
     weight = standing.source.weight
     forces = frame["foot_force"].reshape(6, 3)
@@ -228,12 +228,13 @@ def test_a_frame_tells_what_the_robot_does(standing):
 
 
 def test_links_are_where_the_reports_have_them(standing):
-    from phasmid.reporting.webpage.replay import link_poses, quaternions
+    from phasmid.reporting.robot_mesh import link_poses, mesh_pieces, quaternions
 
     scene = Scene(standing, 1)
-    frame = named(scene, scene.row(standing, 1.0))
+    frame = named(scene, scene.frame(standing, 1.0))
     q = standing.sample["qpos"][0, 7:].reshape(1, 6, 3)
-    poses = link_poses(standing.source.robot, q, scene._places)[0]
+    places = mesh_pieces(standing.source.robot).links
+    poses = link_poses(standing.source.robot, q, places)[0]
     # Numbers of four bytes.
     position, turn = frame["link_position"].reshape(-1, 3), frame["link_orientation"].reshape(-1, 4)
     assert position == pytest.approx(poses[:, :3, 3], abs=1e-6)
@@ -243,21 +244,22 @@ def test_links_are_where_the_reports_have_them(standing):
 def test_a_made_up_robot_has_feet_that_are_drawn_at_its_tibias_ends():
     from dataclasses import replace
 
-    from phasmid.reporting.webpage.replay import link_poses
+    from phasmid.reporting.robot_mesh import link_poses, mesh_pieces
 
     bare = replace(PAPER.base, appearance=None)
     live = LiveRobot(setting_of(PAPER.scenario.replace(robot=bare)))
     scene = Scene(live, 1)
-    assert any(frame == 3 for _, frame in scene._places)
+    places = mesh_pieces(bare).links
+    assert any(frame == 3 for _, frame in places)
     q = live.sample["qpos"][0, 7:].reshape(6, 3)
-    poses = link_poses(bare, q[None], scene._places)[0]
+    poses = link_poses(bare, q[None], places)[0]
     at, turned = scene._links(q)
     assert at == pytest.approx(poses[:, :3, 3], abs=1e-12)
     assert turned == pytest.approx(poses[:, :3, :3], abs=1e-12)
 
 
 def test_the_scene_has_the_keys_of_a_replay(standing):
-    told = Scene(standing, 3).told
+    told = Scene(standing, 3).table
     keys = {"meshes", "pieces", "ground", "level", "legs", "knees", "weight", "span", "trail"}
     keys |= {"force_length", "force_colour", "names", "friction", "torque_limit", "links"}
     assert told.keys() == keys | {"layout", "number", "gait", "patches"}
@@ -270,13 +272,13 @@ def test_the_scene_has_the_keys_of_a_replay(standing):
 def test_uneven_ground_goes_with_the_robot():
     live = LiveRobot(field_of("terrain").changed(PAPER, "waves"))
     scene = Scene(live, 1)
-    ground = scene.told["ground"]
+    ground = scene.table["ground"]
     assert ground is not None
-    assert not scene.moved(live)
+    assert not scene.follow_ground(live)
     live.sample["qpos"][0, 0] += 1.5
-    assert scene.moved(live)
-    assert scene.told["ground"] != ground
-    assert not scene.moved(live)
+    assert scene.follow_ground(live)
+    assert scene.table["ground"] != ground
+    assert not scene.follow_ground(live)
 
 
 def test_what_it_is_about_is_told_in_words_that_follow_its_name():
@@ -306,8 +308,8 @@ def test_a_payload_costs_a_robot_on_its_servos_more_power_and_more_per_weight_an
         live = LiveRobot(setting)
         live.follow(setting, (0.5, 0.0, 0.0), frozenset())
         live.advance(round(6.0 / live.period))
-        assert live.trouble is None
-        costs.append(live.reading)
+        assert live.failure is None
+        costs.append(live.metrics)
     assert costs[1].power > 2 * costs[0].power
     # Mechanical work per weight and way stays within some per cent.
     assert costs[1].cost_of_transport > 1.3 * costs[0].cost_of_transport

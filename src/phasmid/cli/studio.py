@@ -23,7 +23,7 @@ from phasmid.cli.scenario_options import (
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
-    from phasmid.studio.stage import Stage
+    from phasmid.studio.live_simulation import LiveSimulation
 
 LONGEST_CLOSE = 3.0
 """Longest time in which the robot closes [s]."""
@@ -59,12 +59,12 @@ def run(options: argparse.Namespace) -> int:
     try:
         from phasmid.studio.guard import is_loopback
         from phasmid.studio.server import Server, listen
-    except ImportError as error:
+    except ModuleNotFoundError:
         raise InvalidInput(
-            f"the live page needs {error.name}, which is not installed.",
+            "the live page needs the extra studio, which is not installed.",
             hint='pip install "phasmid[studio]"',
         ) from None
-    from phasmid.studio.stage import Stage
+    from phasmid.studio.live_simulation import LiveSimulation
 
     _configure_log(debug=options.debug)
     with listen(options.host, port) as listening:
@@ -72,16 +72,16 @@ def run(options: argparse.Namespace) -> int:
             told = f"others on the network can reach {options.host}; the address lets them drive"
             print(f"phasmid: note: {plain(told)}.", file=sys.stderr)
         server = Server(listening, host=options.host)
-        stage = Stage(scenario, out=Path(options.out), publish=server.publish)
+        simulation = LiveSimulation(scenario, out=Path(options.out), publish=server.publish)
         announce_compilation()
         # The server raises a signal again once it has closed: both end it as Ctrl-C does.
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
-            stage.start()
+            simulation.start()
             with suppress(KeyboardInterrupt):
-                server.run(stage, lambda: _show(server.address, options))
+                server.run(simulation, lambda: _show(server.address, options))
         finally:
-            _put_away(stage)
+            _put_away(simulation)
             signal.signal(signal.SIGTERM, before)
     print("phasmid: the studio is closed.")
     return 0
@@ -102,13 +102,13 @@ def has_display() -> bool:
     return any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
-def _put_away(stage: Stage) -> None:
+def _put_away(simulation: LiveSimulation) -> None:
     """Close the robot.
 
     Raises:
         KeyboardInterrupt: It takes too long, since it compiles.
     """
-    closing = Thread(target=stage.close, daemon=True)
+    closing = Thread(target=simulation.close, daemon=True)
     closing.start()
     closing.join(LONGEST_CLOSE)
     if closing.is_alive():

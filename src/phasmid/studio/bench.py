@@ -1,12 +1,14 @@
-"""One leg by itself: its frames, its Jacobian, and what a force on its foot asks of its servos."""
+"""Leg bench: frames, Jacobian, torques and workspace of one leg at rest."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid.dynamics import LegMatrices, leg_matrices
 from phasmid.errors import InvalidInput, Unreachable
@@ -20,25 +22,27 @@ from phasmid.kinematics import (
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE
 from phasmid.robot import JOINTS, Leg, Robot, with_mass_model
 from phasmid.studio.messages import Answer, Bench
-from phasmid.studio.outline import at_height, workspace
 from phasmid.units import STANDARD_GRAVITY
 
+ARC_STEP = np.radians(3.0)
+"""Angle between neighbouring points of an arc: a chord on a leg of 0.25 m deviates by 0.1 mm."""
+
 NEARLY_SINGULAR = 0.1
-"""Below this ratio of the Jacobian's singular values the bench names what is wrong."""
+"""Ratio of the Jacobian's singular values below which a remark names the singularity."""
 
 
 def bench(robot: Robot, request: Bench) -> Answer:
-    """All that the paper's Eqs. 1 to 11 say of one leg at one pose, at rest.
+    """Evaluate the paper's Eqs. 1 to 11 for one leg in one pose, at rest.
 
     Args:
-        robot: The robot.
-        request: The leg, its angles or its foot (neither: its neutral foot), and a force.
+        robot: Robot.
+        request: Leg, its angles or its foot (default: the neutral foot), and a force.
 
     Returns:
-        As JSON holds it, in SI, in the hip frame: the pose with its limits, frames and DH table,
-        Jacobian with its singular values, torques beside the servo's, the reachable region, the
-        equations as printed beside the right ones, and ``remarks``: what is not possible so, in
-        sentences. A foot out of reach gives its sentence and the nearest pose.
+        Table for JSON, SI, in the hip frame: pose and joint limits, frames and DH table, Jacobian
+        and singular values, torques and servo limits, reachable region, the equations as printed,
+        and ``remarks``, sentences on what is infeasible. A foot out of reach gives the nearest
+        pose.
 
     Raises:
         InvalidInput: There is no such leg, or both angles and foot are given.
@@ -64,11 +68,11 @@ def bench(robot: Robot, request: Bench) -> Answer:
     printed = _printed(leg, q, foot, force, _mid_length(robot).legs[request.leg - 1])
     remarks += [*_beyond_limits(leg, q), *moved.pop("remarks"), *statics.pop("remarks")]
     answer = pose | _frames(leg, q) | moved | statics | {"printed": printed, "remarks": remarks}
-    return _plain(answer) | {"workspace": _drawn(robot, request.leg)}
+    return _plain(answer) | {"workspace": _outlines(robot, request.leg)}
 
 
 def _pose(leg: Leg, request: Bench) -> tuple[np.ndarray, list[str]]:
-    """The angles to show, and a sentence where they are not what was asked for."""
+    """Return the joint angles, and a remark if the foot is out of reach."""
     if request.angles is not None:
         if request.foot is not None:
             raise InvalidInput("angles and foot are both given; it must be one of them.")
@@ -83,16 +87,16 @@ def _pose(leg: Leg, request: Bench) -> tuple[np.ndarray, list[str]]:
 
 
 def nearest_reachable(leg: Leg, foot: np.ndarray) -> np.ndarray:
-    """Return the point nearest to a foot that the leg reaches outwards, joint limits aside.
+    """Return the reachable point nearest to a foot, without joint limits.
 
     For a leg with lateral offsets it is the nearest in the leg's plane.
 
     Args:
-        leg: The leg.
-        foot: In the hip frame [m], shape (3,).
+        leg: Leg.
+        foot: Foot position in the hip frame [m], shape (3,).
 
     Returns:
-        In the hip frame [m], shape (3,); the foot itself where the leg reaches it.
+        Position in the hip frame [m], shape (3,).
     """
     coxa, femur, tibia = leg.lengths.tolist()
     nearest, farthest = abs(femur - tibia), femur + tibia
@@ -101,7 +105,7 @@ def nearest_reachable(leg: Leg, foot: np.ndarray) -> np.ndarray:
     out = _in_plane(leg, foot) - coxa
     distance = math.hypot(out, z)
     wanted = min(max(distance, nearest), farthest)
-    # The femur axis itself is as near to all that can be reached; so is the coxa axis around it.
+    # All directions from the femur axis are equally near; so are those around the coxa axis.
     along, up = (out / distance, z / distance) if distance > 0 else (1.0, 0.0)
     r, height = coxa + wanted * along, wanted * up
     if r < 0:
@@ -118,7 +122,7 @@ def _in_plane(leg: Leg, foot: np.ndarray) -> float:
 
 
 def _room(leg: Leg, q: np.ndarray) -> np.ndarray:
-    """How far each joint is from its nearer limit [rad]; below zero beyond it."""
+    """Return the margin of each joint to its nearer limit [rad]."""
     return np.minimum(q - leg.joint_limits[:, 0], leg.joint_limits[:, 1] - q)
 
 
@@ -133,14 +137,14 @@ def _beyond_limits(leg: Leg, q: np.ndarray) -> list[str]:
 
 
 def _reach(leg: Leg, foot: np.ndarray) -> dict[str, float]:
-    """Distance of the foot from the femur axis, and between which it can be [m]."""
+    """Return the distance of the foot from the femur axis, and its bounds [m]."""
     coxa, femur, tibia = leg.lengths.tolist()
     distance = math.hypot(_in_plane(leg, foot) - coxa, foot[2])
     return {"distance": distance, "nearest": abs(femur - tibia), "farthest": femur + tibia}
 
 
 def _frames(leg: Leg, q: np.ndarray) -> dict[str, Any]:
-    """Frames 0 to 4 in the hip frame, axes as columns, and Table 1 with the present angles."""
+    """Return frames 0 to 4 in the hip frame, and Table 1 with the present angles."""
     poses = np.concatenate([np.eye(4)[None], leg_frames(leg, q)])
     names = ("hip", *JOINTS, "foot")
     return {
@@ -153,7 +157,7 @@ def _frames(leg: Leg, q: np.ndarray) -> dict[str, Any]:
 
 
 def _dh(leg: Leg, q: np.ndarray) -> list[tuple[float, float, float, float]]:
-    """Rows of Table 1: alpha [rad] and a [m] of the link before, d [m] and theta [rad]."""
+    """Return the rows of Table 1: alpha [rad], a [m], d [m] and theta [rad]."""
     coxa, femur, tibia = leg.lengths.tolist()
     q1, q2, q3 = q.tolist()
     # The femur's axis points to the leg's right.
@@ -167,7 +171,7 @@ def _dh(leg: Leg, q: np.ndarray) -> list[tuple[float, float, float, float]]:
 
 
 def _jacobian(leg: Leg, q: np.ndarray, robot: Robot) -> dict[str, Any]:
-    """The Jacobian, its ellipsoids and how near it is to a singularity.
+    """Return the Jacobian, its ellipsoids and its distance from a singularity.
 
     Joint speeds of unit norm move the foot on an ellipsoid with the half axes s_i u_i of
     J = U S Vᵀ; joint torques of unit norm hold forces on one with the half axes u_i / s_i.
@@ -200,9 +204,9 @@ def _jacobian(leg: Leg, q: np.ndarray, robot: Robot) -> dict[str, Any]:
 
 
 def _statics(leg: Leg, q: np.ndarray, force: np.ndarray, robot: Robot) -> dict[str, Any]:
-    """Eq. 11 at rest, torque = G - Jᵀ F, beside what the servo gives.
+    """Evaluate Eq. 11 at rest, torque = G - Jᵀ F.
 
-    ``most`` is the largest force along the given one that no servo gives up under [N].
+    ``most`` is the largest force along the given one within the servo limits [N].
     """
     servo, J = robot.servo, jacobian(leg, q)
     matrices = leg_matrices(leg, q)
@@ -227,7 +231,7 @@ def _statics(leg: Leg, q: np.ndarray, force: np.ndarray, robot: Robot) -> dict[s
 
 
 def _most(gravity: np.ndarray, load: np.ndarray, limit: float) -> float:
-    """How many times a load each servo bears beside gravity; NaN where nothing bounds it."""
+    """Return the largest feasible multiple of a load beside gravity; NaN if unbounded."""
     if np.any(np.abs(gravity) > limit):
         return 0.0
     pulls = [pull for pull in zip(gravity.tolist(), load.tolist(), strict=True) if pull[1]]
@@ -237,10 +241,10 @@ def _most(gravity: np.ndarray, load: np.ndarray, limit: float) -> float:
 def _printed(
     leg: Leg, q: np.ndarray, foot: np.ndarray, force: np.ndarray, middle: Leg
 ) -> dict[str, Any]:
-    """The same by the equations as the paper prints them; Eq. 10 knows masses at mid-length only.
+    """Evaluate the equations as printed; Eq. 10 assumes masses at mid-length.
 
-    ``foot`` is where the chain of Eq. 1 ends, ``angles`` what Eqs. 3 to 9 give for the foot and
-    ``reached`` where these angles put it, ``torque`` is Eq. 11 at rest.
+    ``foot`` is the end of the chain of Eq. 1, ``angles`` the solution of Eqs. 3 to 9 for the foot,
+    ``reached`` the foot at these angles, and ``torque`` Eq. 11 at rest.
     """
     chain = np.linalg.multi_dot(dh_transform(*np.array(_dh(leg, q)).T, form="as-printed"))
     angles = joint_angles(leg, foot, form="as-printed")
@@ -259,9 +263,7 @@ def _matrices(found: LegMatrices) -> dict[str, Any]:
     return {name: matrix.tolist() for name, matrix in found._asdict().items()}
 
 
-@lru_cache(32)
-def _drawn(robot: Robot, leg: int) -> dict[str, Any]:
-    """The outlines as JSON holds them, kept since they are most of an answer."""
+def _outlines(robot: Robot, leg: int) -> dict[str, Any]:
     side, above = workspace(robot, leg)
     return {
         "side": [np.round(curve, 5).tolist() for curve in side],
@@ -275,9 +277,90 @@ def _mid_length(robot: Robot) -> Robot:
 
 
 def _plain(value: Any) -> Any:
-    """As JSON holds it: what is not finite is null."""
+    """Replace numbers that are not finite by None, for JSON."""
     if isinstance(value, dict):
         return {name: _plain(entry) for name, entry in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+# Workspace --------------------------------------------------------------------------------------
+
+
+class Workspace(NamedTuple):
+    """Reachable region of a foot.
+
+    Attributes:
+        side: Closed curves in the leg's plane, whose union is the region: distance from the coxa
+            axis and height over the hip [m], each of shape (N, 2); one for each bend of the knee.
+        above: Its projection along the coxa axis, a closed curve of x and y in the hip frame [m],
+            shape (N, 2).
+    """
+
+    side: tuple[Float[np.ndarray, "points 2"], ...]
+    above: Float[np.ndarray, "points 2"]
+
+
+def workspace(robot: Robot, leg: int) -> Workspace:
+    """Return the region within the joint limits, outwards of the coxa axis.
+
+    Args:
+        robot: Robot.
+        leg: Number of the leg, from 1.
+
+    Raises:
+        InvalidRobot: There is no such leg.
+    """
+    return _workspace(robot.leg(leg))
+
+
+@lru_cache(32)
+def _workspace(leg: Leg) -> Workspace:
+    (coxa_low, coxa_high), (low, high), (bent, straight) = leg.joint_limits.tolist()
+    # With the knee bent to one side the foot is a one-to-one function of the angles: the edges of
+    # the limits are the edges of the region. A knee that passes the stretched leg makes two.
+    flat = np.pi * np.arange(np.ceil(bent / np.pi), np.floor(straight / np.pi) + 1)
+    bends = np.unique([bent, *flat, straight])
+    side = tuple(_sheet(leg, (low, high), pair) for pair in pairwise(bends.tolist()))
+    out = np.concatenate(side)[:, 0]
+    turn = _between(coxa_low, coxa_high)
+    arc = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    return Workspace(side, np.concatenate([out.max() * arc, out.min() * arc[::-1]]))
+
+
+def _sheet(leg: Leg, femur: tuple[float, float], tibia: tuple[float, float]) -> np.ndarray:
+    """Return distance and height of the foot along the edges of a rectangle of angles [m]."""
+    up, bend = _between(*femur), _between(*tibia)
+    edges = [
+        (up, np.full_like(up, tibia[0])),
+        (np.full_like(bend, femur[1]), bend),
+        (up[::-1], np.full_like(up, tibia[1])),
+        (np.full_like(bend, femur[0]), bend[::-1]),
+    ]
+    q2, q3 = (np.concatenate(each) for each in zip(*edges, strict=True))
+    foot = foot_position(leg, np.stack([np.zeros_like(q2), q2, q3], axis=-1))[:, [0, 2]]
+    # What lies behind the coxa axis folds onto it.
+    return np.column_stack([np.maximum(foot[:, 0], 0.0), foot[:, 1]])
+
+
+def _between(low: float, high: float) -> np.ndarray:
+    return np.linspace(low, high, 2 + int((high - low) / ARC_STEP))
+
+
+def at_height(side: Float[np.ndarray, "points 2"], height: float) -> list[tuple[float, float]]:
+    """Return the stretches of a closed curve at a height.
+
+    Args:
+        side: One of `Workspace.side`.
+        height: Height over the hip [m].
+
+    Returns:
+        Nearest and farthest distance of each stretch from the coxa axis [m].
+    """
+    (r0, z0), (r1, z1) = side.T, np.roll(side, -1, axis=0).T
+    crosses = (z0 <= height) != (z1 <= height)
+    share = (height - z0[crosses]) / (z1 - z0)[crosses]
+    crossings = np.sort(r0[crosses] + share * (r1 - r0)[crosses]).tolist()
+    pairs = zip(crossings[::2], crossings[1::2], strict=True)
+    return [(near, far) for near, far in pairs if far > near]

@@ -1,4 +1,4 @@
-"""The robot in physics, from a setting: advanced for as long as somebody looks."""
+"""Live robot: a setting in physics, advanced for as long as someone watches."""
 
 from __future__ import annotations
 
@@ -19,15 +19,14 @@ from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.drive import scenario_controller
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.termination import Failure
-from phasmid.studio.meter import Meter, Reading
 from phasmid.studio.setting import Setting
+from phasmid.studio.walk_metrics import Metrics, WalkMetrics
 
 UPDATE = 0.005
-"""Time from one update of the controller to the next, or the whole number of time steps nearest
-to it [s]."""
+"""Control period, rounded to whole time steps [s]."""
 
-SPARE = 0.999
-"""Of the largest velocity, so that round-off does not make it more than is possible."""
+MARGIN = 0.999
+"""Share of the largest velocity that is used: round-off must not pass it."""
 
 WORDS = {
     Sequence.LYING: "lies",
@@ -38,29 +37,32 @@ WORDS = {
     Sequence.MANUAL_LEG: "moves a leg by hand",
     Sequence.GATHERING: "puts its feet in their places",
 }
-"""What a robot that does not walk is about."""
+"""Activity of a robot that does not walk."""
 
 Recorder: TypeAlias = Callable[[np.ndarray, dict[str, np.ndarray]], None]
 """Takes times [s] and channels of consecutive samples."""
 
+Velocity: TypeAlias = tuple[float, float, float]
+"""Forward, lateral [m/s], yaw [rad/s]; or shares of the largest."""
+
 
 class LiveRobot:
-    """A robot that is driven in the engine, without an end.
+    """Robot in simulation, without an end.
 
     Args:
-        setting: What it is built of, and how it walks.
+        setting: Robot, ground and walk.
 
     Attributes:
-        source: The machine and the experiment, as reports know them.
-        run: The engine's run.
-        driving: What it was made of.
-        trouble: What ended it; None while it goes on.
-        sample: What the engine told last.
-        meter: What its walk costs.
+        source: Robot and scenario, as reports use them.
+        run: Run of the simulation.
+        driving: Its experiment.
+        failure: Cause of its end; None while it goes on.
+        sample: Last sample.
+        peak: Largest joint torques since the last frame [N·m].
         recorder: Takes all channels, while something records.
 
     Raises:
-        InvalidInput: The robot cannot be driven, or the walk not be planned.
+        InvalidInput: The robot cannot be driven, or the walk cannot be planned.
     """
 
     def __init__(self, setting: Setting) -> None:
@@ -81,7 +83,7 @@ class LiveRobot:
             assert isinstance(self._sequencer.walker, LocomotionEngine)
             self._engine = self._sequencer.walker
         self._controller = controller
-        self._setting, self._lost = setting, frozenset[int]()
+        self.setting = setting
         self.command = Command()
         self.driving = DriveExperiment(
             scenario, controller, lambda *_: self.command, rate=rate, between=None
@@ -89,188 +91,162 @@ class LiveRobot:
         self.run: ClosedLoopRun = self.driving.begin_run(endless=True)
         weight = robot.mass * scenario.model.gravity
         self.source = Source(self.run.robot, scenario, setting.gait, weight)
-        self.meter = Meter(weight)
-        self.trouble: Failure | None = self.run.failure
+        self._metrics = WalkMetrics(weight)
+        self.failure: Failure | None = self.run.failure
         self.sample: Samples = self.run.first
         self.time = 0.0
         self.peak = np.abs(self.sample["torque"][0])
         self.recorder: Recorder | None = None
-        self._largest: dict[Any, tuple[float, float, float]] = {}
-        self._note(0.0)
+        self._largest: dict[Any, Velocity] = {}
+        self._add_metrics(0.0)
 
-    # What it is asked to do ----------------------------------------------------------------------
+    # Commands ------------------------------------------------------------------------------------
 
     @property
     def plays(self) -> bool:
-        """Whether it plays a plan, and does nothing that it is asked."""
+        """True if it plays a plan, and takes no commands."""
         return self._engine is None
 
     @property
     def ends_at(self) -> float:
-        """Time at which its plan ends: one that fits uneven ground is as long as the scenario's."""
+        """End of its plan [s]; only a plan for uneven ground has one."""
         walk = self.walk
         if walk is None or walk.scenario.planned_terrain().is_level:
             return math.inf
         return float(walk.time[-1])
 
-    def follow(
-        self,
-        setting: Setting,
-        share: tuple[float, float, float],
-        lost: frozenset[int],
-    ) -> None:
-        """Walk as a setting says from now on.
+    def follow(self, setting: Setting, share: Velocity, lost: frozenset[int]) -> None:
+        """Walk by a setting from now on.
 
         Args:
-            setting: One that needs no other run.
-            share: Ahead, to the left and turn to the left, each of the largest velocity so.
-            lost: Numbers of the legs that are not used.
+            setting: Setting that needs no new run.
+            share: Shares of the largest velocity forward, lateral and in yaw.
+            lost: Numbers of the legs out of use.
 
         Raises:
-            InvalidInput: The robot cannot walk so at all; it goes on as it did.
+            InvalidInput: The robot cannot walk so; it goes on as before.
         """
-        if self._engine is None:
-            self._setting = setting
-            return
-        command = Command(
-            pose=setting.pose,
-            gait=setting.gait,
-            period=setting.scenario.stride.period,
-            step_height=setting.scenario.stride.step_height,
-            lost_legs=lost,
-        )
-        velocity = self._velocity(command, share)
-        self._setting, self._lost = setting, lost
-        self.command = replace(command, velocity=velocity)
+        if self._engine is not None:
+            command = Command(
+                pose=setting.pose,
+                gait=setting.gait,
+                period=setting.scenario.stride.period,
+                step_height=setting.scenario.stride.step_height,
+                lost_legs=lost,
+            )
+            self.command = replace(command, velocity=self._velocity(command, share))
+        self.setting = setting
 
-    def _velocity(
-        self, command: Command, share: tuple[float, float, float]
-    ) -> tuple[float, float, float]:
-        """A share of what is possible along each axis, within what is possible along them all."""
-        wanted = [0.0, 0.0, 0.0]
+    def _velocity(self, command: Command, share: Velocity) -> Velocity:
+        """Scale the largest velocity along each axis, within the largest along their sum."""
+        velocity = [0.0, 0.0, 0.0]
         for axis, part in enumerate(share):
-            # The first of the three is asked for in any case: it tells what cannot be walked.
+            # The first axis is computed in any case: it refuses gaits that cannot be walked.
             if part or axis == 0:
                 unit = [0.0, 0.0, 0.0]
                 unit[axis] = math.copysign(1.0, part)
-                most = self._most(command, (unit[0], unit[1], unit[2]))
-                wanted[axis] = abs(part) * most[axis]
-        asked = (wanted[0], wanted[1], wanted[2])
-        if sum(part != 0 for part in asked) < 2:
-            return asked
-        most = self._most(command, asked, kept=False)
-        size, bound = math.hypot(*asked), SPARE * math.hypot(*most)
-        return asked if size <= bound else tuple(part * bound / size for part in asked)  # type: ignore[return-value]
+                velocity[axis] = abs(part) * self._largest_along(command, _triple(unit))[axis]
+        if sum(part != 0 for part in velocity) > 1:
+            largest = self._largest_velocity(command, _triple(velocity))
+            scale = MARGIN * math.hypot(*largest) / math.hypot(*velocity)
+            velocity = [part * min(scale, 1.0) for part in velocity]
+        return _triple(velocity)
 
-    def _most(
-        self, command: Command, direction: tuple[float, float, float], *, kept: bool = True
-    ) -> tuple[float, float, float]:
-        """The largest velocity in a direction; remembered of the axes."""
-        how = command.gait, command.period, command.step_height, command.pose
-        key = (direction, *how, command.lost_legs)
-        if key in self._largest:
-            return self._largest[key]
+    def _largest_along(self, command: Command, axis: Velocity) -> Velocity:
+        """Return the largest velocity along an axis, from a cache."""
+        gait = command.gait, command.period, command.step_height, command.pose
+        key = (axis, *gait, command.lost_legs)
+        if key not in self._largest:
+            if len(self._largest) > 64:
+                self._largest.clear()
+            self._largest[key] = self._largest_velocity(command, axis)
+        return self._largest[key]
+
+    def _largest_velocity(self, command: Command, direction: Velocity) -> Velocity:
         assert self._engine is not None
         try:
-            limit = self._engine.largest_velocity(
+            return self._engine.largest_velocity(
                 direction,
                 gait=command.gait,
                 period=command.period,
                 step_height=command.step_height,
                 pose=command.pose,
                 lost_legs=command.lost_legs,
-            )
-            found = limit.velocity
+            ).velocity
         except InvalidGait:
             if not command.lost_legs:
                 raise
-            # The legs that are left do not carry it; the engine says so, and stands.
-            found = (0.0, 0.0, 0.0)
-        if kept:
-            if len(self._largest) > 64:
-                self._largest.clear()
-            self._largest[key] = found
-        return found
+            # The remaining legs do not carry it; the engine reports that, and stands.
+            return (0.0, 0.0, 0.0)
 
     # Time ----------------------------------------------------------------------------------------
 
     @property
     def period(self) -> float:
-        """From one update of the controller to the next [s]."""
+        """Control period [s]."""
         return self.run.period_steps * self.run.dt
 
     @property
     def now(self) -> float:
-        """Time of the robot since its start [s]."""
+        """Simulated time [s]."""
         return self.run.step * self.run.dt
 
     def advance(self, periods: int) -> None:
-        """Let some updates pass; nothing moves any more once there is trouble.
-
-        Args:
-            periods: How many.
-        """
-        if self.trouble is not None:
+        """Advance by some control periods; a robot that failed does not move."""
+        if self.failure is not None:
             return
         run = self.run
         self._work = 0.0
         self.peak = np.zeros_like(self.peak)
-        self.trouble = run.advance(until=run.step + periods * run.period_steps, keep=self._take)
-        self._note(self._work)
-        # What was asked and said before is told by now; memory is not to grow with the hours.
+        self.failure = run.advance(until=run.step + periods * run.period_steps, keep=self._take)
+        self._add_metrics(self._work)
+        # Memory must not grow with the hours.
         run.command_changes.clear()
 
     def _take(self, rows: Samples) -> None:
-        """Look at the samples of a block; they are recorded where something records."""
+        """Record a block of samples, and keep the last."""
         run, interval = self.run, self.run.every * self.run.dt
         first = -(-run.step // run.every)
         if self.recorder is not None:
             time = np.arange(first, first + len(rows)) * interval
             self.recorder(time, run.channels(rows))
-        power = self._power(rows).sum(axis=1)
-        self._work += float(power.sum()) * interval
+        self._work += float(self._power(rows).sum()) * interval
         self.peak = np.maximum(self.peak, np.abs(rows["torque"]).max(axis=0))
         self.sample = rows[-1:].copy()
         self.time = (first + len(rows) - 1) * interval
 
     def _power(self, rows: Samples) -> np.ndarray:
-        """What servos of their own law draw from their supply, or what the joints give [W]."""
-        told = self.run.drive.channels(rows["drive"])
-        if "servo_duty" not in told:
-            given: np.ndarray = np.maximum(rows["torque"] * rows["qvel"][:, 6:], 0.0)
-            return given
+        """Return electrical power of servos with their own law, else mechanical power [W]."""
+        channels = self.run.drive.channels(rows["drive"])
+        if "servo_duty" not in channels:
+            mechanical: np.ndarray = np.maximum(rows["torque"] * rows["qvel"][:, 6:], 0.0)
+            return mechanical
         supply = self.source.scenario.servo.supply(self.source.robot.servo)
-        drawn = np.maximum(supply * told["servo_duty"] * told["servo_current"], 0.0)
-        return drawn.reshape(len(drawn), -1)
+        return np.maximum(supply * channels["servo_duty"] * channels["servo_current"], 0.0)
 
-    def _note(self, work: float) -> None:
+    def _add_metrics(self, work: float) -> None:
         x, y, _, w, i, j, k = self.sample["qpos"][0, :7].tolist()
         yaw = math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
         if math.isfinite(x + y + yaw):
-            self.meter.note(self.now, (x, y, yaw), work)
+            self._metrics.add(self.now, (x, y, yaw), work)
 
-    # What it tells -------------------------------------------------------------------------------
-
-    @property
-    def reading(self) -> Reading:
-        """Speed, power and cost of the last cycle."""
-        return self.meter.read(self._setting.scenario.stride.period)
+    # Readings ------------------------------------------------------------------------------------
 
     @property
-    def setting(self) -> Setting:
-        """What it walks by."""
-        return self._setting
+    def metrics(self) -> Metrics:
+        """Speed, power and cost of transport of the last cycle."""
+        return self._metrics.mean(self.setting.scenario.stride.period)
 
     @property
     def telemetry(self) -> dict[str, Any]:
-        """What the controller tells of its last update."""
+        """Telemetry of the controller's last update."""
         return dict(self._controller.telemetry())
 
     @property
     def status(self) -> str:
-        """What it is about, in words that follow "the robot"."""
-        if self.trouble is not None:
-            return self.trouble.ending.name.lower()
+        """Present activity, in words that follow "the robot"."""
+        if self.failure is not None:
+            return self.failure.ending.name.lower()
         if self._engine is None or self._sequencer is None:
             return "walks"
         stage = self._sequencer.stage
@@ -281,7 +257,12 @@ class LiveRobot:
         return "stands" if self._engine.is_standing else "walks"
 
     def take_events(self) -> list[tuple[float, str]]:
-        """What the controller has said since it was asked last: times [s] and sentences."""
+        """Return the controller's new events: times [s] and sentences."""
         if isinstance(self._controller, SafetyFilter):
             return self._controller.take_events()
         return []
+
+
+def _triple(values: list[float]) -> Velocity:
+    forward, lateral, yaw = values
+    return forward, lateral, yaw

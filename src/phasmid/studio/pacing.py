@@ -1,4 +1,4 @@
-"""How simulated time follows the clock on the wall."""
+"""Simulated time against the wall clock."""
 
 from __future__ import annotations
 
@@ -6,64 +6,57 @@ import math
 from collections import deque
 
 MOST_BEHIND = 0.1
-"""Simulated time falls behind where it is later than this, times the pace [s]."""
+"""Longest time that is caught up, times the pace; the rest of a delay is dropped [s]."""
 
 WINDOW = 1.0
-"""Over which the pace that was got is averaged [s]."""
+"""Time over which the measured pace is averaged [s]."""
 
 
 class Pacing:
-    """Says how many updates are due, and how fast time really goes.
-
-    A machine that is too slow is not asked for more and more: what could not be done in time is
-    left out of the account.
+    """Count of the updates that are due, and the pace that is reached.
 
     Attributes:
-        factor: How much faster than real time it shall go.
+        factor: Commanded ratio of simulated to real time.
     """
 
     def __init__(self) -> None:
         self.factor = 1.0
-        self._wall = self._owed = 0.0
+        self._wall = self._due = 0.0
         self._marks: deque[tuple[float, float]] = deque()
 
     def begin(self, wall: float) -> None:
-        """Time passes from now on.
-
-        Args:
-            wall: The clock [s].
-        """
-        self._wall, self._owed = wall, 0.0
+        """Start at this wall time [s]."""
+        self._wall, self._due = wall, 0.0
         self._marks.clear()
 
     def due(self, wall: float, period: float) -> int:
-        """Updates that are to be made now.
+        """Return the number of updates that are due.
 
         Args:
-            wall: The clock [s].
+            wall: Wall time [s].
             period: Simulated time of an update [s].
         """
-        self._owed += (wall - self._wall) * self.factor
+        self._due += (wall - self._wall) * self.factor
         self._wall = wall
-        self._owed = min(self._owed, MOST_BEHIND * max(self.factor, 1.0) + period)
-        return math.floor(self._owed / period + 1e-9)
+        self._due = min(self._due, MOST_BEHIND * max(self.factor, 1.0) + period)
+        return math.floor(self._due / period + 1e-9)
 
     def done(self, wall: float, now: float, passed: float) -> None:
-        """Take in what was made.
+        """Count simulated time as done.
 
         Args:
-            wall: The clock [s].
+            wall: Wall time [s].
             now: Simulated time [s].
-            passed: How much of it is new [s].
+            passed: New part of it [s].
         """
-        self._owed -= passed
+        self._due -= passed
         self._marks.append((wall, now))
         while len(self._marks) > 2 and self._marks[1][0] <= wall - WINDOW:
             self._marks.popleft()
 
     @property
-    def got(self) -> float:
-        """Simulated seconds in a second, of late; not a number until it is known."""
+    def measured(self) -> float:
+        """Simulated seconds per second of late; NaN until it is known."""
         if len(self._marks) < 2:
             return math.nan
         (wall, time), (last, now) = self._marks[0], self._marks[-1]

@@ -1,4 +1,4 @@
-"""What the live robot did, kept: a log while it goes on, then a run's folder by another process."""
+"""Recordings of the live robot: a log while it goes on, then a run's folder by another process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -30,43 +29,33 @@ from phasmid.simulation.termination import Ending, Failure
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.setting import Setting
 
-LONGEST = 600.0
-"""A recording ends by itself after as long [s]."""
-
-SHORTEST = 0.1
-"""A recording that is shorter has nothing to report [s]."""
+SHORTEST, LONGEST = 0.1, 600.0
+"""Shortest recording that is kept, and longest [s]."""
 
 MOST_JOBS = 2
 """Most folders that are written at a time."""
 
 NICENESS = 10
-"""Of those who write: the live robot goes first."""
+"""Niceness of the writers: the live robot goes first."""
 
 PATIENCE = 5.0
-"""Time in which a writer that is asked to end must have done so [s]."""
-
-ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-"""Environment of a writer, which leaves all cores but one to the live robot."""
+"""Time in which an interrupted writer must end [s]."""
 
 MOST_EVENTS = 10_000
-"""Most sentences that a recording keeps."""
+"""Most events of a recording."""
 
 CUT_OFF = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
-"""What a recording says of its end for as long as it has none."""
+"""End of a recording that was not finished."""
 
-# A terminal's Ctrl-C is for the studio, which ends its writers itself; Windows, which knows no
-# sessions, has groups, and such a group hears of Ctrl-Break alone.
+# A terminal's Ctrl-C must reach the studio only, which ends its writers itself. On Windows, which
+# has no sessions, a process group does this, and hears Ctrl-Break alone.
 IS_WINDOWS = sys.platform == "win32"
 NEW_GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 INTERRUPT: int = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT)
 
 
-def walked_name(setting: Setting) -> str:
-    """Name a run by its robot, gait, terrain and drive.
-
-    Args:
-        setting: As it is when the run ends; the gait may have changed meanwhile.
-    """
+def run_name(setting: Setting) -> str:
+    """Name a run by its robot, gait, terrain and drive."""
     parts = (setting.robot_name, setting.gait.name, setting.terrain_name)
     words = [Path(part).stem for part in parts] + [str(setting.scenario.simulation.drive)]
     # A scenario's name has at most 64 characters, and a number may follow.
@@ -75,17 +64,17 @@ def walked_name(setting: Setting) -> str:
 
 @dataclass(frozen=True)
 class Saved:
-    """A recording that was written, or could not be.
+    """Result of a writer.
 
     Attributes:
-        run: Its id.
-        sentence: What became of it.
-        whole: Whether its folder is there.
+        run: Id of the recording.
+        sentence: Report for people.
+        complete: True if its folder is written.
     """
 
     run: str
     sentence: str
-    whole: bool
+    complete: bool
 
 
 @dataclass
@@ -93,58 +82,49 @@ class _Job:
     run: str
     folder: Path
     process: subprocess.Popen[bytes]
-    complaint: IO[bytes]
+    errors: IO[bytes]
     log: Path
 
 
 class Recorder:
-    """Records a live robot at a time, and has the folders of finished recordings written.
+    """Recorder of one live robot at a time.
 
     Args:
         out: Folder of all runs.
 
     Attributes:
-        run: Id of the recording that goes on; empty where none does.
+        run: Id of the present recording; empty if there is none.
+        failure: Reason why it cannot be written.
     """
 
     def __init__(self, out: Path) -> None:
         self._out = out
-        self.run = ""
-        self.failure = ""
+        self.run = self.failure = ""
         self._log: RecordingLog | None = None
         self._live: LiveRobot | None = None
-        self._done, self._interval, self._begin = 0, 0.001, 0.0
+        self._samples, self._interval, self._begin = 0, 0.001, 0.0
         self._events: list[tuple[float, str]] = []
         self._jobs: list[_Job] = []
         self._saved: dict[str, Path] = {}
 
     @property
     def seconds(self) -> float:
-        """Length of the recording that goes on [s]."""
-        return self._done * self._interval
+        """Length of the present recording [s]."""
+        return self._samples * self._interval
 
     @property
     def is_full(self) -> bool:
-        """Whether the recording is as long as one may be."""
+        """True if the present recording has its greatest length."""
         return bool(self.run) and self.seconds >= LONGEST
 
-    @property
-    def is_writing(self) -> bool:
-        """Whether folders are being written."""
-        return bool(self._jobs)
-
     def begin(self, live: LiveRobot) -> str:
-        """Record from now on.
-
-        Args:
-            live: The robot.
+        """Start recording.
 
         Returns:
-            The id of the run.
+            Id of the recording.
 
         Raises:
-            InvalidInput: A recording goes on.
-            InvalidInput: Others are still being written.
+            InvalidInput: A recording goes on, or others are still being written.
             OutputError: The folder cannot be made.
         """
         if self.run:
@@ -162,55 +142,52 @@ class Recorder:
         while any(self._out.glob(f"{run}*")):
             run = f"r-{secrets.token_hex(2)}"
         self.run, self._live, self._log = run, live, None
-        self._done, self._interval = 0, live.run.every * live.run.dt
+        self._samples, self._interval = 0, live.run.every * live.run.dt
         self._begin, self.failure, self._events = live.now, "", []
         live.recorder = self._take
         return run
 
-    def note(self, events: Sequence[tuple[float, str]]) -> None:
-        """Keep sentences.
+    def add_event(self, time: float, text: str) -> None:
+        """Add a sentence at a simulated time [s]."""
+        if len(self._events) < MOST_EVENTS:
+            self._events.append((time - self._begin, text))
 
-        Args:
-            events: Times of the robot [s] and sentences.
-        """
-        room = MOST_EVENTS - len(self._events)
-        self._events += [(time - self._begin, text) for time, text in events[:room]]
-
-    def _take(self, time: np.ndarray, channels: dict[str, np.ndarray]) -> None:
-        """Append samples; a disk that is full ends the recording, not the robot."""
+    def _take(self, _: np.ndarray, channels: dict[str, np.ndarray]) -> None:
+        """Append samples; a full disk ends the recording, not the robot."""
         if self.failure:
             return
+        count = len(next(iter(channels.values())))
         try:
             if self._log is None:
                 self._log = self._open(channels)
-            own = np.arange(self._done, self._done + len(time)) * self._interval
-            self._log.append(own, channels)
+            time = np.arange(self._samples, self._samples + count) * self._interval
+            self._log.append(time, channels)
         except OutputError as error:
             self.failure = error.what
             return
-        self._done += len(time)
+        self._samples += count
 
     def _open(self, first: dict[str, np.ndarray]) -> RecordingLog:
         assert self._live is not None
         live = self._live
-        said = {**live.driving.attributes(live.run), **CUT_OFF}
-        # A block or two more than fits: its last samples come together.
+        attributes = {**live.driving.attributes(live.run), **CUT_OFF}
+        # Two blocks more than fits: the last samples come together.
         time = np.arange(round(LONGEST / self._interval) + 2 * live.run.block_steps)
-        log = RecordingLog(self._path(self.run), first, said, time=time * self._interval)
+        log = RecordingLog(self._path(self.run), first, attributes, time=time * self._interval)
         return log.__enter__()
 
     def _path(self, run: str) -> Path:
         return self._out / f"{run}-log" / f"{run}.rec"
 
-    def end(self, trouble: Failure | None, *, cut: bool = False) -> str:
-        """End the recording; its folder is written in a process of its own.
+    def end(self, failure: Failure | None, *, cut: bool = False) -> str:
+        """End the recording; another process writes its folder.
 
         Args:
-            trouble: What ended the robot's run; None where it goes on.
-            cut: Whether it is cut off: its log stays, which says so, and no folder is written.
+            failure: Cause of the end of the robot's run; None if it goes on.
+            cut: Leave the log, marked as cut off, and write no folder.
 
         Returns:
-            What became of it, where nothing can be written; else nothing.
+            Reason why nothing is written; empty on success.
         """
         log, live, run = self._log, self._live, self.run
         assert live is not None
@@ -221,16 +198,16 @@ class Recorder:
                 log.__exit__(None, None, None)
                 shutil.rmtree(self._path(run).parent, ignore_errors=True)
             return self.failure or f"the recording has less than {SHORTEST:g} s; it was not kept."
-        folder = self._free(walked_name(live.setting))
+        folder = self._free_folder(run_name(live.setting))
         scenario = live.setting.machine.replace(duration=self.seconds, name=folder.name)
-        said: dict[str, Any] = {
-            **(CUT_OFF if cut else ending_attributes(trouble)),
+        attributes: dict[str, Any] = {
+            **(CUT_OFF if cut else ending_attributes(failure)),
             "events": json.dumps(self._events, ensure_ascii=False),
-            # Gait and stride as they were at last: they may have changed meanwhile.
+            # The last gait and stride: they may have changed meanwhile.
             "scenario": scenario_to_toml(scenario, "robot.toml"),
         }
         try:
-            log.finish(said)
+            log.finish(attributes)
             log.__exit__(None, None, None)
             look = live.source.robot.appearance
             if look is not None and look.name.removesuffix(".glb") not in preset_names():
@@ -243,60 +220,59 @@ class Recorder:
             self._write(run, folder)
         return self.failure
 
-    def _free(self, name: str) -> Path:
-        """The folder of this name, with a number where it is taken or being written."""
+    def _free_folder(self, name: str) -> Path:
+        """Return the folder of this name, with a number if it is taken."""
         taken = {job.folder for job in self._jobs}
         names = itertools.chain((name,), (f"{name}-{number}" for number in itertools.count(2)))
         folders = (self._out / one for one in names)
         return next(folder for folder in folders if folder not in taken and not folder.exists())
 
     def _write(self, run: str, folder: Path) -> None:
-        """Have a run's folder written."""
+        """Start the writer of a run's folder."""
         log = self._path(run)
-        complaint = tempfile.TemporaryFile()  # noqa: SIM115, it is read when the process ends
+        errors = tempfile.TemporaryFile()  # noqa: SIM115, it is read when the process ends
         command = [sys.executable, "-m", "phasmid", "report", str(log), "--quiet"]
         process = subprocess.Popen(  # noqa: S603, our own words and paths
             [*command, "--out", str(folder)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=complaint,
+            stderr=errors,
             start_new_session=not IS_WINDOWS,
             creationflags=NEW_GROUP,
-            env={**os.environ, **ALONE},
+            env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
         )
         with contextlib.suppress(OSError, AttributeError):
             os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
-        self._jobs.append(_Job(run, folder, process, complaint, log))
+        self._jobs.append(_Job(run, folder, process, errors, log))
 
-    def look(self) -> list[Saved]:
-        """Those that were finished since it was asked last."""
-        found = []
+    def finished(self) -> list[Saved]:
+        """Return the results of writers that ended since the last call."""
+        results = []
         for job in [job for job in self._jobs if job.process.poll() is not None]:
             self._jobs.remove(job)
-            folder = job.folder
-            job.complaint.seek(0)
-            told = job.complaint.read(4096).decode(errors="replace").strip().splitlines()
-            job.complaint.close()
-            if job.process.returncode == 0 and (folder / "report.html").exists():
-                self._saved[job.run] = folder
+            job.errors.seek(0)
+            lines = job.errors.read(4096).decode(errors="replace").strip().splitlines()
+            job.errors.close()
+            if job.process.returncode == 0 and (job.folder / "report.html").exists():
+                self._saved[job.run] = job.folder
                 shutil.rmtree(job.log.parent, ignore_errors=True)
-                found.append(Saved(job.run, f"saved as {folder}", True))
+                results.append(Saved(job.run, f"saved as {job.folder}", True))
                 continue
-            why = told[-1].removeprefix("phasmid: ") if told else "its report came to no end."
+            why = lines[-1].removeprefix("phasmid: ") if lines else "its report came to no end."
             sentence = f"the recording {job.run} stays in {job.log}: {why}"
-            found.append(Saved(job.run, sentence, False))
-        return found
+            results.append(Saved(job.run, sentence, False))
+        return results
 
     def folder(self, run: str) -> Path | None:
-        """Folder of a run that was saved; None where there is none of this id."""
-        return self._saved.get(run) if re.fullmatch(r"r-[0-9a-f]{4}", run) else None
+        """Return the folder of a saved run; None for an unknown id."""
+        return self._saved.get(run)
 
     def close(self) -> None:
-        """End what goes on; logs of what was not written stay, and can be read."""
+        """End recording and writers; the logs of unwritten runs stay readable."""
         if self.run:
             self.end(None, cut=True)
         for job in self._jobs:
-            # As by Ctrl-C, so that it leaves no half of a folder.
+            # As by Ctrl-C, so that no half of a folder stays.
             job.process.send_signal(INTERRUPT)
         for job in self._jobs:
             try:
@@ -304,5 +280,5 @@ class Recorder:
             except subprocess.TimeoutExpired:
                 job.process.kill()
                 job.process.wait()
-            job.complaint.close()
+            job.errors.close()
         self._jobs.clear()

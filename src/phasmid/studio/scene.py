@@ -1,15 +1,14 @@
-"""What a page shows of the live robot: the scene once, and thirty times a second a row of numbers.
+"""Pictures of the live robot: a scene once, and thirty times a second a frame of numbers.
 
-The scene's keys are those of the report's replay; what the replay has for each frame, the rows
-have. `Scene.layout` tells what stands where in a row.
+The scene's keys are those of a report's replay. A frame is a row of four-byte floats; the scene's
+``layout`` names its fields.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,72 +16,72 @@ from jaxtyping import Float
 from phasmid import kinematics
 from phasmid.errors import PhasmidError
 from phasmid.forces import ModelLoad, holding_forces
-from phasmid.gait import support_margin
-from phasmid.reporting.robot_mesh import Place, mesh_pieces, quaternions
+from phasmid.gait import Gait, support_margin
+from phasmid.reporting.robot_mesh import mesh_pieces, quaternions
 from phasmid.reporting.webpage.replay import looks, surroundings
-from phasmid.robot import Robot
 from phasmid.studio.live import LiveRobot
 
 REACH = 2.0
-"""How far about the robot uneven ground is shown [m]; half way to there it is shown anew."""
+"""Distance around the robot to which uneven ground is drawn [m]; half way there it is renewed."""
 
 LONGEST_MODEL = 2e-3
-"""Time that the force model may take in a frame; one that takes longer is asked less often [s]."""
+"""Time that the force model may take per frame; a slower one is evaluated less often [s]."""
 
 
 class Scene:
-    """A robot and its ground, as they are drawn.
+    """Drawing of a robot and its ground.
 
     Args:
-        live: The robot.
-        number: By which frames tell that they belong to it.
+        live: Robot.
+        number: Number of the scene, which its frames repeat.
 
     Attributes:
-        layout: Names of what stands in a row, and how many numbers each has.
-        told: For a page, as JSON holds it.
+        layout: Names of a frame's fields, and their numbers of values.
+        table: Scene for the page, as JSON holds it.
     """
 
     def __init__(self, live: LiveRobot, number: int) -> None:
         self.source, self.number = live.source, number
         source, robot = live.source, live.source.robot
         self._terrain = live.run.ground
-        looks_of = _looks(_Look(robot))
-        self._places, legs = looks_of.places, len(robot.legs)
-        links, joints = len(self._places), 3 * legs
-        self.layout = [
-            ("scene", 1),
-            ("time", 1),
-            ("pace_got", 1),
-            ("body_position", 3),
-            ("body_orientation", 4),
-            ("link_position", 3 * links),
-            ("link_orientation", 4 * links),
-            ("foot_position", joints),
-            ("foot_force", joints),
-            ("foot_force_model", joints),
-            ("contact", legs),
-            ("stance", legs),
-            ("joint_position", joints),
-            ("joint_velocity", joints),
-            ("joint_torque", joints),
-            ("joint_torque_model", joints),
-            ("centre", 3),
-            ("below", 1),
-            ("margin", 1),
-            ("tilt", 1),
-            ("velocity_asked", 3),
-            ("velocity_admitted", 3),
-            ("velocity", 3),
-            ("power", 1),
-            ("cost_of_transport", 1),
-            ("worst_servo", 2),
-            ("phase", 1),
-        ]
-        self._size = sum(count for _, count in self.layout)
-        # What a reader is to hear of a motor's strength is that at its supply.
+        pieces = mesh_pieces(robot)
+        legs, links = len(robot.legs), len(pieces.links)
+        self._row = np.dtype(
+            [
+                ("scene", "<f4"),
+                ("time", "<f4"),
+                ("pace_got", "<f4"),
+                ("body_position", "<f4", 3),
+                ("body_orientation", "<f4", 4),
+                ("link_position", "<f4", (links, 3)),
+                ("link_orientation", "<f4", (links, 4)),
+                ("foot_position", "<f4", (legs, 3)),
+                ("foot_force", "<f4", (legs, 3)),
+                ("foot_force_model", "<f4", (legs, 3)),
+                ("contact", "<f4", legs),
+                ("stance", "<f4", legs),
+                ("joint_position", "<f4", (legs, 3)),
+                ("joint_velocity", "<f4", (legs, 3)),
+                ("joint_torque", "<f4", (legs, 3)),
+                ("joint_torque_model", "<f4", (legs, 3)),
+                ("centre", "<f4", 3),
+                ("below", "<f4"),
+                ("margin", "<f4"),
+                ("tilt", "<f4"),
+                ("velocity_asked", "<f4", 3),
+                ("velocity_admitted", "<f4", 3),
+                ("velocity", "<f4", 3),
+                ("power", "<f4"),
+                ("cost_of_transport", "<f4"),
+                ("worst_servo", "<f4", 2),
+                ("phase", "<f4"),
+            ]
+        )
+        names = self._row.names or ()
+        self.layout = [(name, self._row[name].itemsize // 4) for name in names]
+        # The servo's limit at its present supply.
         self._limit = source.stall_torque
-        gait = source.gait
-        self.told: dict[str, Any] = looks_of.told | {
+        self.table: dict[str, Any] = looks(robot, pieces) | {
             "weight": source.weight,
             "trail": 2 * source.scenario.stride.period,
             "names": [name.replace("_", " ") for name in robot.leg_names],
@@ -91,102 +90,87 @@ class Scene:
             "links": links,
             "layout": [[name, count] for name, count in self.layout],
             "number": number,
-            "gait": {"duty": gait.duty_factor, "offsets": [float(o) for o in gait.offsets]},
+            "gait": gait_table(source.gait),
         }
-        self._legs, self._frames = np.array(self._places, dtype=int).reshape(-1, 2).T
-        self._last: ModelLoad | None = None
+        self._legs, self._frames = np.array(pieces.links, dtype=int).reshape(-1, 2).T
+        self._held: ModelLoad | None = None
         self._wait = 0
-        self._middle = np.zeros(2)
-        self._surround(live.sample["qpos"][0, :2])
+        self._draw_ground(live.sample["qpos"][0, :2])
 
-    def _surround(self, middle: Float[np.ndarray, "2"]) -> None:
+    def _draw_ground(self, middle: Float[np.ndarray, "2"]) -> None:
         self._middle = np.array(middle)
-        self.told = self.told | surroundings(self._terrain, self._middle, REACH)
+        self.table = self.table | surroundings(self._terrain, self._middle, REACH)
 
-    def moved(self, live: LiveRobot) -> bool:
-        """Whether the robot has come so far that its ground is to be told anew; it is then."""
-        place = live.sample["qpos"][0, :2]
-        is_same = self._terrain.is_level and not self._terrain.patches
-        if is_same or not np.isfinite(place).all():
+    def follow_ground(self, live: LiveRobot) -> bool:
+        """Renew the ground around a robot that has come far; return True if it was renewed."""
+        position = live.sample["qpos"][0, :2]
+        is_uniform = self._terrain.is_level and not self._terrain.patches
+        if is_uniform or not np.isfinite(position).all():
             return False
-        if np.abs(place - self._middle).max() < REACH / 2:
+        if np.abs(position - self._middle).max() < REACH / 2:
             return False
-        self._surround(place)
+        self._draw_ground(position)
         return True
 
-    def row(self, live: LiveRobot, pace: float) -> bytes:
-        """A frame.
+    def frame(self, live: LiveRobot, pace: float) -> bytes:
+        """Return a frame; unknown values are NaN.
 
         Args:
-            live: The robot, whose scene this is.
-            pace: Simulated seconds in a second.
-
-        Returns:
-            Numbers of four bytes in the order of the layout, little end first; what is not known
-            is not a number.
+            live: Robot of this scene.
+            pace: Simulated seconds per second.
         """
         robot, sample, legs = self.source.robot, live.sample, len(self.source.robot.legs)
+        row = np.full(self._row.itemsize // 4, np.nan, "<f4").view(self._row)[0]
+        row["scene"], row["time"], row["pace_got"] = self.number, live.time, pace
         qpos = sample["qpos"][0]
         if not (np.isfinite(qpos).all() and np.any(qpos[3:7])):
-            # A run that diverged is shown nowhere.
-            return self._packed({"scene": self.number, "time": live.time, "pace_got": pace})
-        position, turn, q = qpos[:3], qpos[3:7], qpos[7:].reshape(legs, 3)
-        qd, torque = sample["qvel"][0, 6:], sample["torque"][0]
-        R = kinematics.quaternion_rotation(turn)
+            # A run that diverged has no pose.
+            return row.tobytes()
+        position, q = qpos[:3], qpos[7:].reshape(legs, 3)
+        R = kinematics.quaternion_rotation(qpos[3:7])
         contact = sample["sensors"][0, : 4 * legs].reshape(legs, 4)
         feet = sample["sensors"][0, 4 * legs : 7 * legs].reshape(legs, 3)
         touching = contact[:, 0] > 0
-        at, turned = self._links(q)
+        p_links, R_links = self._links(q)
         centre = position + R @ kinematics.centre_of_mass(robot, q)
         margin = float(support_margin(feet[:, :2], touching, centre[:2]))
-        told, reading = live.telemetry, live.reading
-        stance = np.asarray(told.get("stance", touching), dtype=bool)
-        cycle = live.setting.scenario.stride.period
+        telemetry, metrics = live.telemetry, live.metrics
+        stance = np.asarray(telemetry.get("stance", touching), dtype=bool)
         worst = int(np.argmax(live.peak))
-        found: dict[str, Any] = {
-            "scene": self.number,
-            "time": live.time,
-            "pace_got": pace,
-            "body_position": position,
-            "body_orientation": turn,
-            "link_position": at,
-            "link_orientation": quaternions(turned),
-            "foot_position": feet,
-            "foot_force": contact[:, 1:],
-            "contact": touching,
-            "stance": stance,
-            "joint_position": q,
-            "joint_velocity": qd,
-            "joint_torque": torque,
-            "centre": centre,
-            "below": self._terrain.height(centre[:1], centre[1:2])[0],
-            "margin": margin if math.isfinite(margin) else math.nan,
-            "tilt": math.acos(min(1.0, max(-1.0, float(R[2, 2])))),
-            "velocity": reading.velocity,
-            "power": reading.power,
-            "cost_of_transport": reading.cost_of_transport,
-            "worst_servo": (worst, live.peak[worst] / self._limit),
-            "phase": told.get("gait_phase", live.time / cycle % 1.0),
-        }
+        row["body_position"], row["body_orientation"] = position, qpos[3:7]
+        row["link_position"], row["link_orientation"] = p_links, quaternions(R_links)
+        row["foot_position"], row["foot_force"] = feet, contact[:, 1:]
+        row["contact"], row["stance"] = touching, stance
+        row["joint_position"], row["joint_velocity"] = q, sample["qvel"][0, 6:].reshape(legs, 3)
+        row["joint_torque"] = sample["torque"][0].reshape(legs, 3)
+        row["centre"] = centre
+        row["below"] = self._terrain.height(centre[:1], centre[1:2])[0]
+        row["margin"] = margin if math.isfinite(margin) else math.nan
+        row["tilt"] = math.acos(min(1.0, max(-1.0, float(R[2, 2]))))
+        row["velocity"], row["power"] = metrics.velocity, metrics.power
+        row["cost_of_transport"] = metrics.cost_of_transport
+        row["worst_servo"] = worst, live.peak[worst] / self._limit
+        period = live.setting.scenario.stride.period
+        row["phase"] = telemetry.get("gait_phase", live.time / period % 1.0)
         if not live.plays:
-            found["velocity_asked"] = live.command.velocity
-            found["velocity_admitted"] = told.get("velocity_reference", (math.nan,) * 3)
-        held = self._held(live, position, R, q, feet, stance)
+            row["velocity_asked"] = live.command.velocity
+            row["velocity_admitted"] = telemetry.get("velocity_reference", math.nan)
+        held = self._holding_forces(live, position, R, q, feet, stance)
         if held is not None:
-            found |= {"foot_force_model": held.force, "joint_torque_model": held.torque}
-        return self._packed(found)
+            row["foot_force_model"], row["joint_torque_model"] = held.force, held.torque
+        return row.tobytes()
 
     def _links(self, q: Float[np.ndarray, "legs 3"]) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and rotations of the links that are drawn, in the body's axes."""
+        """Return positions and rotations of the drawn links in body axes."""
         frames = kinematics.link_frames(self.source.robot, q)
         leg, link = self._legs, np.minimum(self._frames, 2)
-        at, turned = frames.position[leg, link], frames.rotation[leg, link]
-        # A foot's frame is its tibia's, at its end.
+        position, rotation = frames.position[leg, link], frames.rotation[leg, link]
+        # The frame of a foot is that of its tibia, at the tibia's end.
         ends = np.array([leg.tibia.end for leg in self.source.robot.legs])[leg]
         ends[self._frames != 3] = 0.0
-        return at + (turned @ ends[..., None])[..., 0], turned
+        return position + (rotation @ ends[..., None])[..., 0], rotation
 
-    def _held(
+    def _holding_forces(
         self,
         live: LiveRobot,
         position: np.ndarray,
@@ -195,55 +179,22 @@ class Scene:
         feet: np.ndarray,
         stance: np.ndarray,
     ) -> ModelLoad | None:
-        """What would hold the robot as it is; the last that is known while it is costly."""
+        """Return the forces that hold the robot at rest; the last known while they are costly."""
         self._wait -= 1
         if self._wait > 0:
-            return self._last
+            return self._held
         scenario, begin = live.setting.scenario, time.thread_time()
         try:
-            self._last = holding_forces(
+            self._held = holding_forces(
                 scenario, self.source.robot, position, rotation, q, feet, stance, self._terrain
             )
         except PhasmidError:
-            # So few feet stand that no forces hold the robot at rest.
-            self._last = None
+            # Too few stance feet to hold the robot at rest.
+            self._held = None
         self._wait = math.ceil((time.thread_time() - begin) / LONGEST_MODEL)
-        return self._last
-
-    def _packed(self, found: dict[str, Any]) -> bytes:
-        row, at = np.full(self._size, np.nan, dtype="<f4"), 0
-        for name, count in self.layout:
-            if name in found:
-                row[at : at + count] = np.ravel(found[name])
-            at += count
-        return row.tobytes()
+        return self._held
 
 
-class _Look:
-    """A robot by all that its look depends on."""
-
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
-        arrays, look = robot.arrays, robot.appearance
-        numbers = (arrays.lengths, arrays.p_body_hip, arrays.R_body_hip, robot.body.size)
-        self._key = (id(look), look is None, robot.leg_names, *(x.tobytes() for x in numbers))
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Look) and other._key == self._key
-
-
-class _Looks(NamedTuple):
-    """What is drawn of a robot: places of its links, and meshes as a scene tells them."""
-
-    places: list[Place]
-    told: dict[str, Any]
-
-
-@lru_cache(maxsize=8)
-def _looks(look: _Look) -> _Looks:
-    """Meshes of a robot; they stay the same under any load and on any ground."""
-    pieces = mesh_pieces(look.robot)
-    return _Looks(pieces.links, looks(look.robot, pieces))
+def gait_table(gait: Gait) -> dict[str, Any]:
+    """Return the gait schedule for the page."""
+    return {"duty": gait.duty_factor, "offsets": [float(offset) for offset in gait.offsets]}

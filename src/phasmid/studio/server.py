@@ -12,9 +12,9 @@ import json
 import logging
 import secrets
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import asynccontextmanager, suppress
+from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Protocol
@@ -113,6 +113,16 @@ def page_files() -> dict[str, str]:
     return own | {name: own_text(name) for name in ("colours.css", *DRAWING)}
 
 
+class _Uvicorn(uvicorn.Server):
+    """Server that calls a function once it accepts connections."""
+
+    started_hook: Callable[[], None]
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self.started_hook()
+
+
 class Server:
     """Server of one live robot.
 
@@ -145,12 +155,14 @@ class Server:
                 WebSocketRoute("/live", self._talk),
             ],
             middleware=[guard],
-            lifespan=self._lifespan,
         )
         app.router.redirect_slashes = False
-        self._server = uvicorn.Server(
+        self._server = _Uvicorn(
             uvicorn.Config(
                 app,
+                loop="asyncio",
+                lifespan="off",
+                proxy_headers=False,
                 http="h11",
                 ws="websockets-sansio",
                 ws_ping_interval=PING,
@@ -178,7 +190,12 @@ class Server:
             live: Robot.
             opened: Called once the page can be opened.
         """
-        self._live, self._opened = live, opened
+
+        def started() -> None:
+            self._loop = asyncio.get_running_loop()
+            opened()
+
+        self._live, self._server.started_hook = live, started
         self._server.run(sockets=[self._socket])
 
     def stop(self) -> None:
@@ -195,12 +212,6 @@ class Server:
     def _publish(self, message: str | bytes) -> None:
         for browser in self._browsers:
             browser.send(message)
-
-    @asynccontextmanager
-    async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
-        self._loop = asyncio.get_running_loop()
-        self._opened()
-        yield
 
     async def _file(self, request: HTTPRequest) -> Response:
         name = request.path_params.get("name", "studio.html")

@@ -1,11 +1,11 @@
-"""All that a person can set of the live robot, as one value that cannot be wrong."""
+"""Setting of the live robot: one value, valid from construction."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.forces import scenario_verdict
@@ -17,13 +17,13 @@ from phasmid.scenario import Scenario
 from phasmid.scenario.robot_import import RobotImportTable
 
 Walks = Literal["by itself", "by hand", "the plan"]
-"""Who decides where the robot goes."""
+"""Source of the commands."""
 
 OWN_SERVO = "the robot's own"
-"""Stands for the servo that the robot's file names."""
+"""Choice of the servo that the robot's file names."""
 
 MOST_PAYLOAD = 2.0
-"""Heaviest load, in masses of the robot without one."""
+"""Largest payload, in masses of the robot."""
 
 SHORTEST_STEP = 1e-4
 """Least time step [s]: one second takes about one second to simulate on two shared cores."""
@@ -34,21 +34,20 @@ MOST_PLANNED = 50_000
 
 @dataclass(frozen=True)
 class Setting:
-    """What is simulated, and what the robot is asked to do.
+    """Robot, ground and walk.
 
     Attributes:
-        scenario: The experiment; its robot is a preset's name, or a `Robot` from a file.
-        walks: Who decides where the robot goes.
-        servo: Name of a servo that all joints have in place of the robot's own.
+        scenario: Experiment; its robot is the name of a preset, or a `Robot` from a file.
+        walks: Source of the commands.
+        servo: Servo of all joints.
         payload: Mass on the trunk [kg].
-        pose: Of the body beside where it stands or walks: ahead, left, up [m], roll, pitch,
-            yaw [rad].
-        ground_sensing: Whether the robot senses the ground.
+        pose: Displacement of the body: forward, left, up [m], roll, pitch, yaw [rad].
+        ground_sensing: True if the robot senses the ground.
         robots: Robots from files, by the files' names.
         grounds: Height maps from files, by the files' names, as a scenario names them.
 
     Raises:
-        InvalidInput: A robot, a gait or a number is none, or they do not go together.
+        InvalidInput: Robot, gait or a number is invalid, or they do not fit together.
     """
 
     scenario: Scenario
@@ -61,22 +60,7 @@ class Setting:
     grounds: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.walks not in get_args(Walks):
-            must = ", ".join(get_args(Walks))
-            raise InvalidInput(f'walks is "{self.walks}"; it must be one of {must}.')
-        self._check_size()
-        most = MOST_PAYLOAD * self.base.mass
-        if self.payload > most:
-            raise InvalidInput(
-                f"payload is {self.payload:g} kg; it must be at most {most:.3g} kg, "
-                f"{MOST_PAYLOAD:g} times the robot.",
-                hint=f"{most / 4:.2g} kg",
-            )
-        # The gait must be one of this robot, and a machine have these numbers.
-        self.gait, self.machine  # noqa: B018, they are computed
-
-    def _check_size(self) -> None:
-        """Refuse what would take longer to build than somebody waits for a page."""
+        # Limits of what builds while someone waits for a page.
         scenario, stride = self.scenario, self.scenario.stride
         if scenario.simulation.dt < SHORTEST_STEP:
             raise InvalidInput(
@@ -91,16 +75,25 @@ class Setting:
                 f"{float(MOST_PLANNED):g}.",
                 hint="a shorter duration, or fewer samples per cycle",
             )
+        most = MOST_PAYLOAD * self.base.mass
+        if self.payload > most:
+            raise InvalidInput(
+                f"payload is {self.payload:g} kg; it must be at most {most:.3g} kg, "
+                f"{MOST_PAYLOAD:g} times the robot.",
+                hint=f"{most / 4:.2g} kg",
+            )
+        # Computed here, so that an invalid gait or servo is refused here.
+        self.gait, self.machine  # noqa: B018
 
     @cached_property
     def base(self) -> Robot:
-        """The robot as its file gives it."""
+        """Robot of the file or preset."""
         robot = self.scenario.robot
         return _preset(robot) if isinstance(robot, str) else robot
 
     @cached_property
     def machine(self) -> Scenario:
-        """The scenario with its robot as it is simulated: with other servos, and a load."""
+        """Scenario with the simulated robot: chosen servo, and payload."""
         robot = self.base
         if self.servo != OWN_SERVO:
             robot = replace(robot, servo=load_servo(self.servo))
@@ -108,12 +101,12 @@ class Setting:
 
     @cached_property
     def robot(self) -> Robot:
-        """The robot as it is simulated, with the scenario's variants of it."""
+        """Simulated robot, with the scenario's variants."""
         return self.machine.load_robot()
 
     @cached_property
     def servo_verdict(self) -> dict[str, Any] | None:
-        """Whether the servos hold the robot, as all commands say it; None where it cannot stand."""
+        """Verdict on the servos, as all commands give it; None for a robot that cannot stand."""
         try:
             return scenario_verdict(self.machine).as_dict()
         except PhasmidError:
@@ -121,17 +114,17 @@ class Setting:
 
     @cached_property
     def gait(self) -> Gait:
-        """Which legs stand, when."""
+        """Gait schedule."""
         return self.scenario.load_gait(len(self.base.legs), self.base.leg_names)
 
     @property
     def height(self) -> float:
-        """Of the hips over the neutral feet [m]."""
+        """Height of the hips over the neutral feet [m]."""
         return -float(neutral_feet(self.robot)[:, 2].mean())
 
     @property
     def robot_name(self) -> str:
-        """Of the preset, or of the file that the robot is from."""
+        """Name of the preset or the file."""
         robot = self.scenario.robot
         if isinstance(robot, str):
             return robot
@@ -139,7 +132,7 @@ class Setting:
 
     @property
     def terrain_name(self) -> str:
-        """The kind of the ground, or the name of the file that it is from."""
+        """Kind of the ground, or name of its file."""
         table = self.scenario.terrain
         if table.kind != "height-map":
             return table.kind
@@ -147,7 +140,7 @@ class Setting:
         return next(known, table.kind)
 
     def built_of(self) -> tuple[Any, ...]:
-        """All that a run is built of: where it is the same, another setting needs no new run."""
+        """Return all that a run is built of; settings that share it share the run."""
         scenario, plans = self.scenario, self.walks == "the plan"
         built: list[Any] = [scenario.robot, self.servo, self.payload, self.ground_sensing, plans]
         built += [scenario.simulation, scenario.contact, scenario.terrain, scenario.servo]
@@ -158,24 +151,22 @@ class Setting:
         return tuple(built)
 
     def with_robot(self, robot: str | Robot) -> Setting:
-        """The setting with another robot, standing as its own file says.
+        """Return the setting with another robot, in its own stance.
 
-        A gait that the robot has not becomes the first of its own.
+        A gait for another number of legs becomes the first of the robot's own.
 
         Args:
-            robot: A preset's name, or the robot.
+            robot: Name of a preset, or the robot.
         """
         base = _preset(robot) if isinstance(robot, str) else robot
         changes: dict[str, Any] = {"robot": robot, "stance_radius": None, "body_height": None}
         if self.scenario.simulation.drive == "servo" and base.servo.stall_current is None:
             # The servo's own law needs its stall current.
             changes["drive"] = "ideal-servo"
-        known = gaits_of(len(base.legs))
-        same = len(base.legs) == len(self.base.legs)
-        if known and not same and self.scenario.gait.name not in known:
-            changes["gait"] = next(iter(known))
-        elif known and not same:
-            changes["gait"] = self.scenario.gait.name
+        gaits = gaits_of(len(base.legs))
+        if gaits and len(base.legs) != len(self.base.legs):
+            name = self.scenario.gait.name
+            changes["gait"] = name if name in gaits else next(iter(gaits))
         return replace(
             self,
             scenario=self.scenario.replace(**changes),
@@ -190,21 +181,21 @@ def _preset(name: str) -> Robot:
 
 
 def setting_of(scenario: Scenario) -> Setting:
-    """The setting with which a scenario begins.
+    """Return the initial setting of a scenario.
 
-    Sensors are taken for true: noise is drawn for a run of known length, and this one has no end.
+    Observations are true: sensor noise is drawn for a run of known length.
 
     Args:
-        scenario: A scenario; a robot's file that it names is read.
+        scenario: Scenario; a robot file that it names is read.
 
     Raises:
-        InvalidInput: Its robot or gait is none.
+        InvalidInput: Its robot or gait is invalid.
     """
     robots: dict[str, Robot] = {}
     if isinstance(scenario.robot, str) and scenario.robot not in preset_names():
         name = scenario.robot.replace("\\", "/").rpartition("/")[2]
         robots[name] = with_robot(scenario).base_robot()
-        # Its import is done, so that a saved scenario names no file that was needed for it.
+        # Its import is done: a saved scenario must not name files that were needed for it.
         changes = {"robot": robots[name], "robot_import": RobotImportTable()}
         scenario = scenario.model_copy(update=changes)
     elif isinstance(scenario.robot, Robot):

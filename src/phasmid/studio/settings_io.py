@@ -1,4 +1,4 @@
-"""Settings that leave the page and come back: scenario files, robots and height maps."""
+"""Files of the page: scenarios to save; scenarios, robots and height maps to load."""
 
 from __future__ import annotations
 
@@ -23,17 +23,15 @@ MASSES = ("as-given", "geometry")
 """Values of ``robot_import.masses`` that name no robot."""
 
 MOST_FILES = 32
-"""Most files that are taken in: their robots stay in memory."""
+"""Most loaded files: their robots stay in memory."""
 
 
 def scenario_file(setting: Setting) -> dict[str, Any]:
-    """The setting as a scenario's file, and its robot's where that is no preset as it comes.
-
-    Args:
-        setting: What is to be kept; what a scenario does not know, the body's pose, is not.
+    """Return the setting as a scenario file; the body's pose is no part of a scenario.
 
     Returns:
-        ``name`` and ``text``, and by ``robot`` those of the file that belongs beside it.
+        ``name`` and ``text`` of the file, and by ``robot`` those of the robot's file, unless the
+        robot is an unchanged preset.
     """
     scenario = setting.scenario
     name = f"{scenario.name}.toml"
@@ -46,29 +44,28 @@ def scenario_file(setting: Setting) -> dict[str, Any]:
 
 
 def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
-    """A setting with what a file tells.
+    """Return the setting with a loaded file.
 
     Args:
-        setting: The present one.
-        load: The file.
-        folder: Where it is kept, so that other files can name it.
+        setting: Present setting.
+        load: File.
+        folder: Folder of loaded files, where later files find it by its name.
 
     Raises:
-        InvalidInput: It is not well formed, or cannot be used.
-        InvalidInput: So many files are known that no further one is taken.
+        InvalidInput: It is malformed, cannot be used, or is one too many.
     """
     if len(setting.robots) + len(setting.grounds) >= MOST_FILES:
         raise InvalidInput(
             f"{MOST_FILES} files were taken in, which are the most.", hint="start the studio anew"
         )
     path = folder / _kept_name(load.name)
-    # It marks the model's folder, so that no package is looked for above it.
+    # Marks the folder of a package: packages above it are not searched.
     (folder / "package.xml").touch()
     path.write_bytes(load.content)
     try:
         return _with_file(setting, load.what, path)
     except PhasmidError as error:
-        # A person knows the files by their own names.
+        # People know the files by their own names.
         for part in ("what", "where", "hint"):
             text = getattr(error, part)
             setattr(error, part, text.replace(f"{folder}{os.sep}", ""))
@@ -76,17 +73,13 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
 
 
 def _kept_name(name: str) -> str:
-    """The name under which a file is kept: without folders, and of harmless letters."""
+    """Return the name of a stored file: without folders, of harmless letters."""
     last = re.split(r"[/\\]", name)[-1]
     return re.sub(r"[^A-Za-z0-9._-]", "_", last)[-64:].lstrip(".") or "file"
 
 
 def _check_named_files(path: Path) -> None:
-    """Refuse a scenario that names other files than presets and those uploaded before it.
-
-    Raises:
-        InvalidInput: It names another file or folder of this machine.
-    """
+    """Refuse a scenario that names files of this machine other than those loaded before it."""
     raw, _ = read_toml(path)
     tables = [raw.get(name) for name in ("terrain", "gait", "robot_import")]
     terrain, gait, reading = (table if isinstance(table, dict) else {} for table in tables)
@@ -127,9 +120,9 @@ def _with_file(setting: Setting, what: str, path: Path) -> Setting:
         masses = path.parent / scenario.robot_import.masses
         if masses.is_file():
             scenario = scenario.replace(masses=str(masses))
-        begun = setting_of(scenario)
-        robots = {**setting.robots, **begun.robots}
-        return replace(begun, walks=setting.walks, robots=robots, grounds=setting.grounds)
+        initial = setting_of(scenario)
+        robots = {**setting.robots, **initial.robots}
+        return replace(initial, walks=setting.walks, robots=robots, grounds=setting.grounds)
     if what == "robot":
         if path.name in preset_names():
             raise InvalidInput(f'"{path.name}" is the name of a preset; give the file another.')

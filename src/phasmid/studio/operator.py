@@ -1,4 +1,4 @@
-"""What people do to the live robot: its setting, the stick, pushes and lost legs."""
+"""Actions of the people at the page on the live robot: setting, stick, pushes and lost legs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from phasmid.studio.fields import field_of
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.setting import Setting
 
-STALE = 0.5
-"""A stick that was not told of for longer is let go [s]."""
+STICK_TIMEOUT = 0.5
+"""A stick command expires after as long [s]."""
 
 GENTLE = (0.5, 0.0, 0.0)
-"""Shares of the largest velocities with which the robot walks by itself."""
+"""Shares of the largest velocity with which the robot walks by itself."""
 
 HARDEST = 1.5
 """Largest change of the robot's speed by a push [m/s]."""
@@ -26,21 +26,23 @@ POSES = ("body_height", "body_x", "body_y", "roll", "pitch", "yaw")
 
 AT_REST = (0.0, 0.0, 0.0)
 
+BY_HAND = 'walks = "by hand"'
 
-class Hands:
-    """Holds the robot that is there, and does to it what is asked; all in the stage's thread.
+
+class Operator:
+    """Owner of the live robot, which applies actions to it; all in the simulation's thread.
 
     Args:
-        setting: With what it begins.
-        build: Stands a robot up by a setting, with the numbers of lost legs, or refuses it.
-        changed: Is called after the setting has changed.
-        say: Takes sentences about what was done.
+        setting: Initial setting.
+        build: Builds the robot of a setting, with the numbers of lost legs, or refuses.
+        changed: Called after the setting has changed.
+        report: Takes sentences on what was done.
 
     Attributes:
-        setting: What the robot is, and what it does.
-        live: The robot; None while there is none.
-        lost: Numbers of the legs that are not used.
-        dead: Numbers of the legs whose servos are dead.
+        setting: Present setting.
+        live: Robot; None while there is none.
+        lost: Numbers of the legs out of use.
+        dead: Numbers of the legs without working servos.
     """
 
     def __init__(
@@ -49,41 +51,41 @@ class Hands:
         *,
         build: Callable[[Setting, frozenset[int]], None],
         changed: Callable[[], None],
-        say: Callable[[str], None],
+        report: Callable[[str], None],
     ) -> None:
         self.setting = setting
         self.live: LiveRobot | None = None
         self.lost: frozenset[int] = frozenset()
         self.dead: frozenset[int] = frozenset()
-        self._build, self._changed, self._say = build, changed, say
+        self._build, self._changed, self._report = build, changed, report
         self._stick, self._stick_at = AT_REST, -math.inf
 
     @property
     def robot(self) -> LiveRobot:
-        """The robot that is there."""
+        """Robot, where there is one."""
         assert self.live is not None
         return self.live
 
-    def made(self, setting: Setting, lost: frozenset[int]) -> LiveRobot:
-        """A robot by a setting, which does what is asked.
+    def create(self, setting: Setting, lost: frozenset[int]) -> LiveRobot:
+        """Create the robot of a setting.
 
         Raises:
-            InvalidInput: It cannot be built, or not walk so.
+            InvalidInput: It cannot be built, or cannot walk so.
         """
         live = LiveRobot(setting)
         live.follow(setting, self._share(setting), lost)
         return live
 
-    def begin(self, live: LiveRobot, lost: frozenset[int]) -> None:
-        """Take another robot."""
+    def adopt(self, live: LiveRobot, lost: frozenset[int]) -> None:
+        """Replace the robot."""
         self.live, self.setting = live, live.setting
         self.lost, self.dead = lost, frozenset()
 
-    def take_up(self, setting: Setting) -> None:
-        """Go by another setting from now on, or refuse it as a whole.
+    def apply(self, setting: Setting) -> None:
+        """Replace the setting.
 
         Raises:
-            InvalidInput: It cannot be built, or not walk so; all stays as it was.
+            InvalidInput: It cannot be built, or cannot be walked; all stays as it was.
         """
         if setting.built_of() != self.setting.built_of():
             same = len(setting.base.legs) == len(self.setting.base.legs)
@@ -94,34 +96,33 @@ class Hands:
         self._changed()
 
     def _share(self, setting: Setting) -> tuple[float, float, float]:
+        """Return the commanded shares of the largest velocity."""
         if setting.walks == "by itself":
             return GENTLE
         return self._stick if setting.walks == "by hand" else AT_REST
 
-    def _follow(self) -> None:
-        """Go where the setting and the stick say."""
-        if self.live is not None:
-            self.live.follow(self.setting, self._share(self.setting), self.lost)
+    def _move_stick(self, share: tuple[float, float, float]) -> None:
+        if share != self._stick:
+            self._stick = share
+            if self.live is not None:
+                self.live.follow(self.setting, self._share(self.setting), self.lost)
 
-    def let_go(self, now: float, *, alone: bool) -> None:
-        """Let go of a stick that nobody holds any more.
+    def release_stale_stick(self, now: float, *, unwatched: bool) -> None:
+        """Center the stick once its command has expired, or nobody watches.
 
         Args:
             now: Wall time [s].
-            alone: Whether nobody looks on.
+            unwatched: True if no browser is open.
         """
-        if self._stick != AT_REST and (now - self._stick_at > STALE or alone):
-            self._stick = AT_REST
-            self._follow()
+        if unwatched or now - self._stick_at > STICK_TIMEOUT:
+            self._move_stick(AT_REST)
 
-    # What is asked -------------------------------------------------------------------------------
+    # Requests ------------------------------------------------------------------------------------
 
     def steer(self, at: tuple[float, float, float]) -> None:
-        """Go where a stick says."""
+        """Move the stick: shares of the largest velocity forward, lateral and in yaw."""
         if self.setting.walks == "the plan":
-            raise InvalidInput(
-                "the robot walks by its plan, which knows no stick.", hint='walks = "by hand"'
-            )
+            raise InvalidInput("the robot walks by its plan, which knows no stick.", hint=BY_HAND)
         forward, lateral, yaw = (min(max(part, -1.0), 1.0) for part in at)
         share = forward, lateral, yaw
         if self.setting.walks == "by itself":
@@ -130,32 +131,33 @@ class Hands:
             self.setting = replace(self.setting, walks="by hand")
             self._changed()
         self._stick_at = time.monotonic()
-        if share != self._stick:
-            self._stick = share
-            self._follow()
+        self._move_stick(share)
 
     def change(self, name: str, value: object) -> None:
-        """Give a field another value."""
+        """Change a field of the setting."""
         field = field_of(name)
         if self.setting.walks == "the plan" and name in POSES:
             raise InvalidInput(
-                "the robot walks by its plan, which knows no other pose of the body.",
-                hint='walks = "by hand"',
+                "the robot walks by its plan, which knows no other pose of the body.", hint=BY_HAND
             )
         setting = field.changed(self.setting, value)
         if name == "walks":
             self._stick = AT_REST
         if field.value(setting) != field.value(self.setting):
-            self.take_up(setting)
+            self.apply(setting)
 
     def upright(self) -> LiveRobot:
-        """The robot, where it can be done something to."""
-        if self.robot.trouble is not None:
+        """Return the robot.
+
+        Raises:
+            InvalidInput: It fell.
+        """
+        if self.robot.failure is not None:
             raise InvalidInput("the robot fell; it is put back in a moment.", hint="reset")
         return self.robot
 
     def push(self, impulse: tuple[float, float, float]) -> None:
-        """Push the trunk [N·s]."""
+        """Push the trunk by an impulse in body axes [N·s]."""
         live = self.upright()
         most = HARDEST * live.source.robot.mass
         size = math.hypot(*impulse)
@@ -166,10 +168,10 @@ class Hands:
                 hint=f"{most / 3:.2g} N·s",
             )
         live.run.push(impulse)
-        self._say(f"a push of {size:.3g} N·s.")
+        self._report(f"a push of {size:.3g} N·s.")
 
     def limb(self, leg: int, how: str) -> None:
-        """Lose a leg, have it back, or let its servos die."""
+        """Lose a leg, restore it, or disable its servos."""
         live = self.upright()
         names = self.setting.base.leg_names
         if not 1 <= leg <= len(names):
@@ -180,11 +182,11 @@ class Hands:
                 for joint in range(len(JOINTS)):
                     live.run.fail_servo(leg - 1, joint)
                 self.dead |= {leg}
-                self._say(f"all servos of leg {name} died.")
+                self._report(f"all servos of leg {name} died.")
             return
         if live.plays:
             raise InvalidInput(
-                "the robot walks by its plan, which knows no lost legs.", hint='walks = "by hand"'
+                "the robot walks by its plan, which knows no lost legs.", hint=BY_HAND
             )
         if how == "restore" and leg in self.dead:
             raise InvalidInput(
@@ -194,5 +196,5 @@ class Hands:
         lost = self.lost | {leg} if how == "lose" else self.lost - {leg}
         live.follow(self.setting, self._share(self.setting), lost)
         if lost != self.lost:
-            self._say(f"leg {name} is {'lost' if how == 'lose' else 'there again'}.")
+            self._report(f"leg {name} is {'lost' if how == 'lose' else 'there again'}.")
         self.lost = lost

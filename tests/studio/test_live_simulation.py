@@ -14,11 +14,10 @@ from phasmid import load_recording, load_scenario
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import scenario_to_toml
 from phasmid.simulation import DriveExperiment
-from phasmid.studio import recorder, stage
-from phasmid.studio.clearing import clear_away
+from phasmid.studio import live_simulation, recorder
 from phasmid.studio.fields import catalogue, field_of, values
-from phasmid.studio.hands import Hands
 from phasmid.studio.live import LiveRobot
+from phasmid.studio.live_simulation import free_memory
 from phasmid.studio.messages import (
     Change,
     Keep,
@@ -29,9 +28,10 @@ from phasmid.studio.messages import (
     Record,
     Stick,
 )
-from phasmid.studio.meter import Meter
+from phasmid.studio.operator import Operator
 from phasmid.studio.pacing import MOST_BEHIND, Pacing
 from phasmid.studio.setting import setting_of
+from phasmid.studio.walk_metrics import WalkMetrics
 from staging import staged
 
 
@@ -132,7 +132,7 @@ def test_a_stick_takes_over_and_is_let_go_when_it_grows_old(heard):
 def test_without_anybody_who_looks_on_the_stick_is_let_go_and_no_frames_are_made(heard):
     heard.ask(Stick(at=(1.0, 0.0, 0.0)))
     heard.stage.viewers(0)
-    live = heard.stage._hands.live
+    live = heard.stage._operator.live
     heard.wait_for(lambda: live.command.velocity == (0.0, 0.0, 0.0))
     count = len(heard.frames)
     now = live.now
@@ -142,19 +142,19 @@ def test_without_anybody_who_looks_on_the_stick_is_let_go_and_no_frames_are_made
 
 def test_time_stops_goes_by_updates_and_begins_anew(heard):
     heard.ask(Play(how="pause"))
-    live = heard.stage._hands.live
+    live = heard.stage._operator.live
     now = live.now
     heard.ask(Play(how="step"))
     assert live.now == pytest.approx(now + 0.005, abs=1e-9)
     assert heard.newest("state")["playing"] is False
     heard.ask(Play(how="reset"))
-    assert heard.stage._hands.live.now == 0.0
+    assert heard.stage._operator.live.now == 0.0
     # A browser that comes while nothing moves sees the robot too.
     count = len(heard.frames)
     heard.stage.viewers(2)
     heard.wait_for(lambda: len(heard.frames) > count)
     heard.ask(Play(how="play"))
-    heard.wait_for(lambda: heard.stage._hands.live.now > 0.1)
+    heard.wait_for(lambda: heard.stage._operator.live.now > 0.1)
 
 
 def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(heard):
@@ -172,7 +172,7 @@ def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(hear
 
 
 def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
-    monkeypatch.setattr(stage, "LYING", 0.2)
+    monkeypatch.setattr(live_simulation, "LYING", 0.2)
     number = heard.newest("scene")["number"]
     # All at one moment: it falls before the last one dies otherwise.
     heard.ask(Play(how="pause"))
@@ -187,7 +187,7 @@ def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
     heard.wait_for(lambda: heard.newest("scene")["number"] > number)
     heard.wait_for(lambda: heard.newest("state")["sentence"] == "")
     assert heard.newest("state")["dead"] == []
-    assert heard.stage._hands.live.trouble is None
+    assert heard.stage._operator.live.failure is None
 
 
 def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
@@ -200,7 +200,7 @@ def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
     monkeypatch.setattr(LiveRobot, "advance", faulty)
     heard.event("an unforeseen fault, ZeroDivisionError: as a test has it; the robot is put back")
     heard.wait_for(
-        lambda: heard.stage._hands.live is not None and heard.stage._hands.live.now > 0.05
+        lambda: heard.stage._operator.live is not None and heard.stage._operator.live.now > 0.05
     )
     assert heard.ask(Change(name="friction", value=0.5)) == {}
 
@@ -209,14 +209,14 @@ def test_a_mistake_of_ours_is_told_as_one_and_the_robot_goes_on(heard, monkeypat
     def faulty(self, name, value):
         raise ZeroDivisionError("as a test has it")
 
-    monkeypatch.setattr(Hands, "change", faulty)
+    monkeypatch.setattr(Operator, "change", faulty)
     # As it is, so that the server knows that whoever asked did nothing wrong.
     with pytest.raises(ZeroDivisionError, match="as a test has it"):
         heard.ask(Change(name="friction", value=0.5))
     monkeypatch.undo()
     assert heard.ask(Change(name="friction", value=0.5)) == {}
-    hands = heard.stage._hands
-    heard.wait_for(lambda: hands.live is not None and hands.live.now > 0.05)
+    operator = heard.stage._operator
+    heard.wait_for(lambda: operator.live is not None and operator.live.now > 0.05)
 
 
 def test_a_robot_that_faults_again_and_again_waits(heard, monkeypatch):
@@ -229,7 +229,7 @@ def test_a_robot_that_faults_again_and_again_waits(heard, monkeypatch):
     heard.wait_for(lambda: heard.newest("state")["playing"] is False)
     heard.ask(Play(how="play"))
     heard.wait_for(
-        lambda: heard.stage._hands.live is not None and heard.stage._hands.live.now > 0.05
+        lambda: heard.stage._operator.live is not None and heard.stage._operator.live.now > 0.05
     )
 
 
@@ -239,7 +239,7 @@ def test_a_scenario_that_no_controller_can_walk_in_gives_way_to_the_usual_one(tm
         assert told.startswith('contact_law is "simscape"; its simulator follows plans')
         assert heard.newest("setting")["contact_law"] == "spring-damper"
         heard.ask(Play(how="play"))
-        heard.wait_for(lambda: heard.stage._hands.live.now > 0.05)
+        heard.wait_for(lambda: heard.stage._operator.live.now > 0.05)
 
 
 def test_a_setting_is_kept_and_taken_up_again(heard):
@@ -298,7 +298,7 @@ def test_a_recording_that_is_too_long_or_too_short_ends_with_a_word(heard, monke
 
 def test_no_more_than_two_recordings_are_written_at_a_time(heard, monkeypatch):
     monkeypatch.setattr(heard.stage._recorder, "_jobs", [None, None])
-    monkeypatch.setattr(heard.stage._recorder, "look", list)
+    monkeypatch.setattr(heard.stage._recorder, "finished", list)
     with pytest.raises(InvalidInput, match="2 recordings are still being written"):
         heard.ask(Record(on=True))
     monkeypatch.undo()
@@ -328,7 +328,7 @@ def test_a_saved_run_is_a_folder_like_any_other(heard, tmp_path):
     drive = heard.newest("setting")["drive"]
     assert folder == tmp_path / f"phantomx-paper-wave-flat-{drive}"
     assert load_scenario(folder / "scenario.toml").name == folder.name
-    assert heard.stage._recorder._free(folder.name).name == f"{folder.name}-2"
+    assert heard.stage._recorder._free_folder(folder.name).name == f"{folder.name}-2"
     assert {"report.html", "recording.nc", "summary.json", "scenario.toml", "robot.toml"} <= {
         path.name for path in folder.iterdir()
     }
@@ -383,12 +383,12 @@ def test_a_machine_that_is_too_slow_falls_behind_and_is_told_so():
         made = min(due, 7)
         wall, now = wall + max(0.001, 0.010 * made), now + 0.005 * made
         pacing.done(wall, now, 0.005 * made)
-    assert pacing.got == pytest.approx(0.5, rel=0.05)
+    assert pacing.measured == pytest.approx(0.5, rel=0.05)
 
 
 def test_the_meter_tells_speed_power_and_cost_of_the_last_cycle():
     # A robot of 20 N on a circle of 0.5 m at 0.2 m/s, whose joints give 1.5 W.
-    meter, dt = Meter(20.0), 0.01
+    meter, dt = WalkMetrics(20.0), 0.01
     for step in range(1000):
         angle = 0.4 * step * dt
         place = (
@@ -396,8 +396,8 @@ def test_the_meter_tells_speed_power_and_cost_of_the_last_cycle():
             0.5 * (1 - np.cos(angle)),
             float(np.angle(np.exp(1j * angle))),
         )
-        meter.note(step * dt, place, 1.5 * dt)
-    reading = meter.read(1.0)
+        meter.add(step * dt, place, 1.5 * dt)
+    reading = meter.mean(1.0)
     # The chord of an arc of 0.4 rad is shorter by a share of 0.4²/24.
     chord = 0.2 * (1 - 0.4**2 / 24)
     assert reading.velocity == pytest.approx((chord, 0.0, 0.4), abs=1e-4)
@@ -422,6 +422,6 @@ def test_memory_between_things_that_stay_is_given_back():
     kept = blocks[::100]
     del blocks
     before = resident()
-    clear_away()
+    free_memory()
     # Of those that are gone at least all pages but the first and the last of each span.
     assert before - resident() > 0.9 * (2000 - len(kept)) * 50_000
