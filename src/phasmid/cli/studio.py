@@ -77,8 +77,8 @@ def run(options: argparse.Namespace) -> int:
         # The server raises a signal again once it has closed: both end it as Ctrl-C does.
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
-            simulation.start()
             with suppress(KeyboardInterrupt):
+                simulation.start()
                 server.run(simulation, lambda: _show(server.address, options))
         finally:
             _put_away(simulation)

@@ -17,7 +17,7 @@ from concurrent.futures import Future
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import uvicorn
 from starlette.applications import Starlette
@@ -66,6 +66,7 @@ RUN_POLICY = (
 )
 
 
+@runtime_checkable
 class Live(Protocol):
     """Live robot, as the server sees it."""
 
