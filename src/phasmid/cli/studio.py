@@ -47,7 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-open", action="store_true", help="open no browser, only print the address"
     )
-    parser.add_argument("--debug", action="store_true", help="tell more of what goes wrong")
+    parser.add_argument("--debug", action="store_true", help="log errors with their tracebacks")
     parser.set_defaults(quiet=False)
     add_field_options(parser)
 
@@ -69,8 +69,8 @@ def run(options: argparse.Namespace) -> int:
     _configure_log(debug=options.debug)
     with listen(options.host, port) as listening:
         if not is_loopback(options.host):
-            told = f"others on the network can reach {options.host}; the address lets them drive"
-            print(f"phasmid: note: {plain(told)}.", file=sys.stderr)
+            note = f"others on the network can reach {options.host}; the address lets them drive"
+            print(f"phasmid: note: {plain(note)}.", file=sys.stderr)
         server = Server(listening, host=options.host)
         simulation = LiveSimulation(scenario, out=Path(options.out), publish=server.publish)
         announce_compilation()
@@ -96,7 +96,7 @@ def _show(address: str, options: argparse.Namespace) -> None:
 
 
 def has_display() -> bool:
-    """Return whether a browser can open a window."""
+    """Return True if a browser can open a window."""
     if sys.platform in ("darwin", "win32"):
         return True
     return any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))

@@ -1,1 +1,1 @@
-"""The live page: the robot in physics, driven and looked into from a browser."""
+"""Live page: a robot in physics, watched and driven from a browser."""

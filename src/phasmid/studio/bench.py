@@ -45,7 +45,7 @@ def bench(robot: Robot, request: Bench) -> Answer:
         pose.
 
     Raises:
-        InvalidInput: There is no such leg, or both angles and foot are given.
+        InvalidInput: There is no such leg, or the pose has both angles and foot.
     """
     leg = robot.leg(request.leg)
     force = np.array(request.force)
@@ -64,10 +64,10 @@ def bench(robot: Robot, request: Bench) -> Answer:
         "reach": _reach(leg, foot),
         "level": [s for curve in workspace(robot, request.leg).side for s in at_height(curve, z)],
     }
-    moved, statics = _jacobian(leg, q, robot), _statics(leg, q, force, robot)
+    motion, statics = _jacobian(leg, q, robot), _statics(leg, q, force, robot)
     printed = _printed(leg, q, foot, force, _mid_length(robot).legs[request.leg - 1])
-    remarks += [*_beyond_limits(leg, q), *moved.pop("remarks"), *statics.pop("remarks")]
-    answer = pose | _frames(leg, q) | moved | statics | {"printed": printed, "remarks": remarks}
+    remarks += [*_beyond_limits(leg, q), *motion.pop("remarks"), *statics.pop("remarks")]
+    answer = pose | _frames(leg, q) | motion | statics | {"printed": printed, "remarks": remarks}
     return _plain(answer) | {"workspace": _outlines(robot, request.leg)}
 
 
@@ -75,7 +75,7 @@ def _pose(leg: Leg, request: Bench) -> tuple[np.ndarray, list[str]]:
     """Return the joint angles, and a remark if the foot is out of reach."""
     if request.angles is not None:
         if request.foot is not None:
-            raise InvalidInput("angles and foot are both given; it must be one of them.")
+            raise InvalidInput("the pose has both angles and foot; it must have one of them.")
         return np.array(request.angles), []
     if request.foot is None:
         return joint_angles(leg, leg.neutral_foot), []
@@ -100,25 +100,25 @@ def nearest_reachable(leg: Leg, foot: np.ndarray) -> np.ndarray:
     """
     coxa, femur, tibia = leg.lengths.tolist()
     nearest, farthest = abs(femur - tibia), femur + tibia
-    away, z = math.hypot(foot[0], foot[1]), float(foot[2])
-    beside = float(leg.lateral_offsets.sum())
+    radius, z = math.hypot(foot[0], foot[1]), float(foot[2])
+    offset = float(leg.lateral_offsets.sum())
     out = _in_plane(leg, foot) - coxa
     distance = math.hypot(out, z)
-    wanted = min(max(distance, nearest), farthest)
+    target = min(max(distance, nearest), farthest)
     # All directions from the femur axis are equally near; so are those around the coxa axis.
     along, up = (out / distance, z / distance) if distance > 0 else (1.0, 0.0)
-    r, height = coxa + wanted * along, wanted * up
+    r, height = coxa + target * along, target * up
     if r < 0:
         r, height = 0.0, math.copysign(math.sqrt(nearest**2 - coxa**2), z)
-    ahead, left = (foot[0] / away, foot[1] / away) if away > 0 else (1.0, 0.0)
-    r = math.hypot(r, beside)
-    return np.array([r * ahead, r * left, height])
+    x, y = (foot[0] / radius, foot[1] / radius) if radius > 0 else (1.0, 0.0)
+    r = math.hypot(r, offset)
+    return np.array([r * x, r * y, height])
 
 
 def _in_plane(leg: Leg, foot: np.ndarray) -> float:
     """Return the distance of a foot from the coxa axis along the leg's plane [m]."""
-    beside = leg.lateral_offsets.sum()
-    return math.sqrt(max(float(foot[0] ** 2 + foot[1] ** 2 - beside**2), 0.0))
+    offset = leg.lateral_offsets.sum()
+    return math.sqrt(max(float(foot[0] ** 2 + foot[1] ** 2 - offset**2), 0.0))
 
 
 def _room(leg: Leg, q: np.ndarray) -> np.ndarray:
@@ -206,7 +206,7 @@ def _jacobian(leg: Leg, q: np.ndarray, robot: Robot) -> dict[str, Any]:
 def _statics(leg: Leg, q: np.ndarray, force: np.ndarray, robot: Robot) -> dict[str, Any]:
     """Evaluate Eq. 11 at rest, torque = G - Jᵀ F.
 
-    ``most`` is the largest force along the given one within the servo limits [N].
+    ``most`` is the largest force along the present one within the servo limits [N].
     """
     servo, J = robot.servo, jacobian(leg, q)
     matrices = leg_matrices(leg, q)

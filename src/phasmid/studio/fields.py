@@ -230,7 +230,7 @@ def _payloads(setting: Setting) -> Span:
 
 
 def _on(name: str) -> Callable[[Setting], bool]:
-    """Return whether a number of the terrain has an effect."""
+    """Return the test that a number has an effect on the present terrain."""
     return lambda setting: setting.scenario.terrain.kind in TERRAINS[name]
 
 

@@ -162,7 +162,7 @@ def address_of(host: str) -> tuple[socket.AddressFamily, str]:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether only this machine reaches a host."""
+    """Return True if only this machine reaches a host."""
     number = _number_of(address_of(host)[1])
     return number is not None and number.is_loopback
 

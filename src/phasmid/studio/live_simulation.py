@@ -230,17 +230,19 @@ class LiveSimulation:
         self._fault_at = time.monotonic()
         self._operator.live = self._scene = None
         if isinstance(error, PhasmidError):
-            told = f"{error.what.rstrip('.')}; the robot is put back to its start"
+            sentence = f"{error.what.rstrip('.')}; the robot is put back to its start"
         else:
-            told = f"an unforeseen fault, {_one_line(error)}; the robot is put back to its start"
+            sentence = (
+                f"an unforeseen fault, {_one_line(error)}; the robot is put back to its start"
+            )
         if again:
-            told += ", with the usual setting, and waits"
+            sentence += ", with the usual setting, and waits"
             is_first = self._operator.setting is self._first
             # The paper's robot can always be built.
             self._operator.setting = setting_of(load_scenario("paper")) if is_first else self._first
             self._playing = False
-            self._notice = f"{told}."
-        self._event(f"{told}.")
+            self._notice = f"{sentence}."
+        self._event(f"{sentence}.")
         try:
             self._end_recording()
         except Exception as failed:

@@ -35,12 +35,12 @@ def scenario_file(setting: Setting) -> dict[str, Any]:
     """
     scenario = setting.scenario
     name = f"{scenario.name}.toml"
-    given = setting.machine.base_robot()
-    if given is setting.base and isinstance(scenario.robot, str):
+    robot = setting.machine.base_robot()
+    if robot is setting.base and isinstance(scenario.robot, str):
         return {"name": name, "text": scenario_to_toml(scenario, scenario.robot)}
-    own = _kept_name(f"{given.name}-of-{scenario.name}.toml")
-    file = {"name": own, "text": robot_to_toml(given)}
-    return {"name": name, "text": scenario_to_toml(scenario, own), "robot": file}
+    robot_file = _kept_name(f"{robot.name}-of-{scenario.name}.toml")
+    file = {"name": robot_file, "text": robot_to_toml(robot)}
+    return {"name": name, "text": scenario_to_toml(scenario, robot_file), "robot": file}
 
 
 def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
