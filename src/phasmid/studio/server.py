@@ -247,6 +247,9 @@ class Server:
             hello = {"hello": {"version": version("phasmid"), "protocol": PROTOCOL}}
             texts = await asyncio.to_thread(self._live.hello)
             await browser.serve([json.dumps(hello), *texts])
+        except OSError:
+            # The browser left during the handshake.
+            return
         finally:
             self._browsers.discard(browser)
             self._live.viewers(len(self._browsers))
