@@ -110,7 +110,8 @@ def test_what_is_larger_still_is_not_read(studio):
     with studio.connect() as page:
         with pytest.raises(ConnectionClosed) as closed:
             say(page, content=13_000_000 * "x")
-        assert closed.value.rcvd.code == 1009
+        # The system may drop the farewell, since the rest of the message is never read.
+        assert closed.value.rcvd is None or closed.value.rcvd.code == 1009
 
 
 def test_a_file_of_some_megabytes_is_taken(studio):
