@@ -158,8 +158,7 @@ def test_a_browser_waits_for_its_answers(studio):
     with studio.connect() as page:
         for _ in range(MOST_WAITING):
             page.send('{"do": "stick", "at": [0, 0, 0]}')
-        page.send('{"do": "play", "how": "play"}')
-        told = reply(page)
+        told = say(page, id=1, do="play", how="play")
         assert told["status"] == 429
         assert told["text"] == "100 commands wait for their answers; wait for them."
         studio.stage.answer.set_result({})

@@ -133,7 +133,11 @@ class Browser:
             self._reply(error.id, 422, text=error.what, hint=error.hint)
             return
         if len(self._replies) >= MOST_WAITING:
-            self._notice(f"{MOST_WAITING} commands wait for their answers; wait for them.")
+            full = f"{MOST_WAITING} commands wait for their answers; wait for them."
+            if request.id is None:
+                self._notice(full)
+            else:
+                self._reply(request.id, 429, text=full)
             return
         task = asyncio.create_task(self._answer(request))
         self._replies.add(task)
