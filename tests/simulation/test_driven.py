@@ -150,7 +150,7 @@ def test_a_controller_that_fails_ends_the_run_with_its_reason():
     assert run.attrs["ending"] == "FAILED"
     assert run.attrs["ending_reason"].startswith("The controller failed at 0.035 s")
     leg = WALK.robot.leg_names[2]
-    assert f"it asked for a position of nan at {leg}.femur" in run.attrs["ending_reason"]
+    assert f"its target position is nan at {leg}.femur" in run.attrs["ending_reason"]
     assert np.isfinite(run.joint_position).all()
 
 

@@ -368,7 +368,7 @@ class ClosedLoopRun(Run):
         for name in {COMMANDED: None, **decision.telemetry}:
             if name not in CHANNELS or name in own:
                 guess = nearest(name, CHANNELS.keys() - own)
-                what = "which the simulation tells" if name in own else "which is none"
+                what = "which the simulation records" if name in own else "which is none"
                 raise InvalidInput(
                     f'the controller\'s telemetry has the channel "{name}", {what}.',
                     hint=f'"{guess}"' if guess else "a name of phasmid.recording.CHANNELS",
@@ -405,7 +405,7 @@ def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:
         values = getattr(targets, name)
         for leg, joint in np.argwhere(~np.isfinite(values)):
             return (
-                f"it asked for a {name} of {values[leg, joint]} at {legs[leg]}.{JOINTS[joint]}; "
+                f"its target {name} is {values[leg, joint]} at {legs[leg]}.{JOINTS[joint]}; "
                 "targets must be finite"
             )
     return "its targets are too large to add up"
