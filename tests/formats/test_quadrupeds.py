@@ -166,7 +166,7 @@ def test_it_walks_the_crawl(file: Path) -> None:
 @pytest.mark.slow
 def test_it_is_driven_in_a_crawl(file: Path) -> None:
     """By compliant servos, with ground sensing and safety; the start takes 1 s of 8 s."""
-    scenario = load_scenario("paper").replace(robot=str(file), gait="crawl", duration=8.0)
+    scenario = load_scenario("paper").replace(robot=load_robot(file), gait="crawl", duration=8.0)
     recording = drive(scenario, commands=Command(velocity=(0.05, 0.0, 0.0)))
     assert recording.attrs["ending"] == "COMPLETED"
     assert np.ptp(recording["body_position"].values[:, 0]) > 0.85 * 0.05 * 8.0

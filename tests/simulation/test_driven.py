@@ -187,7 +187,7 @@ class Impostor(Still):
             Impostor(),
             {},
             'the controller\'s telemetry has the channel "joint_position", which the simulation '
-            "tells.",
+            "records.",
         ),
         (
             Still(),
