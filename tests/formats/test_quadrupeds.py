@@ -15,7 +15,7 @@ import pytest
 
 from phasmid import dynamics, kinematics
 from phasmid.control import Command
-from phasmid.formats import Imported, import_robot
+from phasmid.formats import Imported, import_robot, load_robot
 from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
