@@ -16,11 +16,11 @@ from phasmid.compiled import compiled
 from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
 from phasmid.control.feed_forward.load_sharing import (
     NEGLIGIBLE,
-    grasp_of,
     load_joints,
     utilisation_of,
 )
 from phasmid.control.feed_forward.state import Parameters, State
+from phasmid.forces.equilibrium import grasp_matrix
 
 FACES = 8
 """Faces of the pyramid inside each friction cone; its edges lie on the cone."""
@@ -75,20 +75,17 @@ def limit_forces(state: State, robot: Parameters) -> bool:
     A[:6, -1] = (required.wrench - rest.wrench) / load
     A[3:6, -1] *= unit
     bounds[0][:6] = bounds[1][:6] = 0.0
-    grasp, faces = np.zeros((6, 3)), _pyramid(state.normals[carries], robot.friction * INSCRIBED)
     torque = required.torque - np.einsum("lij,li->lj", required.jacobian, force)
+    faces = _pyramid(state.normals[carries], robot.friction * INSCRIBED)
+    grasp = grasp_matrix(unit * feet).reshape(6, count, 3).swapaxes(0, 1)
+    friction, torques = slice(6, 6 + FACES * count), slice(6 + FACES * count, None)
+    A[:6, :-1] = (grasp @ W).swapaxes(0, 1).reshape(6, -1)
+    A[friction, :-1] = _block_diagonal(faces @ W)
+    A[torques, :-1] = _block_diagonal(-J.swapaxes(1, 2) @ W)
+    A[torques, -1] = (rest.torque - required.torque)[carries].ravel() / load
+    bounds[1][friction] = -(faces @ force[carries][..., None]).ravel() / load
     low, high = (state.torque_limits - torque)[:, carries] / load
-    for k in range(count):
-        y = slice(3 * k, 3 * k + 3)
-        grasp_of(feet[k], unit, grasp)
-        A[:6, y] = grasp @ W[k]
-        rows = slice(6 + FACES * k, 6 + FACES * (k + 1))
-        A[rows, y] = faces[k] @ W[k]
-        bounds[1][rows] = -faces[k] @ force[carries][k] / load
-        rows = slice(6 + FACES * count + 3 * k, 9 + FACES * count + 3 * k)
-        A[rows, y] = -J[k].T @ W[k]
-        A[rows, -1] = (rest.torque - required.torque)[carries][k] / load
-        bounds[0][rows], bounds[1][rows] = low[k], high[k]
+    bounds[0][torques], bounds[1][torques] = low.ravel(), high.ravel()
     kinds = np.zeros(len(lower), np.int32)
     kinds[3 * count + 1 : 3 * count + 7] = EQUALITY
     cost = np.zeros(A.shape[1])
@@ -104,6 +101,14 @@ def limit_forces(state: State, robot: Parameters) -> bool:
     state.joint_torque += (1.0 - state.motion_scale) * (rest.torque - required.torque)
     state.torque_utilisation = utilisation_of(state)
     return True
+
+
+def _block_diagonal(blocks: np.ndarray) -> np.ndarray:
+    """Return the block-diagonal matrix of blocks of shape (feet, rows, 3)."""
+    count, rows, _ = blocks.shape
+    matrix, i = np.zeros((count, rows, count, 3)), np.arange(count)
+    matrix[i, :, i] = blocks
+    return matrix.reshape(count * rows, 3 * count)
 
 
 def _pyramid(normals: np.ndarray, friction: float) -> np.ndarray:
