@@ -97,7 +97,7 @@ lint: $(DEVELOP) ## check style, types and layers
 reference: $(DEVELOP) ## compare 45 runs with their reference figures (ARGS=--write: write them anew)
 	@"$(BIN)/python" benchmarks/reference_runs.py $(ARGS)
 
-bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --memory 0)
+bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --samples 20000)
 	@"$(BIN)/python" benchmarks/run.py
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
 	@"$(BIN)/python" benchmarks/forces.py
