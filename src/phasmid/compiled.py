@@ -149,15 +149,6 @@ def is_compiled(function: Callable[..., Any]) -> bool:
         return False
 
 
-def is_kept(function: Callable[..., Any]) -> bool:
-    """Return whether the compiled code of a function is cached for other processes.
-
-    Args:
-        function: From `compiled`.
-    """
-    return hasattr(getattr(function, "_cache", None), "_cache_file")
-
-
 @cache
 def _sources(file: Path) -> tuple[tuple[str, int, int], ...]:
     """Names, times and sizes of the files of a file's package and of all files of kernels."""
