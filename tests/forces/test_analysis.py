@@ -204,8 +204,8 @@ def test_torque_limits_are_refused_with_a_model_that_knows_none(name):
         analysed(force_model=name, torque_limits="counted")
     error = caught.value
     assert error.what == (
-        f'torque_limits is "counted" and {name} knows no limits; it must be "ignored", '
-        "or the force model one that knows them."
+        f'torque_limits is "counted" and {name} has no limits; it must be "ignored", '
+        "or the force model one with limits."
     )
     assert (error.where, error.hint) == ("model.torque_limits", 'force_model = "friction-cone"')
 

@@ -46,13 +46,11 @@ def test_the_summary_counts_standing_feet_only():
     force[..., 2] = [[10.0, 20, 0], [30, 0, 40]]
     force[..., 0] = [[1.0, 4, 0], [9, 0, 16]]
     # Demands 0.1, 0.2, 0.3, 0.4; margins 4, 6, 6, 4.
-    summary = friction_statistics(contacts, force).summary(percentile=100)
-    assert summary["demand"] == pytest.approx({"mean": 0.25, "max": 0.4, "percentile": 0.4})
-    assert summary["margin"] == pytest.approx({"mean": 5, "min": 4, "percentile": 4})
-    assert summary["normal_force"] == pytest.approx(
-        {"mean": 25, "min": 10, "max": 40, "percentile": 40}
-    )
-    assert friction_statistics(contacts, force).summary(0)["demand"]["percentile"] == 0.1
+    summary = friction_statistics(contacts, force).summary()
+    expected = {"mean": 0.25, "min": 0.1, "max": 0.4, "p5": 0.1, "p95": 0.4}
+    assert summary["demand"] == pytest.approx(expected)
+    assert summary["margin"] == pytest.approx({"mean": 5, "min": 4, "max": 6, "p5": 4, "p95": 6})
+    assert summary["normal_force"]["mean"] == pytest.approx(25)
 
 
 def test_no_standing_foot_has_no_summary():
@@ -63,5 +61,3 @@ def test_no_standing_foot_has_no_summary():
 def test_forces_of_other_feet_are_refused():
     with pytest.raises(InvalidInput, match=r"force has shape \(3, 3\); it must be \(4, 3\)"):
         friction_statistics(Contacts(feet(4), np.ones(4)), np.zeros((3, 3)))
-    with pytest.raises(InvalidInput, match="percentile is 101; it must be between 0 and 100"):
-        friction_statistics(Contacts(feet(4), np.ones(4)), np.zeros((4, 3))).summary(101)

@@ -34,13 +34,12 @@ def refused(share, wrench, model="friction-cone", *, limit=np.inf, friction=0.7,
             "the centre of mass further inside the standing feet, or more of them",
             id="pull",
         ),
-        # 20 N sideways, of which 0.7 * 26 = 18.2 N are held; one foot may lack all 1.8 N or two
-        # 0.9 N each. 20 / 26 = 0.769 is needed, shown with 1 % more.
+        # 20 N sideways, 0.7 * 26 = 18.2 N of them held; one foot may lack all 1.8 N or two 0.9 N.
         pytest.param(
             {"share": [1.0, 1, 1, 1], "wrench": [20, 0, 26, 0, 0, 0]},
             "with right_front, right_rear, left_rear and left_front standing, feet right_front "
             "and left_front would slip; friction of 0.7 falls short by 0.9 and 0.9 N.",
-            "friction of 0.777 or more at this sample, a flatter ground, or a slower motion",
+            "more friction, a flatter ground, or a slower motion",
             id="friction",
         ),
         # 26 / 4 = 6.5 N on each foot: 0.65 N·m.
@@ -96,18 +95,6 @@ def test_an_infeasible_load_is_told_with_feet_limit_and_size(case, what, hint):
     assert (error.what, error.hint) == (what, hint)
     assert isinstance(error, PhasmidError)
     assert error.exit_status == 2
-
-
-def test_the_friction_that_is_hinted_is_enough_and_little_more_than_needed():
-    error = refused(ALL, [12, 16, 26, 0, 0, 0], friction=0.4)
-    hinted = float(error.hint.split()[2])
-    # 20 N over 26 N; shown with 1 % more, and rounded to three digits.
-    assert 20 / 26 < hinted < 1.02 * 20 / 26
-    share_load(
-        Contacts(FEET, np.ones(4), friction=hinted),
-        np.array([12.0, 16, 26, 0, 0, 0]),
-        "friction-cone",
-    )
 
 
 def test_the_first_sample_that_fails_is_named_by_its_index():
@@ -170,8 +157,4 @@ def test_feet_that_are_not_on_one_line_are_never_told_so(model):
         share_load(
             Contacts(feet, np.ones(3)), np.array([0, 0, 26.0, 1.0, 0, 0]), model, joints=joints
         )
-    error = caught.value
-    assert error.what.startswith("the equations of feet 1, 2 and 3 are ill-conditioned; their")
-    assert error.hint.endswith("feet further from one line, or shares nearer to 1")
-    assert ("lever" in error.hint) == (model == "minimum-torque")
-    assert ("tangential_weight" in error.hint) == (model == "weighted-minimum-norm")
+    assert caught.value.what.startswith("the feet 1, 2 and 3 stand nearly on one line and cannot")

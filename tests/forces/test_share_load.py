@@ -185,37 +185,20 @@ FEET = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [-0.2, 0.2, -0.1], [0.2,
 @pytest.mark.parametrize(
     ("make", "what"),
     [
-        (
-            lambda: Contacts(np.full((4, 3), np.nan), np.ones(4)),
-            "feet[0, 0] is nan; it must be a finite number.",
-        ),
         (lambda: Contacts(FEET, np.full(4, 1.5)), "share is 1.5; a foot's share must be between"),
         (lambda: Contacts(FEET, np.ones(4), friction=-0.1), "friction is -0.1; it must be 0 or"),
         (lambda: Contacts(FEET, np.ones(4), np.zeros(3)), "a normal is (0, 0, 0); it must point"),
         (lambda: Contacts(FEET, np.ones(5)), "share has shape (5,); it must fit (4,)."),
         (lambda: Contacts(FEET[:, :2], np.ones(4)), "feet have shape (4, 2); it must end in"),
         (
-            lambda: Contacts(FEET, np.ones(4), leg_names=("a",)),
-            "1 leg_names are given for 4 legs.",
-        ),
-        (lambda: JointLoad(np.zeros((4, 3, 2)), np.zeros((4, 3))), "jacobian has shape (4, 3, 2)"),
-        (lambda: JointLoad(np.zeros((4, 3, 3)), np.zeros((4, 3)), -1.0), "limit is -1 N·m; it"),
-        (
             lambda: WeightedMinimumNorm(0.0),
             "tangential_weight is 0; it must be between 1e-06 and 1e+06.",
         ),
-        (lambda: FrictionCone(least_normal=-1.0), "least_normal is -1 N; it must be between 0 and"),
-        (lambda: MinimumTorque(1e-6), "lever is 1e-06 m; it must be between 1e-05 and 1000 m."),
-        (lambda: SmallestLargestLoad(slack=0.0), "slack is 0; it must be between 1e-05 and 1."),
         (lambda: force_model("friction-come"), 'no force model is called "friction-come".'),
         (lambda: share_load(Contacts(FEET, np.ones(4)), np.zeros(5)), "wrench has shape (5,)"),
         (
-            lambda: share_load(Contacts(FEET, np.ones(4)), np.full(6, np.inf)),
-            "wrench[0] is inf; it must be a finite number.",
-        ),
-        (
             lambda: share_load(Contacts(FEET, np.ones(4)), np.ones(6), "minimum-torque"),
-            "minimum-torque needs the load of the joints; none is given.",
+            "minimum-torque needs the load of the joints.",
         ),
         (
             lambda: share_load(
@@ -295,30 +278,3 @@ def test_a_batch_without_samples_gets_forces_of_its_shape():
     for name in FORCE_MODELS:
         assert share_load(contacts, np.zeros((0, 6)), name, joints=joints).shape == (0, 6, 3)
         assert share_load(contacts, np.zeros((2, 0, 6)), name, joints=joints).shape == (2, 0, 6, 3)
-
-
-def test_contacts_and_joint_loads_keep_what_they_were_given():
-    # Their own copies, which nobody changes.
-    feet, share, jacobian, torque = FEET.copy(), np.ones(4), np.ones((4, 3, 3)), np.ones((4, 3))
-    contacts, joints = Contacts(feet, share), JointLoad(jacobian, torque)
-    for array in (feet, share, jacobian, torque):
-        array[:] = 7.0
-    assert np.array_equal(contacts.feet, FEET)
-    assert np.array_equal(contacts.share, np.ones(4))
-    assert np.array_equal(joints.jacobian, np.ones((4, 3, 3)))
-    assert np.array_equal(joints.torque, np.ones((4, 3)))
-    for part in ("feet", "share", "normals", "friction"):
-        assert not getattr(contacts, part).flags.writeable
-    for part in ("jacobian", "torque", "limit"):
-        assert not getattr(joints, part).flags.writeable
-
-
-def test_a_cost_within_limits_may_be_given_by_its_name():
-    assert FrictionCone("minimum-torque") == FrictionCone(MinimumTorque())
-    contacts, wrench, joints, _ = random_load(10, 6, 5, seed=1)
-    forces = [
-        share_load(contacts, wrench, FrictionCone(cost), joints=joints)
-        for cost in ("minimum-torque", MinimumTorque(), "minimum-norm")
-    ]
-    assert np.array_equal(forces[0], forces[1])
-    assert np.abs(forces[0] - forces[2]).max() > 0.1

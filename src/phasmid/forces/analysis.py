@@ -195,8 +195,8 @@ def chosen_model(scenario: Scenario) -> ForceModel:
     chosen = force_model(model.force_model)
     if model.torque_limits == "counted" and not isinstance(chosen, Limited):
         raise InvalidInput(
-            f'torque_limits is "counted" and {chosen.name} knows no limits; it must be "ignored", '
-            "or the force model one that knows them.",
+            f'torque_limits is "counted" and {chosen.name} has no limits; it must be "ignored", '
+            "or the force model one with limits.",
             where="model.torque_limits",
             hint='force_model = "friction-cone"',
         )

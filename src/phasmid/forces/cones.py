@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import daqp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 FACES = 8
 """Faces of the initial pyramid around each cone."""
@@ -80,18 +80,6 @@ UNBOUNDED = 1e30
 """Infinity of the solver."""
 
 
-class Solution(NamedTuple):
-    """Points of least cost.
-
-    Attributes:
-        x: Shape (N, d); NaN where there is none.
-        found: True where there is one, shape (N,).
-    """
-
-    x: Float[np.ndarray, "samples free"]
-    found: Bool[np.ndarray, " samples"]
-
-
 def cheapest_points(
     force: Float[np.ndarray, "samples feet 3"],
     U: Float[np.ndarray, "samples feet 3 free"],
@@ -99,7 +87,7 @@ def cheapest_points(
     limits: Rows,
     slope: Float[np.ndarray, " free"] | None = None,
     tolerance: float = TOLERANCE,
-) -> Solution:
+) -> Float[np.ndarray, "samples free"]:
     """Return the x of least cost with every foot's force f + U x in its friction cone.
 
     The cost is ½ xᵀ x, or slope · x with a slope.
@@ -116,6 +104,9 @@ def cheapest_points(
         limits: Further limits.
         slope: Of a linear cost, shape (d,).
         tolerance: Of cones and optimality, relative to the load.
+
+    Returns:
+        Points, shape (N, d); NaN where there is none.
 
     Source: Nocedal and Wright, Numerical Optimization, chapter 18 (sequential quadratic
     programming); each programme is solved by daqp (Arnström, Bemporad, Axehill 2022).
@@ -194,7 +185,7 @@ def cheapest_points(
         if not len(todo):
             break
     x[~found] = np.nan
-    return Solution(x, found)
+    return x
 
 
 def _pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray) -> Rows:

@@ -9,14 +9,11 @@ from jaxtyping import Bool, Float
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.forces.arguments import broadcast, finite
 
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """Point contacts of the feet with the ground.
-
-    The arrays are copied and read-only.
 
     Attributes:
         feet: Feet from the point of the moment [m], shape (..., L, 3).
@@ -38,41 +35,34 @@ class Contacts:
     leg_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        feet = finite(self.feet, "feet")
-        if feet.ndim < 2 or feet.shape[-1] != 3:
+        feet = _finite(self.feet, "feet")
+        if feet.ndim < 2 or feet.shape[-1] != 3 or feet.shape[-2] == 0:
             raise InvalidInput(f"feet have shape {feet.shape}; it must end in L, 3: legs, axes.")
-        if feet.shape[-2] == 0:
-            raise InvalidInput(f"feet have shape {feet.shape}; there must be one leg or more.")
-        share, normals, friction = (
-            finite(getattr(self, name), name) for name in ("share", "normals", "friction")
-        )
-        if share.min(initial=0.0) < 0 or share.max(initial=0.0) > 1:
-            worst = share.min() if share.min() < 0 else share.max()
-            raise InvalidInput(f"share is {worst:g}; a foot's share must be between 0 and 1.")
-        if friction.min(initial=0.0) < 0:
+        legs = feet.shape[:-1]
+        share = _fitting(self.share, legs, "share")
+        friction = _fitting(self.friction, legs, "friction")
+        normals = _fitting(self.normals, feet.shape, "normals")
+        bad = share[(share < 0) | (share > 1)]
+        if bad.size:
+            raise InvalidInput(f"share is {bad[0]:g}; a foot's share must be between 0 and 1.")
+        if not (friction >= 0).all():
             raise InvalidInput(f"friction is {friction.min():g}; it must be 0 or more.")
         length = np.linalg.norm(normals, axis=-1, keepdims=True)
-        if length.min(initial=1.0) == 0:
+        if not length.all():
             raise InvalidInput(
                 "a normal is (0, 0, 0); it must point out of the ground.", hint="(0, 0, 1) is up"
             )
-        legs = feet.shape[:-1]
-        shapes = {"feet": (feet, feet.shape), "share": (share, legs), "friction": (friction, legs)}
-        shapes |= {"normals": (normals / length, feet.shape)}
-        for name, (value, shape) in shapes.items():
-            object.__setattr__(self, name, broadcast(value, shape, name))
         if self.leg_names and len(self.leg_names) != legs[-1]:
             raise InvalidInput(f"{len(self.leg_names)} leg_names are given for {legs[-1]} legs.")
+        names = self.leg_names or tuple(str(i + 1) for i in range(legs[-1]))
+        values = (feet, share, normals / length, friction, names)
+        for name, value in zip(self.__dataclass_fields__, values, strict=True):
+            object.__setattr__(self, name, value)
 
     @property
     def stance(self) -> Bool[np.ndarray, "*batch legs"]:
         """Feet that carry, shape (..., L)."""
         return np.asarray(self.share) > 0
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the legs."""
-        return self.leg_names or tuple(str(i + 1) for i in range(self.feet.shape[-2]))
 
     @property
     def axes(self) -> Float[np.ndarray, "*batch legs 3 3"]:
@@ -89,8 +79,6 @@ class Contacts:
 class JointLoad:
     """Load of the joints: torque = torque without ground - Jᵀ force.
 
-    The arrays are copied and read-only.
-
     Attributes:
         jacobian: d foot / d q in the axes of the forces [m/rad], shape (..., L, 3, 3).
         torque: Joint torques of the motion without the ground [N·m], shape (..., L, 3).
@@ -106,19 +94,33 @@ class JointLoad:
     limit: float | Float[np.ndarray, "..."] = np.inf
 
     def __post_init__(self) -> None:
-        jacobian, torque = finite(self.jacobian, "jacobian"), finite(self.torque, "torque")
+        jacobian = _finite(self.jacobian, "jacobian")
         if jacobian.ndim < 3 or jacobian.shape[-2:] != (3, 3):
             raise InvalidInput(f"jacobian has shape {jacobian.shape}; it must end in L, 3, 3.")
         limit = numbers(self.limit, "limit")
-        bad = ~(limit >= 0)
-        if bad.any():
-            raise InvalidInput(f"limit is {limit[bad][0]:g} N·m; it must be 0 or more.")
-        object.__setattr__(self, "jacobian", broadcast(jacobian, jacobian.shape, "jacobian"))
-        object.__setattr__(self, "torque", broadcast(torque, jacobian.shape[:-1], "torque"))
-        object.__setattr__(self, "limit", broadcast(limit, jacobian.shape[:-1], "limit"))
+        if not (limit >= 0).all():
+            raise InvalidInput(f"limit is {limit.min():g} N·m; it must be 0 or more.")
+        object.__setattr__(self, "jacobian", jacobian)
+        object.__setattr__(self, "torque", _fitting(self.torque, jacobian.shape[:-1], "torque"))
+        object.__setattr__(self, "limit", np.broadcast_to(limit, jacobian.shape[:-1]))
 
     def with_ground(
         self, force: Float[np.ndarray, "*batch legs 3"]
     ) -> Float[np.ndarray, "*batch legs 3"]:
         """Return the joint torques with ground reaction forces [N], both of shape (..., L, 3)."""
         return self.torque - np.einsum("...ij,...i->...j", self.jacobian, force)
+
+
+def _finite(values: object, name: str) -> np.ndarray:
+    array = numbers(values, name)
+    if not np.isfinite(array).all():
+        raise InvalidInput(f"{name} must be finite numbers; some are infinite or NaN.")
+    return array
+
+
+def _fitting(values: object, shape: tuple[int, ...], name: str) -> np.ndarray:
+    array = _finite(values, name)
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError:
+        raise InvalidInput(f"{name} has shape {array.shape}; it must fit {shape}.") from None

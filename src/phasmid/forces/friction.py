@@ -9,7 +9,6 @@ from jaxtyping import Float
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.forces.arguments import between, finite
 from phasmid.forces.contacts import Contacts
 
 
@@ -31,39 +30,27 @@ class FrictionStatistics:
     demand: Float[np.ndarray, "*batch legs"]
     margin: Float[np.ndarray, "*batch legs"]
 
-    def summary(self, percentile: float = 95.0) -> dict[str, dict[str, float]]:
-        """Return extremes, means and a percentile over all samples and standing feet.
-
-        Args:
-            percentile: 0 to 100.
+    def summary(self) -> dict[str, dict[str, float]]:
+        """Return statistics over all samples and standing feet; empty where no foot stands.
 
         Returns:
-            For ``demand``, ``normal_force`` and ``tangential_force`` the ``mean``, ``max`` and
-            ``percentile``; for ``normal_force`` also the ``min``; for ``margin`` the ``mean``,
-            ``min`` and the percentile from below. Empty where no foot stands.
-
-        Raises:
-            InvalidInput: The percentile is not between 0 and 100.
+            For ``normal_force``, ``tangential_force``, ``demand`` and ``margin`` the ``mean``,
+            ``min``, ``max``, and the percentiles ``p5`` and ``p95``.
         """
-        between(percentile, "percentile", 0, 100)
         stands = np.isfinite(self.normal_force)
         if not stands.any():
             return {}
-        found = {}
-        for name in ("demand", "normal_force", "tangential_force", "margin"):
-            values = getattr(self, name)[stands]
-            least = name == "margin"
-            # No interpolation: a demand may be infinite.
-            rank = np.percentile(
-                values, 100 - percentile if least else percentile, method="nearest"
-            )
-            found[name] = {
-                "mean": float(values.mean()),
-                "min" if least else "max": float(values.min() if least else values.max()),
-                "percentile": float(rank),
+        # No interpolation: a demand may be infinite.
+        return {
+            name: {
+                "mean": float(values[stands].mean()),
+                "min": float(values[stands].min()),
+                "max": float(values[stands].max()),
+                "p5": float(np.percentile(values[stands], 5, method="nearest")),
+                "p95": float(np.percentile(values[stands], 95, method="nearest")),
             }
-        found["normal_force"]["min"] = float(self.normal_force[stands].min())
-        return found
+            for name, values in vars(self).items()
+        }
 
 
 def friction_statistics(contacts: Contacts, force: Float[np.ndarray, "..."]) -> FrictionStatistics:
@@ -77,13 +64,13 @@ def friction_statistics(contacts: Contacts, force: Float[np.ndarray, "..."]) -> 
     Raises:
         InvalidInput: The shape does not fit, or the force of a standing foot is not finite.
     """
-    force = numbers(force, "force")
-    if force.shape != contacts.feet.shape:
-        raise InvalidInput(f"force has shape {force.shape}; it must be {contacts.feet.shape}.")
-    stands = contacts.stance
+    force, stands, n = numbers(force, "force"), contacts.stance, contacts.normals
+    if force.shape != contacts.feet.shape or not np.isfinite(force[stands]).all():
+        raise InvalidInput(
+            f"force has shape {force.shape}; it must be {contacts.feet.shape}, and finite where a "
+            "foot stands."
+        )
     force[~stands] = 0.0
-    finite(force, "force")
-    n = contacts.normals
     normal = np.sum(force * n, axis=-1)
     tangential = np.linalg.norm(force - normal[..., None] * n, axis=-1)
     pushes = normal > 0

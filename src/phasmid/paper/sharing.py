@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from phasmid.forces import Contacts, analyse, friction_statistics
-from phasmid.forces.equilibrium import grasp_matrix
+from phasmid.forces.load import grasp_matrix
 from phasmid.kinematics import jacobian, joint_angles
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.walking import force_differences
@@ -135,10 +135,10 @@ def compare_grips(evidence: Evidence, models: tuple[str, ...]) -> list[Grip]:
 def _grip(source: str, trial: Trial, force: np.ndarray) -> Grip:
     feet, friction = trial.channel("foot_position"), trial.scenario.terrain.friction
     contacts = Contacts(feet, trial.amid_stance, friction=friction)
-    found = friction_statistics(contacts, force).summary(percentile=95.0)
+    found = friction_statistics(contacts, force).summary()
     demand = found["demand"]
     margin = found["margin"]["min"]
-    return Grip(source, demand["mean"], demand["percentile"], demand["max"], margin)
+    return Grip(source, demand["mean"], demand["p95"], demand["max"], margin)
 
 
 def compare_squeezes(evidence: Evidence) -> list[Squeeze]:

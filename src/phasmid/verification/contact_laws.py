@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 
 from phasmid.dynamics import foot_jacobian
 from phasmid.forces.analysis import planned_body
-from phasmid.forces.equilibrium import grasp_matrix
+from phasmid.forces.load import grasp_matrix
 from phasmid.kinematics import link_frames
 from phasmid.motion import Walk, plan
 from phasmid.recording import Recording

@@ -20,7 +20,7 @@ from phasmid.control.feed_forward.load_sharing import (
     utilisation_of,
 )
 from phasmid.control.feed_forward.state import Parameters, State
-from phasmid.forces.equilibrium import grasp_matrix
+from phasmid.forces.load import grasp_matrix
 
 FACES = 8
 """Faces of the pyramid inside each friction cone; its edges lie on the cone."""
