@@ -14,7 +14,7 @@ import pytest
 import phasmid
 from phasmid.cli import main
 from phasmid.robot import load_robot
-from phasmid.robot.appearance import read_glb
+from phasmid.robot.glb import read_glb
 
 FILES = {
     "phantomx-paper.step",

@@ -13,7 +13,7 @@ from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.formats import meshes
 from phasmid.formats.meshes import MeshFiles, UnreadMesh, read_meshes
 from phasmid.robot import Part
-from phasmid.robot.appearance import glb
+from phasmid.robot.glb import glb
 
 TETRAHEDRON = trimesh.Trimesh(CORNERS, FACES, process=False)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from phasmid.cad.meshes import meshes
 from phasmid.cad.model import build
 from phasmid.robot import load_robot, preset_names
-from phasmid.robot.appearance import glb
+from phasmid.robot.glb import glb
 
 
 def write_presets(folder: Path) -> list[Path]:

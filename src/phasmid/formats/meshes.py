@@ -17,7 +17,8 @@ from jaxtyping import Float, Integer
 from phasmid.errors import InvalidInput
 from phasmid.formats.files import read_bytes
 from phasmid.formats.xml import short
-from phasmid.robot.appearance import LARGEST_FILE, MOST_FACES, read_glb
+from phasmid.robot.appearance import MOST_FACES
+from phasmid.robot.glb import LARGEST_FILE, read_glb
 from phasmid.units import plain_number
 
 LARGEST_SPAN = 5.0

@@ -19,8 +19,9 @@ from phasmid.formats.tree import Tree
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
-from phasmid.robot.appearance import Appearance, glb
+from phasmid.robot.appearance import Appearance
 from phasmid.robot.file import OTHER_FORMATS
+from phasmid.robot.glb import glb
 from phasmid.scenario import Scenario
 from phasmid.scenario import load_scenario as load_own_scenario
 

@@ -16,7 +16,7 @@ from phasmid.formats.step_sidecar import sidecar_of, sidecar_text
 from phasmid.formats.stl import stl
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Part, Robot
-from phasmid.robot.appearance import glb
+from phasmid.robot.glb import glb
 
 
 def write_solids(

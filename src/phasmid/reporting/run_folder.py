@@ -19,7 +19,7 @@ from phasmid.reporting.source import read_source
 from phasmid.reporting.style import encoded_figure, save_figure
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.robot import Appearance
-from phasmid.robot.appearance import glb
+from phasmid.robot.glb import glb
 from phasmid.toml import read_toml
 
 OWN_FILES = ("summary.json", "recording.nc")

@@ -22,7 +22,7 @@ import numpy as np
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import RecordingLog
 from phasmid.robot import preset_names
-from phasmid.robot.appearance import glb
+from phasmid.robot.glb import glb
 from phasmid.scenario import scenario_to_toml
 from phasmid.simulation.channels import ending_attributes
 from phasmid.simulation.termination import Ending, Failure

@@ -14,7 +14,7 @@ from formats.tetrahedron import CORNERS, FACES, binary_stl
 from phasmid.formats import import_robot, mjcf_files, tree_of, urdf_files
 from phasmid.formats.meshes import MeshFiles
 from phasmid.robot import Appearance, Part, load_robot, robot_to_toml
-from phasmid.robot.appearance import glb, read_glb
+from phasmid.robot.glb import glb, read_glb
 
 
 @dataclass(frozen=True)
