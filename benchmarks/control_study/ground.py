@@ -254,7 +254,7 @@ def _draw(results: list[Case], path: str) -> None:
         title = kind.replace(" with ", "\nwith ")
         words = GROUNDS[kind].field.rpartition("_")[0].replace("_", " ")
         axes.set(title=title, xlabel=f"{words} [{GROUNDS[kind].unit}]", ylim=(-5, 105))
-    figure.axes[0].set_ylabel("come through [%]")
+    figure.axes[0].set_ylabel("passed [%]")
     lines = figure.axes[0].get_lines()
     figure.legend(handles=lines, loc="outside lower center", ncols=len(lines))
     save_figure(figure, Path(path), dpi=100)

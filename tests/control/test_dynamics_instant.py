@@ -16,7 +16,7 @@ from phasmid.control.feed_forward.state import Motion, State
 from phasmid.control.memory import Records
 from phasmid.control.records import fill
 from phasmid.errors import InvalidInput
-from phasmid.forces import Contacts, FrictionCone, JointLoad, share_load
+from phasmid.forces import Contacts, FrictionCone, JointLoad, MinimumTorque, share_load
 from phasmid.robot import Robot, load_robot, preset_names
 
 ROBOTS = [*preset_names(), "general"]
@@ -202,7 +202,7 @@ def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:
         torque, _ = dynamics.inverse_dynamics(robot, body, state["q"], state["qd"], state["qdd"])
         joints = JointLoad(J, torque)
         contacts = Contacts(feet, state["share"], friction=mu * inner)
-        force = share_load(contacts, wrench, FrictionCone("minimum-torque"), joints=joints)
+        force = share_load(contacts, wrench, FrictionCone(MinimumTorque()), joints=joints)
         bounds.append(cost(joints.with_ground(force)))
     assert bounds[0] * (1 - 1e-6) <= cost(effort.joint_torque) <= bounds[1] * (1 + 1e-6)
 

@@ -9,7 +9,12 @@ from phasmid.control.observation import Observation
 from phasmid.control.player import Player
 from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
 from phasmid.control.safety_filter import SafetyFilter
-from phasmid.control.script import CommandScript, load_script, script_from_text
+from phasmid.control.script import (
+    CommandScript,
+    commands_to_text,
+    load_script,
+    script_from_text,
+)
 from phasmid.control.sequences import Sequencer
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
@@ -30,6 +35,7 @@ __all__ = [
     "Player",
     "Posture",
     "load_script",
+    "commands_to_text",
     "script_from_text",
     "SafetyFilter",
     "SafetySettings",

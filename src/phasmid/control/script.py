@@ -111,29 +111,6 @@ class CommandEntry(Table):
         changes = {name: value for name, value in changes.items() if value is not None}
         return replace(previous, **changes)
 
-    @classmethod
-    def of(cls, time: float, command: Command) -> CommandEntry:
-        """Return the entry of a command that is given at a time [s]."""
-        ahead, left, turn = command.velocity
-        gait = command.gait
-        return cls(
-            time=time,
-            ahead=ahead,
-            left=left,
-            turn=turn,
-            shift=command.pose[:3],
-            tilt=command.pose[3:],
-            posture=command.posture.name.lower(),  # type: ignore[arg-type]
-            gait=GaitEntry(**asdict(gait)) if isinstance(gait, Gait) else gait,
-            period=command.period,
-            step_height=command.step_height,
-            lost_legs=tuple(sorted(command.lost_legs)),
-            legs=tuple(
-                LegEntry(number=number, foot=leg.foot, joints=leg.joints)
-                for number, leg in sorted(command.legs.items())
-            ),
-        )
-
 
 class WaypointEntry(Table):
     """``[[waypoint]]``: a place to walk to, in the frame of the robot at the beginning.
@@ -239,23 +216,50 @@ class CommandScript(Table):
         )
         return replace(now, velocity=velocity, pose=pose)  # type: ignore[arg-type]
 
-    @classmethod
-    def of(
-        cls, commands: Sequence[tuple[float, Command]], duration: float | None = None
-    ) -> CommandScript:
-        """Return the script of commands with their times [s].
-
-        Args:
-            commands: Times and commands.
-            duration: End of the drive [s].
-        """
-        entries = (CommandEntry.of(time, command) for time, command in commands)
-        return cls(command=tuple(entries), duration=duration)
-
     def to_text(self) -> str:
         """Return the script as TOML in SI; `script_from_text` reads it back without loss."""
         fields = self.model_dump(exclude_none=True)
         return "".join(f"{key} = {_toml(value)}\n" for key, value in fields.items())
+
+
+def commands_to_text(commands: Sequence[tuple[float, Command]], duration: float | None) -> str:
+    """Return commands with their times as the text of a script; see `CommandScript.to_text`.
+
+    Args:
+        commands: Times [s] and commands.
+        duration: End of the drive [s]; None where it has none.
+    """
+    end = "" if duration is None else f"duration = {float(duration)!r}\n"
+    entries, before = [], _entry(Command())
+    for time, command in commands:
+        now = _entry(command)
+        changes = {k: v for k, v in now.items() if v != before[k] and v is not None}
+        entries.append(_toml({"time": float(time)} | changes))
+        before = now
+    rows = ",\n  ".join(entries)
+    return f"format = 1\n{end}command = [\n  {rows}]\n"
+
+
+def _entry(command: Command) -> dict[str, Any]:
+    ahead, left, turn = map(float, command.velocity)
+    pose = tuple(map(float, command.pose))
+    gait = command.gait
+    return {
+        "ahead": ahead,
+        "left": left,
+        "turn": turn,
+        "shift": pose[:3],
+        "tilt": pose[3:],
+        "posture": command.posture.name.lower(),
+        "gait": asdict(gait) if isinstance(gait, Gait) else gait,
+        "period": command.period,
+        "step_height": command.step_height,
+        "lost_legs": sorted(command.lost_legs),
+        "legs": [
+            {"number": number} | {k: v for k, v in asdict(leg).items() if v is not None}
+            for number, leg in sorted(command.legs.items())
+        ],
+    }
 
 
 def _toml(value: Any) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,6 +21,7 @@ from phasmid.control import (
     SafetyFilter,
     SafetySettings,
     Sequencer,
+    commands_to_text,
 )
 from phasmid.control.sequences import packing
 from phasmid.control.waypoints import WaypointFollower
@@ -241,9 +241,7 @@ class DriveExperiment(Experiment):
         if not isinstance(self._commands, CommandScript):
             # The run ended after the last update with a command, before the one without.
             end = (run.step - 0.5 * run.period_steps) * run.dt if run.ended else None
-            # Commands that no script can express are in the channel only.
-            with contextlib.suppress(InvalidInput):
-                final["commands"] = CommandScript.of(run.command_changes, end).to_text()
+            final["commands"] = commands_to_text(run.command_changes, end)
         return final
 
     def shortfall(self, run: Run) -> Failure | None:
