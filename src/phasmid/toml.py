@@ -10,7 +10,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from phasmid.arguments import check_type
 from phasmid.errors import InvalidInput, nearest
 from phasmid.units import split_unit
 
@@ -58,7 +57,6 @@ def find_file(source: str | Path, package: str, noun: str) -> Path:
     Raises:
         InvalidInput: It is neither.
     """
-    check_type(noun, source, (str, Path), f"the name of a {noun}, or a .toml file")
     text, known = str(source), preset_names(package)
     if text in known:
         return Path(str(resources.files(package) / "presets" / f"{text}.toml"))

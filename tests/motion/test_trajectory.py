@@ -1,13 +1,12 @@
 """A trajectory of joint angles is read whole, or refused in one sentence."""
 
 import contextlib
-import inspect
 import os
 
 import numpy as np
 import pytest
 
-from phasmid import load_robot, load_scenario, load_trajectory, plan, save_recording, simulate
+from phasmid import load_robot, load_scenario, load_trajectory, plan, save_recording
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.forces import analyse
 from phasmid.motion import JointTrajectory
@@ -242,25 +241,6 @@ def test_the_robot_of_a_trajectory_may_be_a_name(tmp_path):
     named = load_trajectory(path, "phantomx-paper")
     assert np.array_equal(named.q, load_trajectory(path, ROBOT).q)
     assert refusal(lambda: load_trajectory(path, "phantom")).what.startswith("no robot called")
-
-
-def test_other_things_than_robots_scenarios_and_walks_are_refused():
-    # Without the tests' own type checker, as a newcomer's script runs.
-    loading, running = inspect.unwrap(load_trajectory), inspect.unwrap(simulate)
-    scenario = load_scenario("paper")
-    for work, what in (
-        (
-            lambda: loading("walk.csv", 6),
-            "robot is 6; it must be a Robot, or the name of one.",
-        ),
-        (
-            lambda: loading(None, ROBOT),
-            "path is None; it must be the name of a file or folder, as text or a Path.",
-        ),
-        (lambda: running("paper", WALK), 'scenario is "paper"; it must be a Scenario.'),
-        (lambda: running(scenario, None), "walk is None; it must be a plan or a trajectory."),
-    ):
-        assert refusal(work).what == what
 
 
 @pytest.mark.parametrize(

@@ -154,11 +154,6 @@ def test_a_controller_that_fails_ends_the_run_with_its_reason():
     assert np.isfinite(run.joint_position).all()
 
 
-class Nothing(Still):
-    def update(self, observation, command):
-        return None
-
-
 class Flat(Still):
     def update(self, observation, command):
         return JointTargets(self.q.ravel(), self.q.ravel())
@@ -177,7 +172,6 @@ class Impostor(Still):
 @pytest.mark.parametrize(
     ("controller", "options", "what"),
     [
-        (Nothing(), {}, "what the controller's update returns is None; it must be JointTargets."),
         (
             Chatty(),
             {},
@@ -211,11 +205,6 @@ class Impostor(Still):
             Still(),
             {"start": np.zeros((5, 3))},
             "start has shape (5, 3); it must be (6, 3) joint angles in rad.",
-        ),
-        (
-            Still(),
-            {"commands": lambda time, observation: (0.1, 0, 0)},
-            "command is (0.1, 0, 0); it must be a Command.",
         ),
     ],
 )

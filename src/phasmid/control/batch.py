@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.arguments import check_type
 from phasmid.control.command import Command
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.memory import Records
@@ -54,7 +53,6 @@ class EngineBatch:
         for name, value in (("count", count), ("threads", threads)):
             if value is None:
                 continue
-            check_type(name, value, (int,), "a whole number", "2")
             if value < 1:
                 raise InvalidInput(f"{name} is {value}; it must be 1 or more.")
         self.records = Records.zeros(count)

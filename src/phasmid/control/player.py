@@ -7,12 +7,11 @@ import math
 import numpy as np
 from jaxtyping import Bool
 
-from phasmid.arguments import check_number, check_type
 from phasmid.control.command import Command
 from phasmid.control.observation import Observation
 from phasmid.control.targets import JointTargets
 from phasmid.errors import InvalidInput
-from phasmid.motion import JointTrajectory, Motion, Walk
+from phasmid.motion import Motion, Walk
 
 BLOCK = 256
 """Updates for which the motion is evaluated at once."""
@@ -36,13 +35,9 @@ class Player:
     """
 
     def __init__(self, motion: Motion, *, rate: float = 200.0, lead: float | None = None) -> None:
-        must, hint = "a plan or a trajectory", "phasmid.plan(scenario)"
-        check_type("motion", motion, (Walk, JointTrajectory), must, hint)
-        check_number("rate", rate)
         if not (math.isfinite(rate) and rate > 0):
             raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
         lead = 1 / rate if lead is None else lead
-        check_number("lead", lead)
         if not (math.isfinite(lead) and lead >= 0):
             raise InvalidInput(f"lead is {lead:g}; it must be a finite number, 0 or more.")
         self.motion, self.rate, self.lead = motion, float(rate), float(lead)

@@ -9,7 +9,6 @@ from enum import IntEnum, IntFlag
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_number
 from phasmid.control.command import Command, Posture
 from phasmid.control.observation import Observation
 from phasmid.control.records import record_of, view_of
@@ -73,7 +72,6 @@ class SafetySettings:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            check_number(field.name, value)
             most = 1.0 if field.name.endswith(("share", "factor")) else math.inf
             if not (math.isfinite(value) and 0 < value <= most):
                 must = "greater than 0" + (" and 1 or less" if most == 1.0 else "")

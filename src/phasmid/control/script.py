@@ -15,7 +15,6 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le, Len
 from pydantic import BeforeValidator, FailFast, PrivateAttr
 
-from phasmid.arguments import check_type, path_of
 from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.errors import InvalidInput, located
 from phasmid.gait import Gait
@@ -283,7 +282,7 @@ def load_script(source: str | Path) -> CommandScript:
     Raises:
         InvalidInput: The file cannot be read, or is no script.
     """
-    path = path_of("script", source)
+    path = Path(source)
     if path.suffix == ".csv":
         return _read_csv(path)
     if path.suffix != ".toml":
@@ -302,7 +301,6 @@ def script_from_text(text: str) -> CommandScript:
     Raises:
         InvalidInput: The text is no script.
     """
-    check_type("script", text, (str,), "text")
     if len(text) > LARGEST_TEXT:
         raise InvalidInput(f"the script has {len(text)} characters; such are refused.")
     raw = parse_toml(text, "the script")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from phasmid.arguments import check_number, check_type
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.errors import InvalidInput
@@ -77,8 +76,6 @@ class EngineSettings:
     estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
 
     def __post_init__(self) -> None:
-        for name, (kinds, must) in _KINDS.items():
-            check_type(name, getattr(self, name), kinds, must)
         if self.dynamics not in DYNAMICS:
             raise InvalidInput(
                 f'dynamics is "{self.dynamics}"; it must be {" or ".join(DYNAMICS)}.',
@@ -88,19 +85,11 @@ class EngineSettings:
             value = getattr(self, name)
             if name == "period" and value is None:
                 continue
-            check_number(name, value)
             if not (math.isfinite(value) and least <= value <= most):
                 raise InvalidInput(
                     f"{name} is {value:g}; it must be at least {least:g} and at most {most:g}."
                 )
 
-
-_KINDS = {
-    "gait": ((str, Gait, type(None)), "the name of a gait, or a Gait"),
-    "feed_forward": ((FeedForwardSettings,), "FeedForwardSettings"),
-    "ground_sensing": ((bool,), "true or false"),
-    "estimator": ((EstimatorSettings,), "EstimatorSettings"),
-}
 
 _RANGES = {
     "period": (0.05, 60.0),

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.arguments import check_type
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
 from phasmid.forces.contacts import Contacts, JointLoad
@@ -21,7 +20,7 @@ from phasmid.kinematics import jacobian
 from phasmid.motion import Motion, Walk
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import Robot, robot_to_toml
-from phasmid.scenario import Scenario, check_scenario, scenario_to_toml
+from phasmid.scenario import Scenario, scenario_to_toml
 from phasmid.terrain import Ground
 
 
@@ -60,8 +59,6 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
         The planned motion with ``joint_torque_model``, ``foot_force_model`` and
         ``foot_normal_force_model`` at the walk's samples.
     """
-    check_scenario(scenario)
-    check_type("walk", walk, (Walk,), "a plan", "phasmid.plan(scenario)")
     walk.check_planned_for(scenario)
     attributes = recording_attributes(scenario, walk) | {
         "kind": "model",

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidGait
 
 PHASE_TOLERANCE = 1e-9
@@ -42,10 +41,6 @@ class Gait:
     sway: float = 0.0
 
     def __post_init__(self) -> None:
-        check_number("gait.duty_factor", self.duty_factor, error=InvalidGait)
-        check_type(
-            "gait.offsets", self.offsets, (tuple, list), "a tuple of phases", error=InvalidGait
-        )
         if not 0 < self.duty_factor < 1:
             finite = "" if math.isfinite(self.duty_factor) else "a finite number "
             raise InvalidGait(
@@ -54,10 +49,8 @@ class Gait:
                 hint="duty_factor = 0.5, the tripod gait of the paper",
             )
         for i, offset in enumerate(self.offsets):
-            check_number(f"gait.offsets[{i}]", offset, error=InvalidGait)
             if not 0 <= offset < 1:
                 raise InvalidGait(f"gait.offsets[{i}] is {offset:g}; offsets are phases in [0, 1).")
-        check_number("gait.sway", self.sway, error=InvalidGait)
         if not 0 <= self.sway <= LARGEST_SWAY:
             raise InvalidGait(
                 f"gait.sway is {self.sway:g}; it must be at least 0 and at most {LARGEST_SWAY:g}."

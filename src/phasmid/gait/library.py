@@ -8,7 +8,6 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
-from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, nearest
 from phasmid.gait.file import gait_from_file, is_gait_file
 from phasmid.gait.gait import FEWEST_FEET, Gait
@@ -143,7 +142,6 @@ def check_gait_name(name: str) -> None:
     Raises:
         InvalidGait: There is no such gait; the hint is the nearest name.
     """
-    check_type("gait", name, (str,), "the name of a gait", error=InvalidGait)
     if name in FEET_OF_FAST_GAITS or any(name in known for known in KNOWN):
         # It is checked again with the robot's number of legs.
         return
@@ -162,7 +160,6 @@ def load_gait(name: str | Path, leg_count: int = 6, leg_names: Sequence[str] = (
         InvalidGait: There is no such gait for that number of legs.
         InvalidInput: The file is absent or not well formed.
     """
-    check_type("gait", name, (str, Path), "the name of a gait, or a .toml file", error=InvalidGait)
     if is_gait_file(name):
         return gait_from_file(Path(name), leg_count, leg_names)
     name = str(name)

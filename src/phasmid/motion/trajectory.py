@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type, numbers
+from phasmid.arguments import numbers
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.motion.feet import rotated
@@ -54,7 +54,6 @@ class JointTrajectory:
     q: Float[np.ndarray, "time legs 3"]
 
     def __post_init__(self) -> None:
-        check_type("robot", self.robot, (Robot,), "a Robot", 'phasmid.load_robot("phantomx-paper")')
         for name in ("time", "q"):
             array = numbers(getattr(self, name), name)
             array.flags.writeable = False

@@ -11,7 +11,6 @@ from typing import IO, Literal, TypeAlias
 
 import numpy as np
 
-from phasmid.arguments import check_type, path_of
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.motion.trajectory import MOST_ROWS, JointTrajectory, joint_names
 from phasmid.recording import load_recording
@@ -49,9 +48,7 @@ def load_trajectory(
     """
     if isinstance(robot, str | Path):
         robot = load_robot(robot)
-    hint = 'load_trajectory(path, "phantomx-paper")'
-    check_type("robot", robot, (Robot,), "a Robot, or the name of one", hint)
-    path = path_of("path", path)
+    path = Path(path)
     if unit not in ("rad", "deg"):
         raise InvalidInput(f'unit is "{unit}"; it must be "rad" or "deg".')
     try:

@@ -31,7 +31,7 @@ from phasmid.motion.feet import rotated
 from phasmid.motion.level import LevelCourse
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.robot import Robot, robot_to_toml
-from phasmid.scenario import Scenario, check_scenario
+from phasmid.scenario import Scenario
 from phasmid.terrain import Ground
 
 
@@ -161,7 +161,6 @@ def plan(scenario: Scenario) -> Walk:
         InvalidRobot: The robot is impossible.
         InvalidGait: The gait does not fit the robot.
     """
-    check_scenario(scenario)
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
     terrain = scenario.planned_terrain()

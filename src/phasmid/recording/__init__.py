@@ -4,7 +4,7 @@ from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Chann
 from phasmid.recording.file import load_recording, save_recording
 from phasmid.recording.frames import DamagedRecording
 from phasmid.recording.log import RecordingLog, check_log
-from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
+from phasmid.recording.recording import FORMAT, Recording, new_recording
 from phasmid.recording.ros import check_mcap, save_mcap
 from phasmid.recording.table import save_csv
 
@@ -20,7 +20,6 @@ __all__ = [
     "RecordingLog",
     "check_log",
     "check_mcap",
-    "check_recording",
     "load_recording",
     "new_recording",
     "save_csv",

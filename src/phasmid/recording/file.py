@@ -14,11 +14,10 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from phasmid.arguments import path_of
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
 from phasmid.recording.frames import DamagedRecording, is_log, read_log
-from phasmid.recording.recording import FORMAT, Recording, check_recording, new_recording
+from phasmid.recording.recording import FORMAT, Recording, new_recording
 
 CHECKSUM = b"\nphasmid CRC-32 %08x\n"
 """Checksum at the end of a file, after the HDF5 data.
@@ -45,8 +44,7 @@ def save_recording(recording: Recording, path: str | Path) -> None:
         InvalidInput: It is not a recording, or not a file name.
         OutputError: The disk is full, the folder is absent or not writable; nothing is left behind.
     """
-    check_recording(recording)
-    path = path_of("path", path)
+    path = Path(path)
     # Encode in memory, so that only the write can fail.
     packed = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
     encoding = {name: packed | {"_FillValue": None} for name in (*recording.data_vars, "time")}
@@ -168,7 +166,7 @@ def load_recording(path: str | Path) -> Recording:
     Warns:
         DamagedRecording: A log is cut off or damaged; the samples before that are returned.
     """
-    path = path_of("path", path)
+    path = Path(path)
     try:
         if path.is_dir():
             path = _inside(path)

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording.file import sync_folder
 from phasmid.recording.frames import frame, header, json_frame, opening, payload, sample_size
@@ -58,7 +57,7 @@ class RecordingLog:
             InvalidInput: The file exists and may not be replaced.
             OutputError: It cannot be written, or its disk has no room for all samples.
         """
-        self.path = path_of("log", path)
+        self.path = Path(path)
         self._channels, self._time, self._force = tuple(first), time, force
         self._done = self.acknowledged = 0
         check_log(self.path, force=force)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type
 from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.recording.channels import CHANNELS, COORDINATES
 
@@ -76,20 +75,6 @@ def new_recording(
         if dim in used:
             coordinates[dim] = (dim, list(labels))
     return xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
-
-
-def check_recording(recording: object) -> None:
-    """Refuse another type than a recording.
-
-    Raises:
-        InvalidInput: It is something else, or a dataset without time.
-    """
-    import xarray
-
-    must, hint = "a recording", "phasmid.load_recording(path), or what phasmid.simulate returns"
-    check_type("recording", recording, (xarray.Dataset,), must, hint)
-    if isinstance(recording, xarray.Dataset) and "time" not in recording.coords:
-        raise InvalidInput("the recording has no time; it must be a recording of ours.", hint=hint)
 
 
 def _in_order(channels: Mapping[str, np.ndarray]) -> list[str]:

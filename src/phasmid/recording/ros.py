@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.arguments import check_number, check_type, path_of
 from phasmid.errors import InvalidInput
 from phasmid.recording.channels import JOINTS
 from phasmid.recording.file import write_whole
-from phasmid.recording.recording import Recording, check_recording
+from phasmid.recording.recording import Recording
 
 _TIME = "int32 sec\nuint32 nanosec"
 _HEADER = "builtin_interfaces/Time stamp\nstring frame_id"
@@ -92,9 +91,7 @@ def save_mcap(
         OutputError: The file cannot be written.
     """
     check_mcap()
-    check_recording(recording)
-    path = path_of("path", path)
-    check_number("rate", rate)
+    path = Path(path)
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
     if not any(group <= {str(name) for name in recording.data_vars} for group in TOLD):
@@ -146,9 +143,6 @@ def names_of_legs(recording: Recording, names: Sequence[str] | None) -> Sequence
         return [str(name) for name in recording["leg_name"].values]
     if names is None:
         return [f"leg{number}" for number in range(1, count + 1)]
-    check_type("leg_names", names, (tuple, list), "a list of texts")
-    for place, name in enumerate(names):
-        check_type(f"leg_names[{place}]", name, (str,), "text")
     if count and len(names) != count:
         raise InvalidInput(f"leg_names has {len(names)} names; one per leg, {count} in all.")
     return names

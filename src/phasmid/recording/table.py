@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.arguments import path_of
 from phasmid.errors import plain
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.recording.file import whole_file
-from phasmid.recording.recording import Recording, check_recording
+from phasmid.recording.recording import Recording
 from phasmid.recording.ros import names_of_legs
 
 FORMULA = re.compile(r'(^\s*|[;,|"]\s*)([=+\-@＝＋－＠])')
@@ -75,8 +74,7 @@ def save_csv(
     # Lazy import: pandas takes 0.3 s.
     import pandas
 
-    check_recording(recording)
-    path = path_of("path", path)
+    path = Path(path)
     table = columns(recording, leg_names)
     numbers = {
         text_cell(name): values.astype(int) if values.dtype == np.bool_ else values

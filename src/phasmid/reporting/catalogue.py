@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.errors import InvalidInput, located, nearest
-from phasmid.recording import Recording, check_recording, load_recording
+from phasmid.recording import Recording, load_recording
 from phasmid.reporting import envelope, foot_path, friction, gait_diagram, power, residuals, support
 from phasmid.reporting.drawing import walk_figure
 from phasmid.reporting.layout import laid_out, page_layout
@@ -220,8 +220,6 @@ def plot(
     kind = find_figure(name)
     given = list(recordings) if isinstance(recordings, list | tuple) else [recordings]
     loaded = [load_recording(one) if isinstance(one, str | Path) else one for one in given]
-    for recording in loaded:
-        check_recording(recording)
     with laid_out(page_layout(width, title=title)):
         return draw_groups(gather(loaded, labels), kind, legs)[0]
 

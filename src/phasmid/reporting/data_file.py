@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.arguments import check_number, path_of
 from phasmid.errors import AlreadyExists, InvalidInput, nearest, plain
 from phasmid.recording import (
     CHANNELS,
     Recording,
     check_mcap,
-    check_recording,
     save_csv,
     save_mcap,
     save_recording,
@@ -56,11 +54,8 @@ def export(
         InvalidInput: The file exists; there is no such format or channel; an extra is absent.
         OutputError: The file cannot be written; nothing is left behind.
     """
-    check_recording(recording)
-    path = path_of("path", path)
+    path = Path(path)
     kind = check_export(path, format, force=force)
-    if rate is not None:
-        check_number("rate", rate)
     if rate is not None and not 0 < rate < np.inf:
         raise InvalidInput(f"rate is {rate}; it must be a finite number greater than 0.")
     names = read_source(recording).robot.leg_names if "robot" in recording.attrs else None
@@ -91,7 +86,7 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
             ending belongs to another; its extra is not installed.
         OutputError: The name is impossible.
     """
-    path = path_of("path", path)
+    path = Path(path)
     by_ending = {ending: name for name, ending in ENDINGS.items()}
     implied = by_ending.get(path.suffix.lower())
     known = ", ".join(ENDINGS)

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-from phasmid.arguments import check_number
 from phasmid.errors import InvalidInput
 
 NORMAL_WIDTH = 7.2
@@ -76,7 +75,6 @@ def page_layout(width: float | None, *, title: bool = True) -> Layout:
     """
     if width is None:
         return Layout(title=title)
-    check_number("width", width)
     if not NARROWEST <= width <= WIDEST:
         raise InvalidInput(
             f"width is {width:g} m; it must be from {NARROWEST:g} to {WIDEST:g} m.",

@@ -9,9 +9,8 @@ import secrets
 import shutil
 from pathlib import Path
 
-from phasmid.arguments import path_of
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
-from phasmid.recording import Recording, check_mcap, check_recording, save_mcap, save_recording
+from phasmid.recording import Recording, check_mcap, save_mcap, save_recording
 from phasmid.reporting.catalogue import CATALOGUE, report_figures
 from phasmid.reporting.drawing import can_be_drawn, walk_picture
 from phasmid.reporting.runs import gather
@@ -60,8 +59,7 @@ def report(
             the extra ``ros`` is not installed.
         OutputError: The disk is full or the folder cannot be written; nothing is left behind.
     """
-    check_recording(recording)
-    folder = path_of("folder", folder)
+    folder = Path(folder)
     check_folder(folder, force=force)
     # A recording without its robot is refused before anything is written.
     source = read_source(recording)
@@ -101,7 +99,7 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
         InvalidInput: It exists and may not be replaced.
         OutputError: It cannot be made there.
     """
-    folder = path_of("folder", folder)
+    folder = Path(folder)
     if folder.name in ("", ".."):
         raise InvalidInput(
             f'"{folder}" is no name for a run\'s folder; it must be a new one.',

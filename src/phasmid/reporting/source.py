@@ -10,7 +10,7 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
-from phasmid.recording import Recording, check_recording
+from phasmid.recording import Recording
 from phasmid.robot import Appearance, Robot
 from phasmid.scenario import Scenario, recorded_scenario, scenario_names
 
@@ -79,7 +79,6 @@ def read_source(recording: Recording, appearance: Appearance | None = None) -> S
     Raises:
         InvalidInput: The recording carries none, or they do not fit its channels.
     """
-    check_recording(recording)
     scenario, robot = _read(*(str(recording.attrs.get(n, "")) for n in ("scenario", "robot")))
     if appearance is not None:
         robot = replace(robot, appearance=appearance)

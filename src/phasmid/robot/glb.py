@@ -133,12 +133,11 @@ def _plain_parts(content: dict[str, Any], data: memoryview) -> list[tuple[str, P
     if "extensionsUsed" in content or None in names or len(set(names)) < len(names):
         return None
     for node in nodes:
-        pieces = (
-            content["meshes"][node["mesh"]]["primitives"] if set(node) == {"name", "mesh"} else ()
-        )
-        if len(pieces) != 1 or set(pieces[0]["attributes"]) != {"POSITION"}:
+        if set(node) != {"name", "mesh"}:
             return None
-        piece = pieces[0]
+        piece, *others = content["meshes"][node["mesh"]]["primitives"]
+        if others or set(piece["attributes"]) != {"POSITION"}:
+            return None
         if not {"indices", "material"} <= set(piece) or piece.get("mode", 4) != _TRIANGLES:
             return None
         vertices = _numbers(content, data, piece["attributes"]["POSITION"], _FLOAT, "<f4")

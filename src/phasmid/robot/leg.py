@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import units
-from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidRobot
 from phasmid.robot.link import Link, frozen_array
 
@@ -71,12 +70,7 @@ class Leg:
     mount_roll: float = 0.0
 
     def __post_init__(self) -> None:
-        check_type("name of a leg", self.name, (str,), "text", error=InvalidRobot)
         what = f"leg {self.name}"
-        for link in JOINTS:
-            check_type(
-                f"{what}: {link}", getattr(self, link), (Link,), "a Link", error=InvalidRobot
-            )
         for field, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
             array = frozen_array(getattr(self, field), shape, f"{what}: {field}")
             if np.abs(array).max() > 2.0:
@@ -91,7 +85,6 @@ class Leg:
         )
         for field in ("mount_yaw", "femur_bend", "tibia_bend", "mount_pitch", "mount_roll"):
             value = getattr(self, field)
-            check_number(f"{what}: {field}", value, error=InvalidRobot)
             if not math.isfinite(value) or abs(value) > 2 * math.pi:
                 raise InvalidRobot(
                     f"{what}: {field} is {value:.4g} rad; it must be a finite angle "

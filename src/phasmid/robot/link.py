@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import units
-from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidRobot
 from phasmid.units import plain_number
 
@@ -41,7 +40,6 @@ def _list(array: np.ndarray) -> str:
 
 def check_length(value: float, what: str, key: str, *, may_be_zero: bool = False) -> None:
     """Refuse a length that is not finite, not positive or not a walking robot's."""
-    check_number(what, value, error=InvalidRobot)
     if not math.isfinite(value):
         raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
     if value < 0 or (value == 0 and not may_be_zero):
@@ -56,7 +54,6 @@ def check_length(value: float, what: str, key: str, *, may_be_zero: bool = False
 
 def check_mass(value: float, what: str) -> None:
     """Refuse a mass that is not finite, not positive or not a walking robot's."""
-    check_number(what, value, error=InvalidRobot)
     if not math.isfinite(value):
         raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
     if value <= 0:
@@ -153,10 +150,8 @@ class Link:
     lateral_offset: float = 0.0
 
     def __post_init__(self) -> None:
-        check_type("name of a link", self.name, (str,), "text", error=InvalidRobot)
         what = f"link {self.name}"
         check_length(self.length, f"{what}: length", "length", may_be_zero=self.name == "coxa")
-        check_number(f"{what}: lateral offset", self.lateral_offset, error=InvalidRobot)
         if not abs(self.lateral_offset) <= LONGEST_LENGTH:
             raise InvalidRobot(
                 f"{what}: lateral offset is {self.lateral_offset:.4g} m; it must be within "

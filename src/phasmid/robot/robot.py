@@ -10,7 +10,6 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_type
 from phasmid.errors import InvalidRobot, nearest
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import JOINTS, Leg
@@ -119,15 +118,6 @@ class Robot:
     appearance: Appearance | None = None
 
     def __post_init__(self) -> None:
-        for name in ("name", "description"):
-            check_type(f"robot: {name}", getattr(self, name), (str,), "text", error=InvalidRobot)
-        check_type("robot: body", self.body, (Body,), "a Body", error=InvalidRobot)
-        check_type("robot: servo", self.servo, (Servo,), "a Servo", error=InvalidRobot)
-        looks = (Appearance, type(None))
-        check_type("robot: appearance", self.appearance, looks, "an Appearance", error=InvalidRobot)
-        check_type("robot: legs", self.legs, (tuple, list), "a tuple of legs", error=InvalidRobot)
-        for number, leg in enumerate(self.legs, 1):
-            check_type(f"robot: leg {number}", leg, (Leg,), "a Leg", error=InvalidRobot)
         if len(self.legs) < 4:
             raise InvalidRobot(f"robot: {len(self.legs)} legs given; at least 4 are needed.")
         for a, b in combinations(self.legs, 2):

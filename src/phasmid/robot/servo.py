@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
-from phasmid.arguments import check_number, check_type, described
+from phasmid.arguments import described
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.robot.motor import Motor
 
@@ -117,7 +117,6 @@ class Servo:
     heat_capacity: float = 49.0
 
     def __post_init__(self) -> None:
-        check_type("name of a servo", self.name, (str,), "text", error=InvalidRobot)
         if self.law not in get_args(Law):
             raise InvalidRobot(
                 f'servo {self.name}: law is "{self.law}"; it must be "compliance" or "pid".'
@@ -132,7 +131,6 @@ class Servo:
                     "numbers, one for each direction."
                 )
             for number in value if field.name in _DIRECTIONS else (value,):
-                check_number(f"servo {self.name}: {field.name}", number, error=InvalidRobot)
                 self._check(field.name, number)
         if self.delay > LONGEST_DELAY:
             raise InvalidRobot(

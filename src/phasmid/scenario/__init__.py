@@ -3,12 +3,11 @@
 from phasmid.scenario.file import load_scenario, scenario_names, scenario_to_toml
 from phasmid.scenario.recorded import recorded_scenario
 from phasmid.scenario.relevance import idle_fields
-from phasmid.scenario.scenario import SETTLING_TIME, Scenario, check_scenario, option_keys
+from phasmid.scenario.scenario import SETTLING_TIME, Scenario, option_keys
 
 __all__ = [
     "SETTLING_TIME",
     "Scenario",
-    "check_scenario",
     "idle_fields",
     "load_scenario",
     "option_keys",

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
-from phasmid.arguments import check_type
 from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.gait import Gait, load_gait, offsets_in_order
 from phasmid.recording.channels import MOST_RECORDED
@@ -300,16 +299,6 @@ class Scenario(Table):
                 f"gait.offsets has {len(offsets)} values; one per leg, {leg_count} in all."
             )
         return Gait(table.name, table.duty_factor, offsets, table.sway or 0.0)
-
-
-def check_scenario(scenario: object) -> None:
-    """Refuse what is no scenario, such as its name.
-
-    Raises:
-        InvalidInput: It is something else.
-    """
-    hint = 'phasmid.load_scenario("paper")'
-    check_type("scenario", scenario, (Scenario,), "a Scenario", hint)
 
 
 def option_keys() -> dict[str, tuple[str, ...]]:

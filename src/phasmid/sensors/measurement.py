@@ -10,9 +10,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.recording import Recording, check_recording, new_recording
+from phasmid.recording import Recording, new_recording
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario, check_scenario
+from phasmid.scenario import Scenario
 from phasmid.sensors.models import Sensor, robot_sensors
 
 
@@ -36,8 +36,6 @@ def sense(scenario: Scenario, recording: Recording) -> Recording:
         InvalidInput: It has nothing that a sensor could measure, or so few samples that a sensor
             reads more often.
     """
-    check_scenario(scenario)
-    check_recording(recording)
     channels = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
     time = np.asarray(recording["time"].values)
     true, measured = dict(channels), dict[str, np.ndarray]()

@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_number, check_type, numbers
+from phasmid.arguments import numbers
 from phasmid.control import Command, Controller, JointTargets, Observation, Posture
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
@@ -77,7 +77,6 @@ def period_steps(scenario: Scenario, rate: float) -> int:
     Raises:
         InvalidInput: It is no whole number.
     """
-    check_number("rate", rate)
     if not (math.isfinite(rate) and rate > 0):
         raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
     dt = scenario.simulation.dt
@@ -242,7 +241,6 @@ class ClosedLoopRun(Run):
         vector = numbers(impulse, "impulse")
         if vector.shape != (3,) or not np.isfinite(vector).all():
             raise InvalidInput("impulse must be three finite numbers: ahead, left, up [N·s].")
-        check_number("duration", duration)
         if not (math.isfinite(duration) and duration > 0):
             raise InvalidInput(f"duration is {duration:g} s; it must be greater than 0.")
         period = self.period_steps
@@ -281,7 +279,6 @@ class ClosedLoopRun(Run):
         if command is None:
             return None
         if command is not self._newest:
-            check_type("command", command, (Command,), "a Command", "Command(velocity=(0.1, 0, 0))")
             self._newest = command
             timeless = command if command.time is None else replace(command, time=None)
             if not self.command_changes or timeless != self.command_changes[-1][1]:
@@ -386,12 +383,8 @@ class ClosedLoopRun(Run):
             rows[update] = rows[update - 1] if value is None else value
 
 
-def _check_targets(targets: object, shape: tuple[int, int]) -> None:
-    """Refuse what are no targets for this robot."""
-    hint = "phasmid.control.JointTargets(position, velocity)"
-    name = "what the controller's update returns"
-    check_type(name, targets, (JointTargets,), "JointTargets", hint)
-    assert isinstance(targets, JointTargets)
+def _check_targets(targets: JointTargets, shape: tuple[int, int]) -> None:
+    """Refuse targets of another shape."""
     if not np.shape(targets.position) == np.shape(targets.velocity) == shape:
         raise InvalidInput(
             f"the controller's targets have shapes {np.shape(targets.position)} and "

@@ -10,7 +10,6 @@ from typing import TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_callable, check_type, described
 from phasmid.control import (
     Command,
     CommandScript,
@@ -30,7 +29,7 @@ from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
 from phasmid.recording import Recording, load_recording
 from phasmid.recording.recording import Attributes
-from phasmid.scenario import Scenario, check_scenario
+from phasmid.scenario import Scenario
 from phasmid.scenario.sensors import SENSORS
 from phasmid.simulation.closed_loop import (
     ClosedLoopRun,
@@ -107,7 +106,6 @@ def drive(
     experiment = DriveExperiment(
         scenario, controller, commands, rate=rate, between=between, start=start, faults=faults
     )
-    check_callable("progress", progress)
     if log is None:
         return experiment.simulate(progress=progress)
     experiment.record(log, progress=progress, force=force)
@@ -152,15 +150,12 @@ class DriveExperiment(Experiment):
         start: Float[np.ndarray, "legs 3"] | None = None,
         faults: Sequence[Fault | str] = (),
     ) -> None:
-        check_scenario(scenario)
         scenario = scenario.driven()
         self._faults = check_drive(scenario, rate=rate, between=between, faults=faults)
         self._between = interpolation(scenario.simulation.planned_drive, between)
         self._is_scenarios = controller is None
         if controller is None:
             controller = scenario_controller(scenario, rate)
-        hint = "a class with the methods reset and update"
-        check_type("controller", controller, (Controller,), "a Controller", hint)
         _check_prescribed(scenario, controller)
         motion = getattr(controller, "motion", None)
         self.begin: Motion
@@ -336,10 +331,4 @@ def _command_function(commands: Commanded) -> Commands:
         return lambda *_: commands
     if isinstance(commands, CommandScript):
         return _Waypoints(commands) if commands.waypoint else lambda time, *_: commands.at(time)
-    if not callable(commands):
-        raise InvalidInput(
-            f"commands is {described(commands)}; it must be a Command, a CommandScript, or a "
-            "function of time and observation that returns a Command.",
-            hint="phasmid.control.Command(velocity=(0.1, 0, 0))",
-        )
     return lambda time, observation, _: commands(time, observation)

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_callable, check_type, described
 from phasmid.cores import cores
 from phasmid.errors import FailedRuns, InvalidInput
 from phasmid.motion import JointTrajectory, Motion, Walk, plan
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
 from phasmid.recording.recording import Attributes
-from phasmid.scenario import Scenario, check_scenario
+from phasmid.scenario import Scenario
 from phasmid.sensors import sense
 from phasmid.simulation.channels import SampleChannels, ending_attributes, run_attributes
 from phasmid.simulation.drives import check_feed_forward
@@ -216,9 +215,6 @@ def simulate(
         InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
-    check_scenario(scenario)
-    check_motion(walk)
-    check_callable("progress", progress)
     experiment = WalkExperiment(scenario, walk, start)
     if log is None:
         return experiment.simulate(progress=progress)
@@ -263,12 +259,6 @@ def new_run(
     from phasmid.simulation.simscape.run import SimscapeRun
 
     return SimscapeRun(scenario, walk, start=start, interrupted=interrupted)
-
-
-def check_motion(walk: object, name: str = "walk") -> None:
-    """Refuse what is neither a plan nor a trajectory."""
-    must, hint = "a plan or a trajectory", "phasmid.plan(scenario)"
-    check_type(name, walk, (Walk, JointTrajectory), must, hint)
 
 
 def check_load(
@@ -348,19 +338,13 @@ def simulate_many(
         What `simulate` returns for each, in the same order.
 
     Raises:
-        InvalidInput: There is no worker, or something is no scenario and no scenario with its plan.
+        InvalidInput: There is no worker.
         FailedRuns: Some were refused or failed; it names them and carries the recordings of the
             others.
     """
-    check_type(
-        "scenarios", scenarios, (Iterable,), "a list of scenarios", "simulate_many([scenario])"
-    )
-    pairs = [_with_walk(one, f"scenarios[{place}]") for place, one in enumerate(scenarios)]
-    check_callable("progress", progress)
-    if workers is not None:
-        check_type("workers", workers, (int,), "a whole number")
-        if workers < 1:
-            raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    pairs = [(one, None) if isinstance(one, Scenario) else one for one in scenarios]
+    if workers is not None and workers < 1:
+        raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(pairs)
     errors: dict[int, Exception] = {}
@@ -389,19 +373,6 @@ def simulate_many(
     if errors:
         raise FailedRuns([scenario.name for scenario, _ in pairs], recordings, errors)
     return [recording for recording in recordings if recording is not None]
-
-
-def _with_walk(one: object, name: str) -> tuple[Scenario, Walk | None]:
-    """Return a scenario and its plan, if it has one; refuse anything else."""
-    if isinstance(one, Scenario):
-        return one, None
-    if not (isinstance(one, tuple) and len(one) == 2 and isinstance(one[0], Scenario)):
-        raise InvalidInput(
-            f"{name} is {described(one)}; it must be a Scenario, or a Scenario and its plan.",
-            hint='phasmid.load_scenario("paper")',
-        )
-    check_motion(one[1], f"{name}[1]")
-    return one
 
 
 REFINED_CYCLES = 2

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_number, check_type
 from phasmid.errors import InvalidInput, nearest
 from phasmid.robot import JOINTS, Robot
 from phasmid.sensors.models import rotated
@@ -77,7 +76,6 @@ class Fault:
                     f'a fault has no {name} "{value}"; it must be one of {", ".join(known)}.',
                     hint=f'"{guess}"' if guess else f'"{FORM}"',
                 )
-        check_number("a fault's time", self.time)
         if not (math.isfinite(self.time) and self.time >= 0):
             raise InvalidInput(f"a fault's time is {self.time:g} s; it must be finite, 0 or more.")
         if self.part == "servo" and self.kind != "dead":
@@ -111,7 +109,6 @@ class Fault:
         Raises:
             InvalidInput: It is no fault.
         """
-        check_type("a fault", text, (str,), "text", f'"{FORM}"')
         found = WORDS.fullmatch(" ".join(text.split()))
         if found is None:
             raise InvalidInput(

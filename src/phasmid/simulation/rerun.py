@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import check_callable
 from phasmid.control import (
     Controller,
     EngineSettings,
@@ -29,7 +28,7 @@ from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.motion import Motion, plan, trajectory_from_text
-from phasmid.recording import Recording, check_recording, load_recording
+from phasmid.recording import Recording, load_recording
 from phasmid.scenario import Scenario, recorded_scenario
 from phasmid.simulation.channels import versions
 from phasmid.simulation.experiment import Experiment, WalkExperiment
@@ -120,10 +119,8 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
             a controller that is none of phasmid's own.
         InfeasibleLoad: This version refuses the walk.
     """
-    check_callable("progress", progress)
     if isinstance(recording, str | Path):
         recording = load_recording(recording)
-    check_recording(recording)
     attributes = recording.attrs
     if attributes.get("kind") != "simulation":
         raise InvalidInput(

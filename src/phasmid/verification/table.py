@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from phasmid.arguments import check_callable, check_type
 from phasmid.errors import InvalidInput
 from phasmid.verification import (
     bodies,
@@ -78,10 +77,6 @@ def check_numbers(rows: Iterable[int]) -> list[int]:
     Raises:
         InvalidInput: There are none, or there is no check of a number.
     """
-    check_type("rows", rows, (Iterable,), "a list of numbers", "verify([1, 2])")
-    rows = list(rows)
-    for place, number in enumerate(rows):
-        check_type(f"rows[{place}]", number, (int,), "a whole number")
     chosen = sorted(set(rows))
     for number in chosen or [0]:
         if number not in CHECKS:
@@ -110,7 +105,6 @@ def verify(rows: Iterable[int] | None = None, *, progress: Progress | None = Non
     Raises:
         InvalidInput: There is no check of a number.
     """
-    check_callable("progress", progress)
     chosen = sorted(CHECKS) if rows is None else check_numbers(rows)
     laboratory, found = Laboratory(), []
     for number in chosen:

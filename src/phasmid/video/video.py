@@ -7,9 +7,8 @@ from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
-from phasmid.arguments import check_number, path_of
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
-from phasmid.recording import Recording, check_recording
+from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, new_file
 from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
 from phasmid.reporting.source import finite_part, read_source
@@ -64,7 +63,6 @@ def save_video(
             lacks a prerequisite, see `phasmid.video.lack`.
         OutputError: The file cannot be written; nothing is left behind.
     """
-    check_recording(recording)
     path = check_video(path, force=force)
     suffix = path.suffix.lower()
     size = _checked_size(SIZES[suffix] if size is None else size)
@@ -135,7 +133,7 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
         InvalidInput: It is of another kind, or exists and may not be replaced.
         OutputError: It cannot be made there.
     """
-    path = path_of("path", path)
+    path = Path(path)
     if path.suffix.lower() not in SIZES:
         raise InvalidInput(
             f'"{path}" does not end in {" or ".join(SIZES)}; a video must.',
@@ -171,7 +169,6 @@ def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def _checked_rate(name: str, value: float, most: float) -> float:
-    check_number(name, value)
     if not 0 < value <= most:
         raise InvalidInput(f"{name} is {value}; it must be greater than 0 and {most:g} or less.")
     return float(value)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from phasmid.arguments import check_number
 from phasmid.errors import InvalidInput
 
 POSITIVE = (
@@ -77,7 +76,6 @@ class EstimatorSettings:
             value = getattr(self, field.name)
             if field.name == "admittance":
                 continue
-            check_number(field.name, value)
             positive = field.name in POSITIVE
             if not (0 <= value < math.inf) or (positive and value == 0):
                 must = "greater than 0" if positive else "0 or more"

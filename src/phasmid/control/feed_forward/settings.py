@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from phasmid.arguments import check_number
 from phasmid.errors import InvalidInput
 from phasmid.forces import MinimumNorm, MinimumTorque, WeightedMinimumNorm, force_model
 
@@ -45,7 +44,6 @@ class FeedForwardSettings:
         }
         for name, (low, high) in ranges.items():
             value = getattr(self, name)
-            check_number(name, value)
             if not low <= value <= high:
                 raise InvalidInput(f"{name} is {value:g}; it must be from {low:g} to {high:g}.")
         self.cost()
