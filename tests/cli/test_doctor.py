@@ -1,16 +1,19 @@
-"""``phasmid doctor``: what it prints, and its exit status."""
+"""``phasmid doctor``: what it finds, what it prints, and its exit status."""
 
 import json
-import sys
+from importlib import metadata
 
-from phasmid.cli import main
-from phasmid.doctor import Finding, State
+import mujoco
+import pytest
+
+from phasmid.cli import doctor, main
+from phasmid.cli.doctor import Finding
 
 FINDINGS = [
-    Finding("engine", State.READY, "MuJoCo 4.0.1", needed=True),
-    Finding("ros", State.ABSENT, "ROS: mcap is not installed", 'pip install "phasmid[ros]"'),
+    Finding("engine", "ready", "MuJoCo 4.0.1", needed=True),
+    Finding("ros", "absent", "ROS: mcap is not installed", 'pip install "phasmid[ros]"'),
 ]
-BROKEN = Finding("figures", State.BROKEN, "no \x1b[2J.", "pip install matplotlib", needed=True)
+BROKEN = Finding("figures", "broken", "no \x1b[2J.", "pip install matplotlib", needed=True)
 TABLE = """\
 engine      ready   MuJoCo 4.0.1
 ros         absent  ROS: mcap is not installed
@@ -19,7 +22,7 @@ ros         absent  ROS: mcap is not installed
 
 
 def answered(monkeypatch, capsys, findings, *arguments):
-    monkeypatch.setattr("phasmid.doctor.examine", lambda: findings)
+    monkeypatch.setattr(doctor, "examine", lambda: findings)
     status = main(["doctor", *arguments])
     told = capsys.readouterr()
     return status, told.out, told.err
@@ -40,27 +43,12 @@ def test_what_is_needed_and_broken_fails_in_a_sentence(monkeypatch, capsys):
     assert err == f"{said}  try  pip install matplotlib\n"
 
 
-def test_without_rich_the_table_is_plain(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "rich.console", None)
-    assert answered(monkeypatch, capsys, FINDINGS)[1] == f"{TABLE}robots can walk here.\n"
-
-
 def test_programs_get_json(monkeypatch, capsys):
-    status, out, err = answered(monkeypatch, capsys, FINDINGS, "--json")
-    assert (status, err) == (0, "")
-    told = json.loads(out)
-    assert told["walks"] is True
-    assert told["findings"][1] == {
-        "topic": "ros",
-        "state": "absent",
-        "what": "ROS: mcap is not installed",
-        "remedy": 'pip install "phasmid[ros]"',
-        "needed": False,
-    }
-    status, out, err = answered(monkeypatch, capsys, [*FINDINGS, BROKEN], "--json")
+    status, out, _ = answered(monkeypatch, capsys, [*FINDINGS, BROKEN], "--json")
     assert status == 1
-    assert json.loads(out)["walks"] is False
-    assert err.startswith("phasmid: nothing can walk here: figures:")
+    found = json.loads(out)
+    assert found["walks"] is False
+    assert found["findings"][1] == FINDINGS[1]._asdict()
 
 
 def test_this_machine_is_examined_and_can_walk(capsys):
@@ -68,4 +56,57 @@ def test_this_machine_is_examined_and_can_walk(capsys):
     assert main(["doctor"]) == 0
     out = capsys.readouterr().out
     assert out.endswith("robots can walk here.\n")
-    assert "engine      ready   MuJoCo" in out
+    assert f"engine      ready   MuJoCo {mujoco.__version__}" in out
+
+
+def test_packages_that_are_absent_or_old_are_named(monkeypatch):
+    required = ["numpy>=2.0", "scipy>=1.15", 'sympy>=1.13; extra == "derivation"']
+    installed = {"numpy": "1.26.4", "sympy": "1.14"}
+
+    def version(name):
+        if name not in installed:
+            raise metadata.PackageNotFoundError(name)
+        return installed[name]
+
+    monkeypatch.setattr(metadata, "requires", lambda _: required)
+    monkeypatch.setattr(metadata, "version", version)
+    monkeypatch.setattr(doctor, "_opengl", lambda: FINDINGS[1])
+    found = {one.topic: one for one in doctor.examine()}
+    assert found["packages"].state == "absent"
+    assert found["packages"].needed
+    assert found["packages"].what.endswith(
+        "numpy 1.26.4 is installed; it must be >=2.0; scipy is not installed"
+    )
+    assert found["derivation"].what == "the equations in symbols: sympy 1.14"
+    del installed["sympy"]
+    found = {one.topic: one for one in doctor.examine()}
+    assert found["derivation"].remedy == 'pip install --upgrade "phasmid[derivation]"'
+    assert not found["derivation"].needed
+
+
+def test_an_engine_that_does_not_start_stops_all_walks(monkeypatch):
+    def broken(_model, _data):
+        raise OSError("libmujoco.so: cannot open\nmore")
+
+    monkeypatch.setattr(mujoco, "mj_step", broken)
+    monkeypatch.setattr(doctor, "_opengl", lambda: FINDINGS[1])
+    (found,) = (one for one in doctor.examine() if one.topic == "engine")
+    assert (found.state, found.needed) == ("broken", True)
+    assert found.what == "the simulation does not start: libmujoco.so: cannot open"
+
+
+@pytest.mark.parametrize(
+    ("program", "state", "what"),
+    [
+        ("print('egl\\n\\n')", "ready", "drawn by EGL"),
+        ("print('egl\\nPyOpenGL\\npip')", "absent", "they need PyOpenGL"),
+        ("import os; os.abort()", "broken", "the driver crashes or hangs"),
+        ("import time; time.sleep(60)", "broken", "the driver crashes or hangs"),
+    ],
+)
+def test_a_driver_that_crashes_or_hangs_is_found(program, state, what, monkeypatch):
+    monkeypatch.setattr(doctor, "RENDERER", program)
+    monkeypatch.setattr(doctor, "TIMEOUT", 5.0)
+    found = doctor.examine()[-1]
+    assert (found.state, found.needed) == (state, False)
+    assert found.what == f"pictures of the robot and videos: {what}"

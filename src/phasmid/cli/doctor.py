@@ -4,16 +4,57 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+import platform
+import shutil
+import subprocess
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from importlib import import_module, metadata
+from typing import Literal, NamedTuple
 
 from phasmid.errors import OutputError, plain
 
-if TYPE_CHECKING:
-    from phasmid.doctor import Finding
+PURPOSES = {
+    "cad": "solids and STEP files",
+    "derivation": "the equations in symbols",
+    "ros": "recordings as ROS 2 messages",
+    "studio": "the live page",
+    "video": "videos of walks",
+}
+"""Extras of phasmid."""
 
-COLOURS = {"ready": "green", "absent": "yellow", "broken": "bold red"}
+BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "brave")
+
+RENDERER = """
+from phasmid.reporting.renderer import gl_backend, opengl_lack
+lack = opengl_lack()
+print(gl_backend(), lack.what if lack else "", lack.advice if lack else "", sep="\\n", flush=True)
+"""
+"""Prints the OpenGL backend, what it lacks, and the remedy, on a line each."""
+
+TIMEOUT = 40.0
+"""Longest time that a graphics driver may take [s]."""
+
+STYLES = {"ready": "green", "absent": "yellow", "broken": "bold red"}
+
+
+class Finding(NamedTuple):
+    """Finding about one capability of the machine.
+
+    Attributes:
+        topic: The capability.
+        state: ``ready``, ``absent`` or ``broken``.
+        what: What is there, or what is missing and its purpose.
+        remedy: A command or an action that helps; empty where nothing is to be done.
+        needed: True where no robot walks without it.
+    """
+
+    topic: str
+    state: Literal["ready", "absent", "broken"]
+    what: str
+    remedy: str = ""
+    needed: bool = False
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -23,41 +64,155 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Examine the machine, and return the exit status: 1 where no robot can walk."""
-    from phasmid.doctor import State, examine
-
     findings = examine()
-    faults = [one for one in findings if one.needed and one.state is not State.READY]
+    faults = [one for one in findings if one.needed and one.state != "ready"]
     if options.json:
-        found = {"walks": not faults, "findings": [one.as_dict() for one in findings]}
+        found = {"walks": not faults, "findings": [one._asdict() for one in findings]}
         print(json.dumps(found, indent=2))
     else:
         _print_table(findings)
     if faults:
-        first = faults[0]
-        sentence = f"nothing can walk here: {first.topic}: {first.what.rstrip('.')}."
-        print(f"phasmid: {OutputError(sentence, hint=first.remedy)}", file=sys.stderr)
-        return OutputError.exit_status
+        sentence = f"nothing can walk here: {faults[0].topic}: {faults[0].what.rstrip('.')}."
+        raise OutputError(sentence, hint=faults[0].remedy)
     if not options.json:
         print("robots can walk here.")
     return 0
 
 
-def _print_table(findings: Sequence[Finding]) -> None:
-    """Print a line for each finding, and one for its remedy."""
+def examine() -> list[Finding]:
+    """Examine this machine, without a network and without changing anything."""
+    return [
+        _machine(),
+        _packages("packages", "", "the packages that phasmid needs"),
+        _attempt("engine", "the simulation", _step, "pip install --force-reinstall phasmid"),
+        _attempt("compiler", "numba", _compile, "unset NUMBA_DISABLE_JIT, or pip install numba"),
+        _attempt("figures", "figures", _import_figures, "pip install --force-reinstall phasmid"),
+        _browser(),
+        *(_packages(extra, extra, purpose) for extra, purpose in PURPOSES.items()),
+        _opengl(),
+    ]
+
+
+def _machine() -> Finding:
+    from phasmid.cores import cores
+
+    system = f"{platform.system()} {platform.machine()}, {cores()} cores"
+    python = f"{platform.python_implementation()} {platform.python_version()}"
+    return Finding("machine", "ready", f"{system}, {python}")
+
+
+def _packages(topic: str, extra: str, purpose: str) -> Finding:
+    """Compare the installed packages with those that phasmid, or an extra of it, requires."""
+    from packaging.requirements import Requirement
+
+    found, missing = [], []
+    for line in metadata.requires("phasmid") or ():
+        requirement = Requirement(line)
+        marker = requirement.marker
+        is_always = marker is None or marker.evaluate({"extra": ""})
+        is_asked = marker is None or marker.evaluate({"extra": extra})
+        if not is_asked or (extra and is_always):
+            continue
+        try:
+            version = metadata.version(requirement.name)
+        except metadata.PackageNotFoundError:
+            missing.append(f"{requirement.name} is not installed")
+            continue
+        found.append(f"{requirement.name} {version}")
+        if not requirement.specifier.contains(version, prereleases=True):
+            missing.append(f"{found[-1]} is installed; it must be {requirement.specifier}")
+    if missing:
+        package = f"phasmid[{extra}]" if extra else "phasmid"
+        what = f"{purpose}: {'; '.join(missing)}"
+        return Finding(topic, "absent", what, f'pip install --upgrade "{package}"', not extra)
+    return Finding(topic, "ready", f"{purpose}: {', '.join(found)}", needed=not extra)
+
+
+def _attempt(topic: str, purpose: str, work: Callable[[], str], remedy: str) -> Finding:
+    """Return whether some work succeeds, without which no robot walks."""
     try:
-        from rich.console import Console
-        from rich.text import Text
-    except ImportError:
-        # Without rich: the installation may be what is broken.
-        for one in findings:
-            print(f"{one.topic:<11} {one.state.value:<7} {plain(one.what)}")
-            if one.remedy:
-                print(f"{'':<19} try  {plain(one.remedy)}")
-        return
+        return Finding(topic, "ready", work(), needed=True)
+    except Exception as error:
+        # A package whose parts do not fit each other raises anything.
+        lines = str(error).strip().splitlines() or [type(error).__name__]
+        what = f"{purpose} does not start: {lines[0][:120]}"
+        remedy = "unset MUJOCO_GL" if "MUJOCO_GL" in str(error) else remedy
+        return Finding(topic, "broken", what, remedy, needed=True)
+
+
+def _step() -> str:
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    mujoco.mj_step(model, mujoco.MjData(model))
+    import_module("phasmid.simulation")
+    return f"MuJoCo {mujoco.__version__}"
+
+
+def _compile() -> str:
+    import numba
+
+    if numba.config.DISABLE_JIT:
+        raise RuntimeError("NUMBA_DISABLE_JIT is set")
+    try:
+        # Nothing is compiled before the first call.
+        numba.njit(cache=True)(_compile)
+    except RuntimeError:
+        return (
+            f"numba {numba.__version__}, which compiles in every run; NUMBA_CACHE_DIR names a "
+            "folder that can be written to"
+        )
+    return f"numba {numba.__version__}"
+
+
+def _import_figures() -> str:
+    for module in ("matplotlib.backends.backend_svg", "phasmid.reporting"):
+        import_module(module)
+    return f"matplotlib {metadata.version('matplotlib')}"
+
+
+def _browser() -> Finding:
+    if sys.platform in ("darwin", "win32"):
+        return Finding("page", "ready", "the system's browser shows report.html and the studio")
+    name = next(filter(shutil.which, BROWSERS), "")
+    if not name:
+        what = "no browser was found; report.html opens in that of any machine"
+        return Finding("page", "absent", what, "install firefox or chromium")
+    display = any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
+    where = "" if display else ", once there is a display"
+    return Finding("page", "ready", f"{name} shows report.html and the studio{where}")
+
+
+def _opengl() -> Finding:
+    """Draw in a process of its own, because drivers may crash or hang."""
+    purpose = "pictures of the robot and videos"
+    try:
+        done = subprocess.run(  # noqa: S603
+            [sys.executable, "-P", "-c", RENDERER],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+            check=False,
+        )
+        backend, what, advice = done.stdout.split("\n")[:3]
+    except (OSError, ValueError, subprocess.TimeoutExpired):
+        advice = "MUJOCO_GL=osmesa, or MUJOCO_GL=off"
+        return Finding("OpenGL", "broken", f"{purpose}: the driver crashes or hangs", advice)
+    if what:
+        return Finding("OpenGL", "absent", f"{purpose}: they need {what}", advice)
+    return Finding("OpenGL", "ready", f"{purpose}: drawn by {backend.upper()}")
+
+
+def _print_table(findings: list[Finding]) -> None:
+    """Print a line for each finding, and one for its remedy."""
+    from rich.console import Console
+    from rich.text import Text
+
     console = Console(highlight=False, markup=False)
     for one in findings:
-        line = Text(f"{one.topic:<11} ")
-        line.append(f"{one.state.value:<7} ", style=COLOURS[one.state.value])
+        line = Text(f"{one.topic:<11} ").append(f"{one.state:<7} ", style=STYLES[one.state])
         console.print(line.append(plain(one.what)), soft_wrap=True)
         if one.remedy:
             console.print(Text(f"{'':<19} try  {plain(one.remedy)}", style="cyan"), soft_wrap=True)
