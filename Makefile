@@ -41,10 +41,10 @@ paper: $(READY) ## grade the paper anew: docs/paper.md and its figures
 	@"$(BIN)/phasmid" paper --out docs --force $(ARGS)
 
 errata: $(DEVELOP) ## derive Equation 10 and write docs/errata.md and its figures anew
-	@"$(BIN)/python" -m phasmid.paper.errata
+	@"$(BIN)/python" docs/errata_page.py
 
 physics: $(READY) ## compare the laws of contact anew: docs/physics.md and its figure
-	@"$(BIN)/python" -m phasmid.verification.contact_page
+	@"$(BIN)/python" docs/physics_page.py
 
 verify: $(READY) ## run the physics against closed forms and write docs/verification.md
 	@"$(BIN)/phasmid" verify --page docs/verification.md --force $(ARGS)

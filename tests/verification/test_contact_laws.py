@@ -1,5 +1,6 @@
 """The paper's walk under three laws of contact: the main comparison, and the page on it."""
 
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -7,9 +8,11 @@ import numpy as np
 import pytest
 
 from phasmid.scenario import load_scenario
-from phasmid.verification.contact_figure import contact_figure
-from phasmid.verification.contact_laws import LAWS, POINT_FOOT, Comparison, squeeze, trial
-from phasmid.verification.contact_page import document
+
+DOCS = Path(__file__).parents[2] / "docs"
+sys.path[:0] = [str(DOCS), str(DOCS.parent / "benchmarks")]
+from contact_laws import LAWS, POINT_FOOT, Comparison, squeeze, trial  # noqa: E402
+from physics_page import contact_figure, document  # noqa: E402, needs the path above
 
 BRIEF = load_scenario("paper").replace(duration=4.0)
 """Two cycles: whole stances of all legs."""

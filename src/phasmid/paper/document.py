@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.paper.errata import two_digits
 from phasmid.paper.evidence import SERVO_STIFFNESS, Evidence
-from phasmid.paper.misprints import MISPRINTS
+from phasmid.paper.misprints import MISPRINTS, two_digits
 from phasmid.paper.sharing import AFTER_TOUCHDOWN, Grip, Relaxation, Share, Squeeze
 from phasmid.paper.statement import RULES, Finding, Grade, Statement
 from phasmid.paper.trajectory import turned_in_support

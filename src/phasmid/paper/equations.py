@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid import dynamics
-from phasmid.paper.errata import two_digits
 from phasmid.paper.evidence import Evidence
-from phasmid.paper.misprints import MISPRINTS, Cost, Extent, torque_error
+from phasmid.paper.misprints import MISPRINTS, Cost, Extent, torque_error, two_digits
 from phasmid.paper.statement import Finding, Grade, Statement, judged
 from phasmid.robot import with_mass_model
 

@@ -64,6 +64,10 @@ class Cost(NamedTuple):
     random: Extent
 
 
+ROUND_OFF = 1e-9
+"""Errors below this are round-off [mm or mN·m]."""
+
+
 @dataclass(frozen=True)
 class Misprint:
     """One line of the table.
@@ -247,3 +251,8 @@ SLIPS = (
     Slip("[Θ̇Θ̇], [Θ̇²]", "rows", "columns: they are multiplied from the left"),
 )
 """What a reader of the print stumbles over without harm."""
+
+
+def two_digits(value: float) -> str:
+    """A number with two significant digits, without an exponent; round-off is 0."""
+    return "0" if abs(value) < ROUND_OFF else f"{float(f'{value:.2g}'):g}"

@@ -1,23 +1,54 @@
-"""``python -m phasmid.verification.contact_page`` writes docs/physics.md and its figure."""
+"""Compares three laws of contact on the paper's walk and writes docs/physics.md and its figure.
+
+python docs/physics_page.py
+"""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
-from phasmid.reporting.page import write_page
-from phasmid.reporting.style import save_figure
+import numpy as np
+
+from phasmid.reporting.style import FAINT, Figure, save_figure, styled
 from phasmid.scenario import Scenario
 from phasmid.scenario.contact import ContactTable
 from phasmid.simulation.contact import SOFT_TIME
 from phasmid.simulation.simscape.run import substeps
 from phasmid.simulation.simscape.trunk import KINETIC_FROM
-from phasmid.verification.contact_figure import contact_figure
-from phasmid.verification.contact_laws import LAWS, POINT_FOOT, Comparison, Squeeze, compare
 
-FIGURE = "physics/contact-laws.png"
-"""The figure, beside the page."""
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "benchmarks"))
+
+from contact_laws import (  # noqa: E402, needs the path above
+    LAWS,
+    POINT_FOOT,
+    TOUCHDOWN,
+    Comparison,
+    Squeeze,
+    Trial,
+    compare,
+)
+
+FIGURE = HERE / "physics" / "contact-laws.png"
+
+LINES: dict[str, tuple[str, Any, float]] = {
+    "spring-damper": ("#b9bec7", "-", 3.4),
+    "mujoco": ("#bb5566", (0, (4, 1.6)), 1.3),
+    "simscape": ("#004488", "-", 1.2),
+}
+"""Colour, dash and width of each law; those that meet stay visible beneath each other."""
+
+LEG = 1
+"""The leg that is shown, counted from 0: the right middle one, alone on its side."""
+
+BEFORE = 0.08
+"""Time before a touchdown from which on it is shown [s]."""
+
+WIDTH, HEAD, ROW, FOOT = 7.2, 1.12, 1.55, 0.47
+"""Of the figure, its title and legend, a row of panels, and the place below [inch]."""
 
 _PAGE = """\
 # Physics: three laws of contact, two simulators
@@ -248,28 +279,100 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the page and its figure; the exit status is 1 where they cannot be written.
+def contact_figure(comparison: Comparison) -> Figure:
+    """Normal and outward force on a foot and torque of its femur, under all laws.
 
     Args:
-        arguments: Of the command line; those of the process where None.
+        comparison: The walks; of each at least two cycles.
     """
-    return write_page(
-        _write,
-        module="phasmid.verification.contact_page",
-        description="Walk under the three laws of contact and write the page on them.",
-        default="docs/physics.md",
-        arguments=arguments,
-    )
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure as NewFigure
+    from matplotlib.lines import Line2D
+
+    first = next(iter(comparison.trials.values()))
+    period = first.scenario.stride.period
+    lands = _touchdown(first)
+    spans = ((period, 2 * period), (lands - BEFORE, lands + TOUCHDOWN))
+    rows = ("normal [N]", "outward [N]", "femur [N·m]")
+    height = HEAD + ROW * len(rows) + FOOT
+    with styled():
+        figure = NewFigure(figsize=(WIDTH, height))
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(len(rows), len(spans), sharex="col", squeeze=False)
+        figure.subplots_adjust(
+            left=0.108,
+            right=0.98,
+            top=1 - HEAD / height,
+            bottom=FOOT / height,
+            hspace=0.14,
+            wspace=0.22,
+        )
+        for law, trial in comparison.trials.items():
+            colour, dash, width = LINES[law]
+            for row, values in enumerate(_shown(trial)):
+                for column, (start, stop) in enumerate(spans):
+                    part = slice(*np.searchsorted(trial.walk.time, (start, stop + 1e-9)))
+                    moment = trial.walk.time[part]
+                    axes[row, column].plot(
+                        moment if column == 0 else 1000 * (moment - lands),
+                        values[part],
+                        color=colour,
+                        linestyle=dash,
+                        linewidth=width,
+                    )
+        for label, axis in zip(rows, axes[:, 0], strict=True):
+            axis.set_ylabel(label)
+        axes[0, 0].set_title("one cycle")
+        axes[0, 1].set_title("a touchdown")
+        axes[-1, 0].set_xlabel("time [s]")
+        axes[-1, 1].set_xlabel("time since the plan's touchdown [ms]")
+        axes[0, 0].set_xlim(*spans[0])
+        axes[0, 1].set_xlim(-1000 * BEFORE, 1000 * TOUCHDOWN)
+        figure.align_ylabels(axes[:, 0])
+        leg = first.walk.robot.legs[LEG].name.replace("_", " ")
+        place: dict[str, Any] = {"x": 0.108, "va": "top", "ha": "left"}
+        title = f"Foot {LEG + 1}, {leg}, under three laws of contact"
+        figure.text(y=1 - 0.10 / height, s=title, fontsize=11.5, fontweight="bold", **place)
+        words = f"{first.walk.robot.name}, {first.walk.gait.name} gait, prescribed joints; "
+        words += "outward: away from the hip"
+        figure.text(y=1 - 0.33 / height, s=words, fontsize=8.5, color=FAINT, **place)
+        handles = [
+            Line2D([], [], color=colour, linestyle=dash, linewidth=width, label=law)
+            for law, (colour, dash, width) in LINES.items()
+        ]
+        figure.legend(
+            handles=handles,
+            loc="upper left",
+            bbox_to_anchor=(0.100, 1 - 0.50 / height),
+            ncols=len(handles),
+            columnspacing=1.4,
+            borderaxespad=0.2,
+        )
+    return figure
 
 
-def _write(path: Path) -> None:
+def _touchdown(trial: Trial) -> float:
+    """When the plan sets the shown foot down in the second cycle [s]."""
+    stance, time = trial.walk.stance[:, LEG], trial.walk.time
+    landed = np.flatnonzero(stance[1:] & ~stance[:-1]) + 1
+    later = landed[time[landed] >= trial.scenario.stride.period]
+    return float(time[later[0]])
+
+
+def _shown(trial: Trial) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Normal and outward force, and the femur's torque."""
+    force = trial.channel("foot_force")[:, LEG]
+    outward = trial.walk.robot.arrays.R_body_hip[LEG, :, 0]
+    return force[:, 2], force @ outward, trial.channel("joint_torque")[:, LEG, 1]
+
+
+def main() -> None:
+    """Compare the laws and write the page and its figure."""
     comparison = compare(announce=lambda what: sys.stderr.write(f"… {what}\n"))
-    figure = path.parent / FIGURE
-    figure.parent.mkdir(parents=True, exist_ok=True)
-    save_figure(contact_figure(comparison), figure)
-    path.write_text(document(comparison), encoding="utf-8")
+    FIGURE.parent.mkdir(parents=True, exist_ok=True)
+    save_figure(contact_figure(comparison), FIGURE)
+    (HERE / "physics.md").write_text(document(comparison), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

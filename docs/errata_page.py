@@ -1,17 +1,20 @@
-"""``python -m phasmid.paper.errata`` writes docs/errata.md from the table of misprints."""
+"""Writes docs/errata.md from the table of misprints.
+
+python docs/errata_page.py
+"""
 
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 
 from phasmid import derivation
 from phasmid.dynamics import leg_matrices
 from phasmid.motion import plan
-from phasmid.paper.misprints import MISPRINTS, SLIPS, Extent, Misprint, torque_error
+from phasmid.paper.misprints import MISPRINTS, SLIPS, Extent, Misprint, torque_error, two_digits
 from phasmid.paper.states import (
     FARTHEST_ROLL,
     FASTEST,
@@ -19,18 +22,14 @@ from phasmid.paper.states import (
     RANDOM_STATES,
     STRONGEST,
 )
-from phasmid.reporting.page import write_page
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-
-ROUND_OFF = 1e-9
-"""Errors below this are round-off [mm or mN·m]."""
 
 _TEXT = """\
 # The paper's misprints
 
 Equations of IMECE2018-88226 as printed, and what stands in phasmid instead. This page is written
-by `python -m phasmid.paper.errata` from the table in `phasmid.paper.misprints`; a test holds the
+by `make errata` from the table in `phasmid.paper.misprints`; a test holds the
 two together.
 
 Each line tells what this misprint alone costs, all others mended: the largest error in swing and in
@@ -154,25 +153,5 @@ def _words(extent: Extent) -> str:
     return f"{largest}, none in {two_digits(100 * extent.without_angle)} %"
 
 
-def two_digits(value: float) -> str:
-    """A number with two significant digits, without an exponent; round-off is 0."""
-    return "0" if abs(value) < ROUND_OFF else f"{float(f'{value:.2g}'):g}"
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Write the page; the exit status is 1 where it cannot be written.
-
-    Args:
-        arguments: Of the command line; those of the process where None.
-    """
-    return write_page(
-        lambda path: path.write_text(errata(), encoding="utf-8"),
-        module="phasmid.paper.errata",
-        description="Write the page of misprints.",
-        default="docs/errata.md",
-        arguments=arguments,
-    )
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    (Path(__file__).parent / "errata.md").write_text(errata(), encoding="utf-8")
