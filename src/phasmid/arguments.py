@@ -1,4 +1,4 @@
-"""What callers give: values of a kind, numbers, arrays of numbers, and names of files."""
+"""Conversion of arguments: arrays of numbers, and values in messages."""
 
 from __future__ import annotations
 

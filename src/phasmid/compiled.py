@@ -1,6 +1,6 @@
 """Compile functions of numbers and arrays with numba.
 
-Kernels, the controller and the simulation's loops decorate their functions with what is here.
+Kernels, the controller and the simulation's loops use these decorators.
 """
 
 from __future__ import annotations

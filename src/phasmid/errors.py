@@ -1,4 +1,4 @@
-"""The family of errors a person can meet, each of which speaks in one clear sentence."""
+"""Errors that users meet, each with one sentence."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 
 
 class PhasmidError(Exception):
-    """Anything that phasmid refuses or cannot do, said to the person who can mend it.
+    """Base of all errors that phasmid raises for users.
 
     Attributes:
-        what: What it is and what it must be, one sentence.
+        what: Cause and requirement, one sentence.
         where: File and line, field or option that it comes from; empty where nothing is known.
         hint: One thing to try; empty where there is none.
-        exit_status: What the command line returns for it.
+        exit_status: Exit status of the command line.
     """
 
     exit_status = 2
@@ -40,7 +40,7 @@ LONGEST_TEXT = 1600
 
 
 def plain(text: str) -> str:
-    """Return a text on one line, of bounded length, without what would drive a terminal.
+    """Return a text on one line, of bounded length, without control characters.
 
     Args:
         text: Whatever came from a file, an option or a name.
@@ -123,10 +123,10 @@ class InfeasibleLoad(PhasmidError):
     """A load that the standing feet cannot give within their limits.
 
     Attributes:
-        limit: What forbids it: ``feet``, ``pull``, ``friction`` or ``torque``.
+        limit: The violated limit: ``feet``, ``pull``, ``friction`` or ``torque``.
         culprits: Names of the feet, or for ``torque`` of the joints, that would pass their limit.
         excess: By how much each would pass it [N], or [N·m] for ``torque``; for ``feet``, whose
-            culprits are the standing feet, what is missing of force and moment [N, N·m].
+            culprits are the standing feet, the missing force and moment [N, N·m].
         index: Index of the first such sample over the leading axes.
     """
 
@@ -183,7 +183,7 @@ class OutputError(PhasmidError):
 
 @contextmanager
 def located(where: str) -> Iterator[None]:
-    """Tell the place of an error that does not know its own.
+    """Add the place of an error that has none.
 
     Args:
         where: File, line or field that is being read.

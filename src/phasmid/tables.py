@@ -1,4 +1,4 @@
-"""Tables that people write: typed, with units in the key names, and errors that speak."""
+"""Tables of TOML files: typed, with units in the key names, and messages for users."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class Quantity:
 
     @property
     def dimension(self) -> str:
-        """What the field measures."""
+        """Dimension of the field."""
         return units.UNITS[self.unit].dimension
 
 
 @dataclass(frozen=True)
 class Hint:
-    """What to try when a field's value is refused."""
+    """Hint for a refused value of a field."""
 
     text: str
 
@@ -133,7 +133,7 @@ def _field_of(table: type[Table], key: str) -> tuple[str, str]:
 
 
 def key_of(name: str, field: FieldInfo) -> str:
-    """The key under which people know a field, such as ``step_length_mm``."""
+    """Return the key of a field in files, such as ``step_length_mm``."""
     carried = quantity(field)
     if carried is None or units.UNITS[carried.unit].per_si == 1.0:
         return name
@@ -150,12 +150,12 @@ _LOCATE: ContextVar[Locator] = ContextVar("locate", default=lambda loc: (dotted(
 
 
 def validate(table: type[T], raw: Mapping[str, Any], locate: Locator) -> T:
-    """Build a table from what a person wrote.
+    """Validate a table of a file.
 
     Args:
         table: The kind of table.
         raw: Keys and values as read from a file or options.
-        locate: Tells the name and the place of a value, for messages.
+        locate: Returns the name and the place of a value, for messages.
 
     Raises:
         InvalidInput: In the house form, for the first thing that is wrong.
@@ -170,7 +170,7 @@ def validate(table: type[T], raw: Mapping[str, Any], locate: Locator) -> T:
 
 @contextmanager
 def speaking(table: type[Table], raw: Mapping[str, Any]) -> Iterator[None]:
-    """Turn what pydantic finds wrong with a table into one sentence of ours."""
+    """Convert an error of pydantic to one sentence."""
     try:
         yield
     except ValidationError as error:
@@ -276,7 +276,7 @@ def _cut(text: str, most: int = 200) -> str:
 
 
 def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> str:
-    """What a value must be, in words, from the field's own constraints."""
+    """Return the requirement on a value in words, from the field's own constraints."""
     if detail["type"] in {"literal_error", "enum"}:
         return str(detail["ctx"]["expected"]).replace("'", '"')
     scale = units.UNITS[ending].from_si if ending else float

@@ -52,7 +52,7 @@ def find_file(source: str | Path, package: str, noun: str) -> Path:
     Args:
         source: Name of a preset, or path of a ``.toml`` file.
         package: The room whose presets are meant.
-        noun: What the file describes, for messages.
+        noun: Kind of the file, for messages.
 
     Raises:
         InvalidInput: It is neither.
@@ -123,7 +123,7 @@ def parse_toml(content: str, name: str) -> dict[str, Any]:
 
     Args:
         content: The text.
-        name: What the text is, for messages.
+        name: Name of the text, for messages.
 
     Raises:
         InvalidInput: It is not TOML, or a key, a number or the nesting is beyond measure.

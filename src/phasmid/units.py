@@ -1,4 +1,4 @@
-"""The only place that knows units other than SI: they end the names of keys and options."""
+"""Units other than SI, which end the names of keys and options."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class Unit:
 
     Attributes:
         symbol: How it is printed.
-        dimension: What it measures; units of one dimension can stand for each other.
+        dimension: Its dimension; units of one dimension are interchangeable.
         per_si: How many of it make one SI unit.
     """
 

@@ -116,7 +116,7 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
 
 
 def _check(path: Path) -> None:
-    """Refuse what is no STEP file before the kernel sees it."""
+    """Refuse files that are not STEP before the kernel opens them."""
     try:
         if not path.is_file():
             exists = path.exists()

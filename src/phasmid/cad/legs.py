@@ -49,7 +49,7 @@ class Workshop:
         return self._made[key]
 
     def servo(self) -> Solid:
-        """The servo, which weighs what its maker says."""
+        """Return the servo with the mass of its data sheet."""
         return self.part("servo", parts.servo, self.case, of=SERVO, mass=self.case.mass)
 
     def bracket(self, name: str, reach: float, *, start: float = 0.0) -> Solid:
@@ -80,7 +80,7 @@ def leg_parts(leg: Leg, shop: Workshop) -> Mapping[str, tuple[Placed, ...]]:
     """Parts of coxa, femur and tibia, each in its link's frame.
 
     The coxa is two brackets back to back. Where the femur is long enough for two servos it
-    holds both, as the paper's masses say; in a shorter one the knee's servo sits in the tibia.
+    holds both, as the paper's masses imply; in a shorter one the knee's servo sits in the tibia.
     """
     femur = MM * leg.femur.length
     both = femur >= 2 * MM * shop.case.before + 2 * shop.sheet

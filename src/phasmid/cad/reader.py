@@ -37,7 +37,7 @@ MEMORY = 12_000_000_000
 """Most address space that the process may take [B], where the system can limit it."""
 
 GENERIC = ("", "NAUO", "=>", "Open CASCADE", "NONE", "SOLID", "COMPOUND")
-"""Beginnings of names that some program made up."""
+"""Beginnings of names that programs generate."""
 
 
 class Refused(Exception):

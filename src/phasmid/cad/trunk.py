@@ -1,4 +1,4 @@
-"""A body of solids: two plates that hold the hips, and what is between and on top."""
+"""Trunk of solids: two plates that hold the hips, with spacers and electronics."""
 
 from __future__ import annotations
 

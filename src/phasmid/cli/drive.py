@@ -23,7 +23,7 @@ RATE = 200.0
 """Updates a second where no rate is given."""
 
 WAYS = ("velocity", "commands", "waypoints")
-"""Options that say where to go, one of which is given."""
+"""Options that command the drive; one of them is given."""
 
 
 def run(options: argparse.Namespace) -> int:

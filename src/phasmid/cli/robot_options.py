@@ -36,7 +36,7 @@ def add_import_options(parser: argparse.ArgumentParser) -> None:
 
 
 def import_options(options: argparse.Namespace) -> ImportOptions:
-    """What the options say of reading a robot.
+    """Return the options of reading a robot.
 
     Raises:
         InvalidInput: A value is refused.

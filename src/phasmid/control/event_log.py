@@ -1,4 +1,4 @@
-"""Events of the locomotion engine: sentences on what begins during its updates."""
+"""Events of the locomotion engine: sentences on conditions that begin during its updates."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def bound_region(
 ) -> None:
     """Write the foothold region of a leg at a pose of the body.
 
-    It is inscribed in what the leg reaches along rays from its neutral foot.
+    It is inscribed in the leg's reach along rays from its neutral foot.
 
     Args:
         model: The robot.

@@ -217,7 +217,7 @@ class SafetyMonitor:
             self.time, self._q = observation.time, np.where(np.isfinite(q), q, 0.0)
 
     def check(self, observation: Observation, command: Command) -> tuple[Observation, Command]:
-        """Return what a controller may use of an observation and a command.
+        """Return the observation and the command that a controller may use.
 
         Args:
             observation: Observation, with values that may be missing or not finite.
@@ -305,7 +305,7 @@ class SafetyMonitor:
         self._restrictions[cause] = _Restriction(mode, factor, self.time + self.settings.clear_time)
 
     def _in_range(self, command: Command) -> Command:
-        """Return a command within what a robot of this size can do."""
+        """Return a command within the limits of a robot of this size."""
         changes: dict[str, object] = {
             "velocity": _clipped(command.velocity, self._largest_velocity),
             "pose": _clipped(command.pose, self._largest_pose),

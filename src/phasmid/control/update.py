@@ -142,7 +142,7 @@ def advance_body(
 def advance_sway(
     state: State, model: Model, reference: Reference, parameters: Parameters, h: float
 ) -> None:
-    """Let the body sway with the gait's clock, and lean where that has been asked."""
+    """Let the body sway with the gait's clock, and lean where that is commanded."""
     clock, sway, aside = state.clock, state.sway_filter, np.empty((3, 2))
     # What the filter's three lags delay and weaken is made up for, at the gait's own rate.
     x = 2 * math.pi / (reference.period * parameters.sway_bandwidth)
@@ -476,7 +476,7 @@ def update(records: Records, dt: float) -> tuple[int, int]:
 
 @compiled
 def update_range(records: Records, dt: float, results: np.ndarray) -> None:
-    """Apply `update` to N engines, and write what it returns for each, shape (N, 2)."""
+    """Apply `update` to N engines, and write their results, shape (N, 2)."""
     for i in range(len(results)):
         one = Records(
             records.states[i],

@@ -185,7 +185,7 @@ def _carried(p: sp.Matrix, w: sp.Matrix, dw: sp.Matrix) -> sp.Matrix:
 def lagrange() -> SymbolicMatrices:
     """Matrices of Eq. 10 from the energies of the links, for any mass distribution.
 
-    With the kinetic energy ½ q'ᵀ M q' and the potential energy V, Lagrange's equations say
+    With the kinetic energy ½ q'ᵀ M q' and the potential energy V, Lagrange's equations give
     torque_i = Σ M_ij q_j" + Σ Γ_ijk q_j' q_k' + ∂V/∂q_i, where
     Γ_ijk = (∂M_ij/∂q_k + ∂M_ik/∂q_j - ∂M_jk/∂q_i) / 2 are Christoffel's symbols.
     Entries are in normal form.
@@ -233,7 +233,7 @@ def mid_length(matrices: SymbolicMatrices) -> SymbolicMatrices:
     Args:
         matrices: For any mass distribution, from ``newton_euler`` or ``lagrange``.
 
-    Source: what Eq. 10 assumes without saying so.
+    Source: implicit assumptions of Eq. 10.
     """
     special: dict[sp.Expr, sp.Expr] = {}
     for link, length in zip(LINKS, LENGTHS, strict=True):

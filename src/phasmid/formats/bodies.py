@@ -26,7 +26,7 @@ LIKELY_RADII = (0.05, 0.9)
 """Gyration radius in lengths of the body that its own bounds allow; used to find slips of unit."""
 
 LIGHTEST, DENSEST = 100.0, 9000.0
-"""Densities of what robots are made of [kg/m³]: printed foam and thin shells above 100, brass and
+"""Densities of robot materials [kg/m³]: printed foam and thin shells above 100, brass and
 copper below 9000."""
 
 ROUNDED, ROUND_OFF = 1e-3, 1e-10
@@ -45,7 +45,7 @@ SLIPS = (1e-3, 1e-6, 1e-9, 1e3, 1e6)
 """Factors by which a wrong unit spoils a number: mm for m, g for kg, g mm² for kg m²."""
 
 Find = Callable[[Severity, str, str], None]
-"""Takes down a finding: its severity, what it is, and what to try."""
+"""Records a finding: severity, sentence and hint."""
 
 AXES = ((0, 1, "xy", 2), (0, 2, "xz", 1), (1, 2, "yz", 0))
 """Rows and columns of the products of inertia, their names, and the axis square to both."""
@@ -105,7 +105,7 @@ def _volume(part: Part) -> float:
 def judge_body(
     subject: str, inertial: Inertial, box: Bounds, where: str, *, inertias: bool = True
 ) -> list[Finding]:
-    """Find what is impossible or suspect about a body's mass and inertia.
+    """Find impossible or suspect numbers in a body's mass and inertia.
 
     Args:
         subject: Such as ``link tibia_rf``.
@@ -251,7 +251,7 @@ def possible(inertial: Inertial) -> Inertial:
 
 
 def _excess(moments: Float[np.ndarray, "3"]) -> float:
-    """By what part of itself the largest principal moment exceeds the sum of the others."""
+    """Return the relative excess of the largest principal moment over the sum of the others."""
     if moments[2] <= 0:
         return 0.0
     excess = float((moments[2] - moments[0] - moments[1]) / moments[2])

@@ -33,7 +33,7 @@ class Chain:
 
     Attributes:
         joints: Coxa's, femur's and tibia's.
-        links: The links that they move, each with what is fixed to it.
+        links: The links that they move, each with the links fixed to it.
         poses: Pose of each link's first frame in the trunk at joint angles 0, shape (3, 4, 4).
     """
 
@@ -72,7 +72,7 @@ class Skeleton:
         trunk: The trunk with all that does not move, or is held, against it.
         chains: The legs, as the file lists them; in a trunk that has z up.
         X_up_trunk: Pose of the trunk's own frame in that trunk, shape (4, 4).
-        findings: What was held or left out.
+        findings: Branches that were held or left out.
     """
 
     trunk: RigidLink
@@ -82,10 +82,10 @@ class Skeleton:
 
 
 def skeleton(tree: Tree, *, upright: bool = True) -> Skeleton:
-    """Find a tree's trunk and legs, by what moves on what and by no name.
+    """Find a tree's trunk and legs by their joints; names have no effect.
 
     Links that joints fix to each other are one. A branch that is no leg, such as a head or a
-    gripper, is held at angle 0 and belongs to what carries it.
+    gripper, is held at angle 0 and belongs to the link that carries it.
 
     Args:
         tree: The tree.

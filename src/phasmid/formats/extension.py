@@ -1,4 +1,4 @@
-"""The phasmid extension: a TOML text in URDF and MJCF files, for what these formats lack."""
+"""The phasmid extension: TOML in URDF and MJCF files, for data that these formats lack."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Extension(Table):
 
 
 def extension_of(robot: Robot) -> str:
-    """Write what a robot's tree lacks as TOML; `read_extension` reads it back exactly.
+    """Write the data that a robot's tree lacks as TOML; `read_extension` reads it back exactly.
 
     The look is left out: the tree carries the meshes themselves.
     """
@@ -73,7 +73,7 @@ def extension_of(robot: Robot) -> str:
 
 
 def read_extension(text: str, file: str = "") -> Extension:
-    """Read what `extension_of` wrote; the text may come from anyone.
+    """Read the text of `extension_of`, from an untrusted source.
 
     Args:
         text: The TOML.

@@ -45,7 +45,7 @@ def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> 
     Args:
         folder: The model's folder, outside which nothing is read.
         name: As written in the model's file.
-        noun: What the file is, for messages, such as ``mesh``.
+        noun: Kind of the file, for messages, such as ``mesh``.
         start: Folder inside `folder` from which the name counts; `folder` itself without one.
 
     Raises:
@@ -97,7 +97,7 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     Args:
         file: The model's file.
         name: As written there.
-        noun: What the named file is, for messages.
+        noun: Kind of the named file, for messages.
         packages: Folders by the name of the package.
 
     Raises:

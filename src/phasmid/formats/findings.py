@@ -20,9 +20,9 @@ class Finding:
 
     Attributes:
         severity: ``IMPOSSIBLE`` where the robot cannot walk so, ``SUSPECT`` where it can but
-            hardly is so, ``NOTE`` for what was ignored, assumed or rounded.
-        subject: What it is about, such as ``link tibia_rf``.
-        what: One sentence, with the number that shows it and what it must be.
+            hardly is so, ``NOTE`` for data that was ignored, assumed or rounded.
+        subject: Link, joint or other subject, such as ``link tibia_rf``.
+        what: One sentence, with the measured number and its limit.
         where: File and line; empty where nothing is known.
         hint: One thing to try; empty where there is none.
     """

@@ -39,7 +39,7 @@ class Foot:
     Attributes:
         point: In the frame of the tibia's first link [m], shape (3,).
         source: Where it comes from, in words.
-        notes: What to know about it.
+        notes: Findings about it.
     """
 
     point: Float[np.ndarray, "3"]
@@ -56,7 +56,7 @@ def feet_of(
         names: Of the legs, in the robot's order.
         chains: Their hinges, in that order.
         option: As `ImportOptions.foot`.
-        findings: Where to note what was assumed.
+        findings: Receives assumptions.
 
     Returns:
         The foot of each leg, or the reason why there is none.
@@ -167,7 +167,7 @@ def _check_one_point(
     option: str,
     findings: list[Finding],
 ) -> None:
-    """Compare what one point for all legs does to each of them.
+    """Compare the effect of one point for all legs on each of them.
 
     Raises:
         InvalidInput: It moves some feet much farther than others from where the file has them.

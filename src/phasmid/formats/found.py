@@ -25,7 +25,7 @@ class FoundLeg:
     Attributes:
         name: Of the leg.
         chain: Its three hinges.
-        said: What an extension says of it; None for nothing.
+        said: Its table in an extension; None without one.
         plan: Its frames and lengths.
         foot: Where the foot comes from, in words.
         limits: Lowest and highest joint angles of ours [rad], shape (3, 2).
@@ -75,9 +75,9 @@ def found_leg(
         number: Of the leg in the robot, for messages.
         name: Of the leg.
         chain: Its three hinges.
-        said: What an extension says of it; None for nothing.
+        said: Its table in an extension; None without one.
         tip: Its foot.
-        findings: Receives what was rounded or assumed.
+        findings: Receives roundings and assumptions.
 
     Raises:
         InvalidRobot: It is no leg of this model.

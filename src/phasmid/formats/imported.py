@@ -80,7 +80,7 @@ class Imported:
         robot: The robot; None where there can be none.
         findings: Of the reader, the leg finder and the judge.
         error: Why there is no robot; None where there is one.
-        facts: What of the file became what; None where no legs were found.
+        facts: Origin of the robot's parts; None where no legs were found.
     """
 
     robot: Robot | None

@@ -1,4 +1,4 @@
-"""Judgement of a robot's numbers: what is physically impossible, and what is suspect."""
+"""Plausibility of a robot's numbers: physically impossible and suspect ones."""
 
 from __future__ import annotations
 
@@ -57,13 +57,13 @@ length by which it moves their centre of mass, up to which its own numbers do no
 def judge(
     tree: Tree, bones: Skeleton | None = None, *, used: Literal["all", "masses", "none"] = "all"
 ) -> tuple[Finding, ...]:
-    """Find what is impossible or suspect in a tree's masses, inertias and limits.
+    """Find impossible or suspect masses, inertias and limits of a tree.
 
     Args:
         tree: As it was read.
         bones: Its trunk and legs, where they are known already.
-        used: What of its links' weights is used: masses, centres and inertias, masses alone, or
-            nothing. Faults of what is not used are only counted.
+        used: The part of its links' data in use: masses, centres and inertias, masses alone, or
+            nothing. Faults of unused data are only counted.
 
     Returns:
         Findings, those that differ in nothing but their subject as one.
@@ -121,7 +121,7 @@ def _weights(tree: Tree, bones: Skeleton | None, *, links: bool, inertias: bool)
 
 
 def judge_robot(robot: Robot) -> tuple[Finding, ...]:
-    """Find what is suspect about a robot, all of whose numbers are possible one by one.
+    """Find suspect combinations of a robot's numbers, each of which is possible.
 
     Args:
         robot: From a file of any kind.

@@ -35,7 +35,7 @@ from phasmid.robot.table import LONGEST_NAME
 from phasmid.units import plain_number
 
 THINNEST = 0.05
-"""Height of a trunk of which only the hips are known [m], about that of a servo."""
+"""Height of a trunk whose hips alone are known [m], about that of a servo."""
 
 MESHES = "robot.glb"
 """Name of the file of a robot's meshes beside a run or a robot file."""
@@ -51,7 +51,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
 
     Args:
         tree: The tree, its joints at angle 0.
-        options: What a person adds to the file.
+        options: Data that the user adds to the file.
 
     Returns:
         The robot, or why there is none; in either case all that was found.
@@ -419,7 +419,7 @@ def body_size(
 ) -> Float[np.ndarray, "3"]:
     """The box about the body's origin that reaches as far forward, aside and down as the trunk.
 
-    It is what the ground must stay clear of, so what rises above the hips does not count. Without
+    The ground must stay clear of it, so parts above the hips do not count. Without
     meshes it reaches to the hips.
 
     Args:

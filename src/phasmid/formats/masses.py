@@ -25,7 +25,7 @@ THINNEST = 0.005
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """A link in its frame of Table 1, or the trunk in the body's, before anybody checks it.
+    """A link in its frame of Table 1, or the trunk in the body's, before validation.
 
     Attributes:
         subject: Of messages, such as ``link tibia_rf``.
@@ -56,7 +56,7 @@ def weighed(
     Args:
         links: All of a robot.
         options: ``masses`` and ``total_mass``.
-        findings: Receives what was done.
+        findings: Receives notes on the changes.
 
     Raises:
         InvalidInput: No preset and no file is called so.

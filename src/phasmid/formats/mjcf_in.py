@@ -1,4 +1,4 @@
-"""MJCF files as kinematic trees: compiled by MuJoCo, without what is no part of a robot."""
+"""MJCF files as kinematic trees: compiled by MuJoCo, without parts that are not the robot's."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ INVISIBLE = 3
 """Geoms of this group and above are hidden by the engine's viewers."""
 
 EXTENSION = "phasmid"
-"""Name of the text element that carries what MJCF cannot express."""
+"""Name of the text element with data that MJCF cannot express."""
 
 _OWN_FILES = {"attach", "model", "replicate"}
 """Elements that multiply bodies or load models beyond this file and its includes."""
@@ -204,7 +204,7 @@ class _RobotSpec:
     Attributes:
         source: Its files.
         spec: The specification, which is changed.
-        findings: What was left out.
+        findings: Receives omissions.
         incomplete: Names of bodies without one of their meshes.
     """
 
@@ -344,7 +344,7 @@ class _RobotSpec:
         mesh.userface = np.concatenate(faces).ravel()
 
     def compile(self) -> mujoco.MjModel:
-        """Compile what is left, every body with a mass."""
+        """Compile the remaining model, every body with a mass."""
         import mujoco
 
         compiler = self.spec.compiler

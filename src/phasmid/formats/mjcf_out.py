@@ -40,7 +40,7 @@ def mjcf_files(
 
     Feet are the massless links without a look at the ends of the legs: each becomes a site of its
     name and a small collision sphere, whose far end is the foot. Every hinge has a position
-    actuator of its name. What MJCF cannot say is left out: names of fixed joints, speed limits.
+    actuator of its name. Data that MJCF cannot express is left out: fixed joints, speed limits.
 
     Args:
         tree: The robot.

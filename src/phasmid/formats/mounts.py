@@ -88,7 +88,7 @@ def mount_of(
 
     Args:
         X_body_hip: The hip frame in the body, shape (4, 4).
-        said: What an extension says of the leg.
+        said: The leg's table in an extension.
 
     Returns:
         The mount, and by how much its axis was tilted to make it vertical [rad], 0 for not.

@@ -1,4 +1,4 @@
-"""Options for reading a robot from a file that lacks some of what walking needs."""
+"""Options for reading a robot from a file that lacks data for walking."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class ImportOptions:
             link's mesh.
         masses: ``as-given``; ``geometry`` keeps each link's mass and spreads it over its box; or a
             preset or robot file whose links' masses and inertias are taken.
-        total_mass: What the whole robot weighs on a scale [kg]: all masses are scaled to it.
+        total_mass: Mass of the whole robot on a scale [kg]: all masses are scaled to it.
         servo: Name of the servo; empty to take efforts and speeds from the file.
         packages: Folders by the name of the package that ``package://`` names.
-        mesh_unit: Unit of mesh files: ``m`` or ``mm``; empty as the file says.
+        mesh_unit: Unit of mesh files: ``m`` or ``mm``; empty for that of the file.
         strict: Whether anything that was ignored is an error.
 
     Raises:

@@ -1,4 +1,4 @@
-"""A chain of three hinges as a planar leg: frames of Table 1, lengths, and what was rounded."""
+"""A chain of three hinges as a planar leg: frames of Table 1, lengths and roundings."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ LEVELLED = math.radians(0.1)
 """Coxa axes this near the vertical are made vertical."""
 
 PRINTED = 1e-9
-"""Angles below this are round-off, of which nobody needs to know [rad]."""
+"""Angles below this are round-off, without a note [rad]."""
 
 OFFSET = 0.02
 """Feet nearer to the leg's plane than this part of the leg's length are moved into it: at half its
-reach the foot then stands 2° off the direction that its coxa joint says, of the order of the
+reach the foot then stands 2° off the direction of its coxa joint, of the order of the
 servos' play. Others give the leg lateral offsets."""
 
 SHORTEST = 1e-4
@@ -45,7 +45,7 @@ class Planar:
         lateral_offsets: Of coxa, femur and tibia, to the left [m], shape (3,).
         signs: 1 or -1 for each joint: whether the file's angle grows with ours, shape (3,).
         offsets: Our angle where the file's is 0 [rad], shape (3,).
-        findings: What was rounded.
+        findings: Roundings.
     """
 
     X_trunk_hip: Float[np.ndarray, "4 4"]

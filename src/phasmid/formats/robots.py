@@ -47,11 +47,11 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
     Args:
         source: Name of a preset, such as ``phantomx-paper``, or path of a ``.toml``, ``.urdf``,
             ``.xml`` (MJCF or URDF) or ``.step`` file.
-        options: What the file lacks; presets and ``.toml`` files need none.
+        options: Data that the file lacks; presets and ``.toml`` files need none.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed.
-        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+        InvalidRobot: No machine could have these numbers, or the model does not cover it.
     """
     if _reader(source) is None:
         _refuse_options(source, options)
@@ -68,7 +68,7 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
 
     Raises:
         InvalidInput: The scenario's or the robot's file is absent, or not well formed.
-        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+        InvalidRobot: No machine could have these numbers, or the model does not cover it.
     """
     return with_robot(load_own_scenario(source))
 
@@ -78,7 +78,7 @@ def with_robot(scenario: Scenario) -> Scenario:
 
     Raises:
         InvalidInput: The file is absent, or not well formed.
-        InvalidRobot: No machine could have these numbers, or it is none that this model knows.
+        InvalidRobot: No machine could have these numbers, or the model does not cover it.
     """
     if not isinstance(scenario.robot, str) or not is_foreign(scenario.robot):
         return scenario
@@ -114,10 +114,10 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
 
     Args:
         source: As of `load_robot`.
-        options: What the file lacks; presets and ``.toml`` files need none.
+        options: Data that the file lacks; presets and ``.toml`` files need none.
 
     Returns:
-        The robot, or why there is none; and what was found, good or bad.
+        The robot, or the reason why there is none; and all findings.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed; or it holds what
@@ -207,7 +207,7 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
         force: Whether files of these names are replaced.
 
     Returns:
-        What the format cannot hold.
+        Notes on data that the format cannot hold.
 
     Raises:
         InvalidInput: The ending names no format, a file is there already, or a library of an

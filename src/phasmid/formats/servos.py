@@ -24,8 +24,8 @@ def servo_of(
     Args:
         chains: The legs.
         option: Name of a servo; empty for none.
-        said: The file's own; None where it names none.
-        findings: Receives what was assumed.
+        said: The file's own; None where it has none.
+        findings: Receives assumptions.
 
     Returns:
         The servo, None where it is unknown; and its origin, in words.
@@ -105,6 +105,6 @@ def servo_of(
 
 
 def missing(chains: Sequence[Chain]) -> str:
-    """Name what the joints of a file without a servo lack."""
+    """Name the data that the joints of a file without a servo lack."""
     speeds = any(j.velocity for chain in chains for j in chain.joints)
     return "no effort" if speeds else "no effort and speed"

@@ -1,4 +1,4 @@
-"""A robot's solids as files: STEP with its sidecar, meshes, and what they weigh."""
+"""A robot's solids as files: STEP with its sidecar, meshes and masses."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def write_solids(
         announce: Called with the name of each stage.
 
     Returns:
-        The files, and what each is in a few words.
+        The files, each with a description in a few words.
 
     Raises:
         InvalidInput: A file is there already.
@@ -94,13 +94,13 @@ def step_files(robot: Robot, name: str) -> dict[str, bytes]:
 
 
 def file_name(name: str) -> str:
-    """A name as the name of a file, without what some system refuses."""
+    """Return a name as a file name that all systems accept."""
     plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
     return plain.strip(".") or "robot"
 
 
 def file_names(names: Sequence[str]) -> dict[str, str]:
-    """Names of files by the names of what they hold; those that would be one file are numbered."""
+    """Return file names by the names of their content; equal ones are numbered."""
     found: dict[str, str] = {}
     taken: set[str] = set()
     for name in names:

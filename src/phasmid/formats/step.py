@@ -45,7 +45,7 @@ def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
 
     Args:
         path: The STEP file; ``NAME.step.toml`` stands beside it.
-        options: What a person adds to the file.
+        options: Data that the user adds to the file.
 
     Raises:
         InvalidInput: A file cannot be read, or the sidecar does not fit the drawing.
@@ -73,7 +73,7 @@ def tree_of_parts(
 
     Args:
         path: The STEP file, for messages.
-        sidecar: What belongs to what.
+        sidecar: Links, joints and masses of the parts.
         content: The sidecar's text, for line numbers.
         parts: The drawing.
         servo: The motor of all joints.
@@ -121,7 +121,7 @@ def _groups(
     *,
     strict: bool,
 ) -> dict[str, list[DrawnPart]]:
-    """Parts by link; a part belongs to the first link of which a pattern fits its path."""
+    """Return the parts by link; a part belongs to the first link with a pattern for its path."""
     groups: dict[str, list[DrawnPart]] = {name: [] for name in sidecar.links}
     lost = []
     used = set()

@@ -33,7 +33,7 @@ TIP = 2e-4
 """Corners within this of the farthest one are a link's tip [m]."""
 
 PLASTIC = 1200.0
-"""The density that is guessed for all parts of which nothing is known [kg/m³]."""
+"""Assumed density of parts without one [kg/m³]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +51,8 @@ def first_guess(path: Path) -> str:
 
     Parts of assemblies whose names hold such words as coxa, femur and tibia form legs, all others
     the trunk. A hinge is where a round face of one link and one of the next have the same axis; a
-    foot is the point of the last link farthest from its hinge. What is not found stands as a
-    comment with what to write.
+    foot is the point of the last link farthest from its hinge. Missing data stands as a
+    comment with instructions.
 
     Args:
         path: The STEP file.

@@ -43,14 +43,14 @@ class FrameTable(Table):
 
 
 class PartTable(Table):
-    """``[parts."PATTERN"]``: what parts weigh, each of them, or how dense they are."""
+    """``[parts."PATTERN"]``: mass or density of each of these parts."""
 
     mass: Annotated[Mass, Gt(0)] | None = None
     density: Annotated[Density, Gt(0), Le(30_000)] | None = None
 
 
 class StepLinkTable(Table):
-    """``[links.NAME]``: the parts that move as one, and what they weigh together.
+    """``[links.NAME]``: the parts that move as one, and their total mass.
 
     Where a centre of mass and an inertia about it are known too, they stand in the drawing's frame.
     """

@@ -78,7 +78,7 @@ def _points_across(leg: Leg, middle: float) -> bool:
 
 
 def _unlike(one: Leg, other: Leg, middle: float, *, directions: bool) -> list[str]:
-    """Describe what differs between a leg and the mirror image of its counterpart."""
+    """Describe the difference between a leg and the mirror image of its counterpart."""
     found = []
     axis = np.array([0.0, 2 * middle, 0.0])
     apart = float(np.linalg.norm(other.mount_position * _MIRROR + axis - one.mount_position))

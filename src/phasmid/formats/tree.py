@@ -90,7 +90,7 @@ class Tree:
         joints: In the file's order.
         file: Name of the file, for messages.
         extension: The phasmid extension, TOML; empty without one.
-        findings: What the reader ignored or assumed.
+        findings: Data that the reader ignored or assumed.
         servo: The motor of every joint; None where the file names none.
 
     Raises:

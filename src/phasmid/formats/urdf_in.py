@@ -1,4 +1,4 @@
-"""URDF files in: links, joints and looks as a kinematic tree, and what was left out."""
+"""URDF files in: links, joints and meshes as a kinematic tree, with notes on omissions."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def _extension(root: Element) -> str:
 
 @dataclass
 class _Reader:
-    """One file being read: its materials, its meshes, and what was found."""
+    """File being read: its materials, meshes and findings."""
 
     path: Path
     root: Element
@@ -229,7 +229,7 @@ class _Reader:
                 return ()
 
     def _miss(self, link: Element, what: str, where: str, hint: str = "") -> None:
-        """Say once of each link that a mesh is missing; findings alike are grouped later."""
+        """Note a missing mesh once per link; equal findings are grouped later."""
         subject = f"link {link.need_name()}"
         if (subject, what) not in self.missing:
             self.missing.add((subject, what))

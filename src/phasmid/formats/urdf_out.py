@@ -28,7 +28,7 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
     A massless link at the end of a chain is a foot; the link that carries it gets a small ball
     there as its collision shape, since simulators take the ball's own mass for that of a massless
     link.
-    A tree without any look is shown as cylinders from joint to joint. What URDF has no word for
+    A tree without meshes is shown as cylinders from joint to joint. Data that URDF lacks
     goes into elements ``<phasmid>``, which other readers pass over.
 
     Args:
@@ -67,7 +67,7 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
 def rpy_of(R: Float[np.ndarray, "3 3"]) -> tuple[float, float, float]:
     """Roll, pitch and yaw of a rotation Rz(yaw) Ry(pitch) Rx(roll) [rad].
 
-    The roll is taken from what the yaw leaves, so that both together are exact where the pitch is
+    The roll is taken from the remainder of the yaw, so that both are exact where the pitch is
     a right angle and each of them alone is not determined.
 
     Args:

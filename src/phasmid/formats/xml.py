@@ -124,7 +124,7 @@ class Element:
         Args:
             attribute: Its name.
             count: How many there must be.
-            default: What an absent attribute means; without one it must be there.
+            default: Value of an absent attribute; without one it must be there.
             largest: Largest absolute value.
 
         Raises:
@@ -232,7 +232,7 @@ _TWICE = expat.errors.codes[expat.errors.XML_ERROR_DUPLICATE_ATTRIBUTE]
 
 
 class _Reader:
-    """Builds elements from what expat meets."""
+    """Builds elements from the events of expat."""
 
     def __init__(self, file: str) -> None:
         self.file = plain(file)

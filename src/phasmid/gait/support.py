@@ -61,7 +61,7 @@ def _rows(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def shortfall(margin: float) -> str:
-    """Return a clause that says why a support margin is not enough.
+    """Return a clause on an insufficient support margin.
 
     Args:
         margin: Negative, or minus infinity where the feet span no polygon [m].

@@ -1,4 +1,4 @@
-"""Arguments of kinematics and dynamics: legs, and checks of what NumPy would misread."""
+"""Arguments of kinematics and dynamics: legs, and checks of shapes."""
 
 from __future__ import annotations
 

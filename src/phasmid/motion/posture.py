@@ -38,7 +38,7 @@ def fit_postures(
     Args:
         footing: Whether the trunk leans with the planes, and how far.
         feet: In world axes [m].
-        trunk: The trunk's x and y [m]; there the planes' points are told.
+        trunk: The trunk's x and y [m].
     """
     rows = np.concatenate([feet[..., :2] - trunk[:, None], np.ones((*feet.shape[:2], 1))], axis=-1)
     turned = np.swapaxes(rows, -1, -2)

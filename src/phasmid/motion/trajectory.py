@@ -178,7 +178,7 @@ class SampledTrajectory:
 
 
 Motion: TypeAlias = Walk | JointTrajectory
-"""What joints can follow."""
+"""Limits of motions that joints can follow."""
 
 SampledMotion: TypeAlias = Walk | SampledTrajectory
 """The same at some times."""

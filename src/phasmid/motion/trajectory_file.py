@@ -38,8 +38,8 @@ def load_trajectory(
             ``.csv`` file that ``phasmid export`` wrote, a ``.npy`` array with a row per time (time,
             then leg by leg coxa, femur, tibia), or a recording. Of exports and recordings the
             target angles are read, else the simulated or the measured ones.
-        robot: Whose joints they are, or what `load_robot` takes for it.
-        unit: Of the angles in a ``.csv`` or ``.npy`` whose names tell none.
+        robot: The robot of the joints, or its name or file.
+        unit: Unit of the angles in a ``.csv`` or ``.npy`` without units.
 
     Raises:
         InvalidInput: The file is absent, too large, not well formed, or lacks a joint; the numbers
@@ -100,7 +100,7 @@ def _read_csv(path: Path, robot: Robot, scale: float) -> Table:
 
 
 JOINT_CHANNELS = ("joint_position_target", "joint_position", "joint_position_measured")
-"""Channels of joint angles, the first of which is read where there are several."""
+"""Channels of joint angles; the first one present is read."""
 
 Heading: TypeAlias = Sequence[str | None]
 """Name of each column; None for one that is not read."""

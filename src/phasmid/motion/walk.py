@@ -100,7 +100,7 @@ class Walk:
         differ where the servos are fast enough.
 
         Raises:
-            InvalidInput: What differs.
+            InvalidInput: They differ; the message names the first difference.
             InfeasibleWalk: A joint is faster than the no-load speed of that scenario's servos.
         """
         ours, theirs = self.scenario, scenario

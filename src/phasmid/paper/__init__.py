@@ -1,1 +1,1 @@
-"""The paper, reproduced and graded: its statements, its misprints, and what they cost."""
+"""Reproduction of the paper: grades of its statements, misprints and their cost."""

@@ -17,7 +17,7 @@ from phasmid.paper.variants import Variant
 
 
 class Graded(NamedTuple):
-    """A statement and what came of it."""
+    """Statement with its finding."""
 
     statement: Statement
     finding: Finding

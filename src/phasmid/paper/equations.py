@@ -1,4 +1,4 @@
-"""What the paper says of the leg's dynamics (Eqs 10 and 11, Table 2)."""
+"""Statements of the paper on the leg's dynamics (Eqs 10 and 11, Table 2)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AGREEMENT = 1e-10
 
 
 def as_printed(name: str) -> Finding:
-    """What a row of the table of misprints costs."""
+    """Measure the cost of a row of the table of misprints."""
     row = next(misprint for misprint in MISPRINTS if misprint.name == name)
     cost = row.cost()
     unit = "N·m" if row.error is torque_error else "m"
@@ -79,7 +79,7 @@ def uncoupled(evidence: Evidence) -> Finding:
 
 
 def weight(evidence: Evidence) -> Finding:
-    """Weight of the legs by Table 2, and what is left for the trunk."""
+    """Compare the weight of the legs by Table 2 with the total; the rest is the trunk."""
     robot = evidence.robot
     legs = float(robot.arrays.mass.sum()) * evidence.scenario.model.gravity
     total = robot.mass * evidence.scenario.model.gravity

@@ -1,4 +1,4 @@
-"""The walks that the paper's statements are measured on, each made once, when first asked for."""
+"""Simulated walks on which the paper's statements are measured, each made once, on demand."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ GAITS = ("wave", "ripple", "amble")
 """Gaits besides the paper's; four and more feet stand in them."""
 
 Announce = Callable[[str], None]
-"""Is told what is being done now."""
+"""Receives a sentence on the present work."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +36,11 @@ class Trial:
     """One simulated walk, with its plan at the recorded instants.
 
     Attributes:
-        scenario: What was walked.
+        scenario: The experiment.
         walk: The plan, sampled at the recording's times.
-        recording: What physics made of it, beside the model's figures.
+        recording: Simulated channels beside the model's.
         summary: Its numbers, as `phasmid.summarise` gives them.
-        shared: What the force models make of its plan, by their names, once it was asked for.
+        shared: Forces and torques of each force model on the plan, by name, computed on demand.
     """
 
     scenario: Scenario
@@ -63,8 +63,8 @@ class Evidence:
     """All trials of a scenario and of its variants.
 
     Args:
-        scenario: What the statements are held against; the paper's by default.
-        announce: Is told of each walk before it is simulated.
+        scenario: Scenario of the statements; the paper's by default.
+        announce: Receives a sentence before each simulation.
     """
 
     def __init__(
@@ -124,7 +124,7 @@ class Evidence:
         """The paper's scenario with some changes, simulated.
 
         Args:
-            name: What is said of it; one name always goes with the same changes.
+            name: Name of the variant; one name always has the same changes.
             **changes: As of `Scenario.replace`.
         """
         if name not in self._trials:

@@ -31,7 +31,7 @@ Line: TypeAlias = tuple[str, Any, float]
 """Colour, dash and width."""
 
 SEEN: Line = ("#b9bec7", "-", 3.2)
-"""What was simulated, beneath what is computed."""
+"""Simulated curve, drawn beneath the computed one."""
 
 LINES: tuple[Line, ...] = tuple(
     (leg_colour(number), dash, 1.4)

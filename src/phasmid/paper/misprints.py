@@ -1,4 +1,4 @@
-"""Every misprint of the paper: where, what is printed, what is right, and what it costs."""
+"""Misprints of the paper: place, printed text, correction and cost."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Extent(NamedTuple):
 
 
 class Cost(NamedTuple):
-    """What a misprint costs.
+    """Cost of a misprint.
 
     Attributes:
         swing: On the paper's walk, of a leg in the air.
@@ -75,8 +75,8 @@ class Misprint:
     Attributes:
         name: Its name, unique in the table.
         where: The equation or entry.
-        printed: What the paper prints.
-        right: What it should be.
+        printed: As printed in the paper.
+        right: The correction.
         proof: How it was shown.
         error: Measures it.
         switches: Misprints of the printed form that stand together in this line.
@@ -91,7 +91,7 @@ class Misprint:
     switches: frozenset[str]
 
     def cost(self) -> Cost:
-        """What this misprint alone costs, all others mended."""
+        """Measure the cost of this misprint alone, with all others corrected."""
         walk = walk_states()
         on_walk = self.error(walk, self.switches)
         on_random = self.error(random_states(), self.switches)
@@ -152,7 +152,7 @@ def body_rotation_error(states: States, switches: frozenset[str]) -> np.ndarray:
 
 
 def joint_angle_error(states: States, switches: frozenset[str]) -> np.ndarray:
-    """Distance of the foot that the angles make from the one asked for [m], shape (N, L)."""
+    """Return the distance between the commanded foot and that of the angles [m], shape (N, L)."""
     legs = states.robot.arrays
     p = foot_position(legs, states.q)
     return _distance(foot_position(legs, printed_joint_angles(legs, p, misprints=switches)), p)
@@ -250,7 +250,7 @@ SLIPS = (
     Slip("after Eq 10", "C is an n × matrix", "n × n"),
     Slip("[Θ̇Θ̇], [Θ̇²]", "rows", "columns: they are multiplied from the left"),
 )
-"""What a reader of the print stumbles over without harm."""
+"""Slips of the print that change no number."""
 
 
 def two_digits(value: float) -> str:

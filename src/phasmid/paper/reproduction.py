@@ -38,7 +38,7 @@ STATEMENTS: dict[str, tuple[Statement, ...]] = {
 """Every statement that the paper makes about the robot, its model and its walk."""
 
 PAGE, FOLDER = "paper.md", "paper"
-"""What is written: the page, and the folder of its figures beside it."""
+"""Result of a reproduction: the page, and the folder of its figures beside it."""
 
 FIGURES = (
     "fig12",
@@ -81,7 +81,7 @@ def reproduce(
     Args:
         folder: Where the page goes, and a folder ``paper`` with its figures; it is made.
         force: Whether an earlier page and its figures are replaced.
-        announce: Is told what is being done.
+        announce: Receives a sentence on the present work.
 
     Returns:
         All grades and comparisons.
@@ -107,7 +107,7 @@ def reproduce(
 
 
 def check_place(folder: Path, *, force: bool = False) -> None:
-    """Refuse a place where the page must not or cannot go; to be asked before the work.
+    """Refuse a place where the page cannot be written, before the work.
 
     Raises:
         InvalidInput: There is such a page already, or something else in its place.

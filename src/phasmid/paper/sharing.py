@@ -1,4 +1,4 @@
-"""The force models against simulated contact: who comes nearest to which joints, and why."""
+"""Force models compared with simulated contact, for each drive of the joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CREEPS = (75.0, 150.0, 300.0, 600.0)
 """Friction dampings on which prescribed joints are tried [N·s/m]."""
 
 AFTER_TOUCHDOWN = (0.1, 0.2, 0.3, 0.5, 0.7)
-"""Times at which the squeeze of servos is looked at [s]."""
+"""Times at which the squeeze of servos is measured [s]."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Share:
 
     Attributes:
         model: The force model.
-        drive: What moved the joints.
+        drive: Drive of the joints.
         normal: Rms difference of the normal forces [N].
         tangential: Rms difference of the tangential forces [N].
         torque: Rms difference of the torques, all joints [N·m].
@@ -42,12 +42,12 @@ class Share:
 
 @dataclass(frozen=True)
 class Grip:
-    """What friction the forces of a model or of a simulation need, amid the stances.
+    """Friction demand of the forces of a model or of a simulation, in mid-stance.
 
     Attributes:
         source: The force model, or the drive of the simulation.
         mean: Mean of tangential over normal force.
-        high: What 95 % of all samples stay below.
+        high: 95th percentile of all samples.
         largest: Largest.
         margin: Least distance from the friction cone [N]; below 0 a foot slips.
     """
@@ -64,10 +64,10 @@ class Squeeze:
     """Internal forces amid the stances: those that feet exert on each other through the robot.
 
     Attributes:
-        source: What moved the joints, or on which ground.
+        source: Drive of the joints, or the ground.
         tangential: Rms of a foot's simulated tangential force [N].
         internal: Rms of a foot's simulated internal force [N].
-        remainder: Rms of what neither internal forces nor the minimum norm explain, such as
+        remainder: Rms of the part beyond internal forces and the minimum norm, such as
             a body that moves beside its plan [N].
         normal_part: Largest normal part of an internal force of 1 N, over all samples.
     """
@@ -84,7 +84,7 @@ class Relaxation:
     """How much of the minimum torque's squeeze servos show, from touchdown on.
 
     Attributes:
-        drive: What moved the joints.
+        drive: Drive of the joints.
         shares: At `AFTER_TOUCHDOWN`, the simulated tangential forces' part along those of the
             minimum torque, as a share of them.
         seen: Time in which it fades to 1/e, from the second to the last of them [s].
@@ -121,7 +121,7 @@ def compare_models(evidence: Evidence, models: tuple[str, ...]) -> list[Share]:
 
 
 def compare_grips(evidence: Evidence, models: tuple[str, ...]) -> list[Grip]:
-    """What friction each force model asks for on the walk, and each simulation takes."""
+    """Measure the friction demand of each force model and of each simulation of the walk."""
     found = [
         _grip(model, evidence.walk, model_force_and_torque(evidence.walk, model)[0])
         for model in models
@@ -156,7 +156,7 @@ def squeeze(trial: Trial, source: str) -> Squeeze:
 
     Args:
         trial: The walk; its recorded model is the minimum norm.
-        source: What is said of it.
+        source: Label of the trial.
     """
     seen, least = trial.channel("foot_force"), trial.channel("foot_force_model")
     inner, left, normal_part, count = 0.0, 0.0, 0.0, 0
@@ -193,7 +193,7 @@ def relaxation(trial: Trial, drive: str) -> Relaxation:
 
     Args:
         trial: A walk on servos.
-        drive: What is said of them.
+        drive: Label of the trial.
     """
     seen = trial.channel("foot_force")[..., :2]
     least = model_force_and_torque(trial, "minimum-torque")[0][..., :2]

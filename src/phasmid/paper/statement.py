@@ -1,4 +1,4 @@
-"""What a statement of the paper is, and what comes of measuring it."""
+"""Statements of the paper, and the findings of their measurement."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from phasmid.paper.evidence import Evidence
 
 
 class Grade(Enum):
-    """Grade of a statement; the value is what the table prints, `RULES` when it is given."""
+    """Grade of a statement; the value is printed in the table, `RULES` gives its rule."""
 
     HOLDS = "holds"
     CORRECTED = "holds once corrected"
@@ -39,12 +39,12 @@ RULES = {
 
 
 class Finding(NamedTuple):
-    """What was measured.
+    """Finding of a measurement.
 
     Attributes:
         number: The figure, with its unit.
-        grade: What it makes of the statement.
-        note: What a reader must know besides; may be empty.
+        grade: Grade of the statement.
+        note: Further remarks; may be empty.
     """
 
     number: str
@@ -54,7 +54,7 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Statement:
-    """One thing that the paper says.
+    """Statement of the paper.
 
     Attributes:
         where: Section, equation, table or figure.
@@ -75,7 +75,7 @@ def judged(
     Args:
         good: Whether the number bears it out.
         number: The figure.
-        note: What a reader must know besides.
+        note: Further remarks.
         best: The grade that it then gets.
     """
     return Finding(number, best if good else Grade.FAILS, note)

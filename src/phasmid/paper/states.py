@@ -25,7 +25,7 @@ FARTHEST_ROLL = math.radians(30)
 """Random rolls and pitches of the body are at most this [rad]."""
 
 FASTEST = 6.0
-"""Random joint speeds are at most this, which is about what an AX-12 reaches unloaded [rad/s]."""
+"""Largest random joint speed, about that of an unloaded AX-12 [rad/s]."""
 
 STRONGEST = 60.0
 """Random joint accelerations are at most this [rad/s²]."""

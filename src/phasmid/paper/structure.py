@@ -1,4 +1,4 @@
-"""What the paper says of the robot's structure, frames and kinematics."""
+"""Statements of the paper on the robot's structure, frames and kinematics."""
 
 from __future__ import annotations
 

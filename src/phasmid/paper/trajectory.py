@@ -1,4 +1,4 @@
-"""What the paper says of the legs' trajectories (Fig. 12)."""
+"""Statements of the paper on the legs' trajectories (Fig. 12)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the paper says of the walk, its torques and its foot forces (Figs 13 to 16)."""
+"""Statements of the paper on the walk, its torques and its foot forces (Figs 13 to 16)."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def force_differences(trial: Trial, model: np.ndarray | None = None) -> tuple[fl
 
 
 def verified(evidence: Evidence) -> Finding:
-    """The computed torques against the simulated ones, and what their difference comes from."""
+    """Compare the computed torques with the simulated ones, and explain the difference."""
     wide, narrow = evidence.walk, evidence.trial("feet of 0.2 mm", tip_width=NARROW)
     against = wide.summary["model_against_simulation"]["torque"]["rms_mid_stance"]
     alone = np.max(against)
@@ -179,7 +179,7 @@ def verified(evidence: Evidence) -> Finding:
 
 
 def _torque_gap(trial: Trial, *, standing: bool) -> float:
-    """Rms over the worst joint of what the equations miss, amid stance or amid swing [N·m]."""
+    """Return the worst joint's rms residual of the equations, in stance or in swing [N·m]."""
     stance = trial.walk.stance
     calm = away_from_switches(trial.walk.time, stance).all(axis=1, keepdims=True)
     mask = (trial.amid_stance if standing else calm & ~stance)[..., None]
@@ -198,7 +198,7 @@ def torque_from_simulated_forces(trial: Trial) -> np.ndarray:
 
 
 def contact_points(evidence: Evidence) -> Finding:
-    """Contact points of the engine's model, and what they report."""
+    """Compare the contact points of the engine's model with their readings."""
     from phasmid.simulation import build_model
 
     model = build_model(evidence.robot, evidence.scenario)
@@ -248,7 +248,7 @@ def gaits(evidence: Evidence) -> Finding:
 
 
 def terrains(evidence: Evidence) -> Finding:
-    """Ways on uneven ground that the plan knows, and on level ground of other friction."""
+    """Measure walks on known uneven ground, and on level ground with other friction."""
     trials = {name: evidence.trial(name, terrain=name) for name in TERRAINS}
     for friction in (0.3, 1.0):
         trials[f"friction {friction:g}"] = evidence.trial(
@@ -269,7 +269,7 @@ def terrains(evidence: Evidence) -> Finding:
 
 
 def independent(evidence: Evidence) -> Finding:
-    """What the engine's model is made of."""
+    """List the parts of the engine's model."""
     from phasmid.simulation import build_model
 
     model = build_model(evidence.robot, evidence.scenario)

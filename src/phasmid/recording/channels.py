@@ -15,7 +15,7 @@ QUATERNION = ("w", "x", "y", "z")
 """Coordinates of ``quaternion``."""
 
 WAYS = ("ahead", "left", "turn")
-"""Coordinates of ``way``: what a body's velocity over ground consists of."""
+"""Coordinates of ``way``: components of a body's velocity over ground."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Channel:
     Attributes:
         dims: Names of the array's axes.
         units: Unit of every value; ``1`` where there is none.
-        long_name: What it is, in words.
+        long_name: Description.
         kind: ``float`` for numbers, ``bool`` for yes or no.
     """
 

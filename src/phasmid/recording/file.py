@@ -277,7 +277,7 @@ def _check_format(version: str | int | float | None, path: Path) -> None:
 
 
 def _check_claims(stored: Any, path: Path, size: int) -> None:
-    """Refuse arrays that the file cannot hold itself, before any memory is asked for them."""
+    """Refuse arrays that the file cannot hold itself, before memory is allocated for them."""
     import h5py
 
     claimed = written = 0

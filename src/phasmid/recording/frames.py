@@ -206,7 +206,7 @@ class _Frames(Iterator[tuple[bytes, int, bytes]]):
 
     Attributes:
         damage: Why there are no more: empty at the file's end, ``ends`` where it ends amid a
-            frame, or what is wrong with the frame.
+            frame, or the fault of the frame.
     """
 
     def __init__(self, file: IO[bytes], size: int) -> None:

@@ -77,7 +77,7 @@ def save_mcap(
     Topics: ``/joint_states`` (angles, speeds, torques), ``/joint_states_target``, ``/tf`` and
     ``/odom`` (the body in the world; its twist in its own axes, as ROS has it), ``/imu`` where
     sensors were recorded, and for each foot ``/feet/NAME/force`` (of the ground on the foot, world
-    axes). What the recording lacks is left out.
+    axes). Channels that the recording lacks are left out.
 
     Args:
         recording: A simulation, an analysis or a robot's log.
@@ -87,7 +87,7 @@ def save_mcap(
 
     Raises:
         InvalidInput: The extra ``ros`` is not installed, the rate is not positive, the names are
-            not one text for each leg, or the recording has nothing that a message tells.
+            not one text for each leg, or the recording has no channel of any message.
         OutputError: The file cannot be written.
     """
     check_mcap()
@@ -118,7 +118,7 @@ def save_mcap(
 
 
 def check_mcap() -> None:
-    """Refuse to write MCAP files where nothing can; to be asked before a run starts.
+    """Refuse to write MCAP files without the packages for it; called before a run starts.
 
     Raises:
         InvalidInput: The extra ``ros`` is not installed.

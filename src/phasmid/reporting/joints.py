@@ -90,7 +90,7 @@ def energy(recording: Recording, source: Source, distance: float | None) -> dict
         ``work`` [J]: the integral of the sum over joints of max(torque · speed, 0), as braking
         recovers nothing; ``mean_power`` [W]; ``cost_of_transport``: work over
         weight and distance; ``drawn_power`` [W]: mean power that servos of their own law draw from
-        their supply, most of which heats them. Empty without torques and speeds.
+        their supply, most of which becomes heat. Empty without torques and speeds.
     """
     time = np.asarray(recording["time"].values)
     for torques, speeds in (

@@ -1,7 +1,7 @@
 """Pictures of a robot on its terrain, by the engine's renderer.
 
 The figure of a walk, the video and the documentation draw with it. Where there is no OpenGL,
-`opengl_lack` says what to install.
+`opengl_lack` names the missing package.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def gl_backend() -> str:
 
 @cache
 def opengl_lack() -> Lack | None:
-    """Return what the renderer lacks here, or None; a failing driver counts as absent."""
+    """Return the missing requirement of the renderer, or None; a failing driver is absent."""
     backend = gl_backend()
     if backend in OFF:
         return Lack("OpenGL", "unset MUJOCO_GL", f"which MUJOCO_GL={backend} forbids")

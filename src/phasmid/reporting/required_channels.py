@@ -23,7 +23,7 @@ def missing_group(recording: Recording, needs: Needs) -> tuple[str, ...]:
 
 
 def check_needs(recording: Recording, needs: Needs, figure: str) -> None:
-    """Raise InvalidInput where the recording lacks what a figure requires."""
+    """Raise InvalidInput where the recording lacks a channel of a figure."""
     group = missing_group(recording, needs)
     if group:
         raise _absent(group, f"the figure {figure}")

@@ -26,7 +26,7 @@ Figure: TypeAlias = "matplotlib.figure.Figure"
 Text: TypeAlias = "matplotlib.text.Text"
 
 JOINT_COLOURS = ("#004488", "#bb5566", "#d9a21b")
-"""Coxa, femur and tibia: Paul Tol's high contrast, which also tells them apart in grey."""
+"""Coxa, femur and tibia: Paul Tol's high contrast, distinct in grey too."""
 
 LEG_COLOURS = (
     "#cc6677",
@@ -54,22 +54,22 @@ RUN_LINES: tuple[dict[str, Any], ...] = tuple(
         strict=True,
     )
 )
-"""Lines of those runs; dashes tell them apart in print, widths where they overlap."""
+"""Lines of those runs; dashes are distinct in print, widths where lines overlap."""
 
 INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
 
 POWER_COLOURS = ("#6b7079", "#004488", "#bb5566", "#d9a21b")
-"""Net power, what is given, the sum of sizes, and what servos draw."""
+"""Net power, positive power, the sum of sizes, and power drawn by the servos."""
 
 LIMIT_COLOUR = "#b3261e"
-"""Colour of what must not be crossed."""
+"""Colour of limits."""
 
 STANCE_COLOUR = "#eef1f5"
 """Shade of the time in which a leg is planned to stand."""
 
 LACKING_COLOUR = "#fbe3df"
-"""Shade of the time in which what is drawn does not exist, or is left out."""
+"""Shade of the time in which a quantity does not exist, or is left out."""
 
 MOST_POINTS = 2000
 """Most points drawn of one line: twice as many as a figure has pixels across."""

@@ -16,7 +16,7 @@ Directions = tuple[float, float]
 """A setting of a servo while it turns towards smaller angles, and towards larger ones."""
 
 STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
-"""Compliance slopes that the makers' servos know, in ticks; between them the powers of two."""
+"""Compliance slopes of the makers' servos, in ticks; between them the powers of two."""
 
 CONTINUOUS_SHARE = 1 / 5
 """Part of the stall torque within which the maker's AX series holds steadily (e-manual)."""

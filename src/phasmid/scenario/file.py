@@ -51,7 +51,7 @@ def scenario_to_toml(scenario: Scenario, robot: str) -> str:
 
     Args:
         scenario: The scenario.
-        robot: What the file shall name as its robot: a preset, or a file beside it.
+        robot: Name of the robot in the file: a preset, or a file beside it.
     """
     lines, tables = [], []
     for name, field in Scenario.model_fields.items():

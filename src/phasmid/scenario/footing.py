@@ -1,4 +1,4 @@
-"""Footholds of a scenario, on ground that the planner knows."""
+"""Footholds of a scenario, on ground that the plan follows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from phasmid.tables import Angle, Length, Number, Table
 
 
 class FootingTable(Table):
-    """``[footing]``: how a walk fits itself to ground that the planner knows.
+    """``[footing]``: adaptation of a walk to ground that the plan follows.
 
     The lengths and angles are assumptions, for feet of some millimetres and servos that place them
     within one or two.

@@ -11,7 +11,7 @@ from phasmid.units import STANDARD_GRAVITY
 
 
 class ModelTable(Table):
-    """``[model]``: what the analysis and the simulation take as the robot and its mechanics.
+    """``[model]``: assumptions of analysis and simulation on the robot and its mechanics.
 
     Attributes:
         mass_model: ``as-given``, or ``mid-length``: centres of mass at mid-length and principal

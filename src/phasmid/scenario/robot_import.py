@@ -1,4 +1,4 @@
-"""Settings for reading a robot from a file that lacks some of what walking needs."""
+"""Settings for reading a robot from a file that lacks data for walking."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class RobotImportTable(Table):
             empty: found in the tree, or else at the end of the last mesh.
         masses: as-given; geometry, which spreads each link's mass over its box; or a preset or
             robot file whose links' masses and inertias are taken.
-        total_mass: What the robot weighs on a scale [kg]; all masses are scaled to it.
+        total_mass: Mass of the robot on a scale [kg]; all masses are scaled to it.
         servo_model: Name of the servo; empty: efforts and speeds of the file.
         package: Folders that package:// names, such as my_robot=../my_robot; commas between.
         mesh_unit: Unit of the mesh files (as-given, m or mm).

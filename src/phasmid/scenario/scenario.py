@@ -53,18 +53,18 @@ class Scenario(Table):
     Attributes:
         format: Version of this table.
         name: Short name, also of its result folder.
-        description: What the experiment shows.
+        description: Purpose of the experiment.
         robot: A preset, a robot file, or a `Robot`.
         duration: Length of the walk [s].
         gait: Which legs stand, when.
         stride: How the feet travel.
-        footing: How the walk fits itself to ground that the planner knows.
-        model: What is taken as the robot and its mechanics.
+        footing: Adaptation of the walk to ground that the plan follows.
+        model: Assumptions on the robot and its mechanics.
         simulation: How the engine runs.
         contact: Feet on the ground.
         terrain: The ground.
-        servo: What the servos are set to and fed with.
-        sensors: What measures the robot, how well.
+        servo: Settings and supply of the servos.
+        sensors: Sensors of the robot and their quality.
         robot_import: How a robot is read from URDF, MJCF or STEP.
     """
 
@@ -154,7 +154,7 @@ class Scenario(Table):
 
         Args:
             changes: Values by field name.
-            locate: Tells the subject and the place of a value, by the field's path.
+            locate: Returns the subject and the place of a value, by the field's path.
         """
         raw: dict[str, Any] = self.model_dump(exclude={"robot"}) | {"robot": self.robot}
         paths = {path[-1]: path for path, _ in leaves(Scenario) if path[0] != "gait"}

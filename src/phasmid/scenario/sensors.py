@@ -17,13 +17,13 @@ SENSORS = ("joint", "imu", "foot")
 
 
 class SensorsTable(Table):
-    """``[sensors]``: rate, delay and noise of what measures the robot.
+    """``[sensors]``: rate, delay and noise of the robot's sensors.
 
     The defaults are those of an AX-12A on its bus and of a small inertial sensor such as the
     MPU-6050, with its ranges at power-on; noises are standard deviations of one sample.
 
     Attributes:
-        measured: Whether a recording also holds what sensors tell (``everything``) or only what is
+        measured: Whether a recording also holds sensor readings (``everything``) or only the
             true (``nothing``).
         sensor_seed: Of all noise and biases.
         joint_rate: Readings of each joint's angle and load a second [1/s]. 50: one after another,
@@ -45,7 +45,7 @@ class SensorsTable(Table):
         foot_rate: Readings of each foot's force and contact a second [1/s].
         foot_delay: Time from a reading to its arrival [s].
         foot_force_noise: Of the normal force [N]; assumed.
-        contact_threshold: Normal force from which a foot is said to touch [N]; assumed.
+        contact_threshold: Normal force from which a foot counts as touching [N]; assumed.
     """
 
     measured: Literal["nothing", "everything"] = "nothing"

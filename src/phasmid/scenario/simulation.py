@@ -21,7 +21,7 @@ class SimulationTable(Table):
             for a driven robot ``servo``, or ``ideal-servo`` where no stall current is known.
         position_gain: Of ``torque``: angular acceleration against an error of a joint's angle
             [1/s²]; the joint's inertia is that of the robot standing on half of its legs.
-        speed_gain: Of ``torque``: the same against an error of its speed [1/s]; absent: what damps
+        speed_gain: Of ``torque``: the same against an error of its speed [1/s]; absent: damped
             critically, twice the root of the position's.
         dt: Time step [s].
         record_interval: Time between recorded samples [s], a whole number of steps; absent: every

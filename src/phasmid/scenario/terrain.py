@@ -49,7 +49,7 @@ class TerrainTable(Table):
         friction: Coefficient of Coulomb friction between foot and ground.
         patches: Rectangles of other friction along the terrain, each from x, to x, from y, to y
             [m], friction.
-        planned_on: What the plan takes for the ground: this ``terrain``, or ``level`` ground.
+        planned_on: Ground of the plan: this ``terrain``, or ``level`` ground.
         terrain_start: Where the terrain begins, ahead of the robot's start [m]; absent: 300 mm,
             and for a slope nowhere.
         terrain_yaw: Direction in which the terrain is laid, from the walk's, to the left [rad].

@@ -30,7 +30,7 @@ def sense(scenario: Scenario, recording: Recording) -> Recording:
     Returns:
         The recording with the channels ``joint_position_measured``, ``joint_load_measured``,
         ``imu_angular_velocity``, ``imu_acceleration``, ``imu_orientation``,
-        ``foot_normal_force_measured`` and ``contact_measured``, as far as it has what they measure.
+        ``foot_normal_force_measured`` and ``contact_measured``, as far as their sources exist.
 
     Raises:
         InvalidInput: It has nothing that a sensor could measure, or so few samples that a sensor

@@ -93,7 +93,7 @@ _CHANNELS: dict[str, Callable[[Run, Samples], np.ndarray]] = {
 
 @cache
 def versions() -> dict[str, str]:
-    """Return what a run's bits depend on besides scenario and robot, by attribute."""
+    """Return the versions and machine that a run's bits depend on, by attribute."""
     import mujoco
 
     return {

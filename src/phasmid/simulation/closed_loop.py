@@ -161,7 +161,7 @@ class ClosedLoopRun(Run):
         commands: Return the command at each update.
         rate: Updates per second [1/s]; a period is a whole number of time steps.
         between: Interpolation of targets between updates.
-        faults: What fails, and when.
+        faults: Faults of sensors and servos with their times.
         interrupted: The robot stops settling as soon as this is not empty.
         endless: Whether the run goes on for as long as it is advanced.
 
@@ -345,7 +345,7 @@ class ClosedLoopRun(Run):
     # Recording -----------------------------------------------------------------------------------
 
     def _keep(self, count: int, keep: Keep) -> None:
-        """Pass on what is recorded; `channels` then knows which rows of the block these are."""
+        """Pass on the recorded samples, and note their rows in the block for `channels`."""
         self._kept = slice(-self.step % self.every, count, self.every)
         super()._keep(count, keep)
 

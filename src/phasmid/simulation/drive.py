@@ -273,7 +273,7 @@ def scenario_controller(
 
 
 def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
-    """Refuse prescribed joints on ground that the controller does not know.
+    """Refuse prescribed joints on ground that the controller does not estimate.
 
     They do not yield: feet that touch down early would hit the ground with any force.
     """

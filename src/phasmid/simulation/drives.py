@@ -61,7 +61,7 @@ class Drive:
         self.state: Float[np.ndarray, " state"] = np.empty(0)
 
     def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Convert setpoints to what `command` takes, with a time step dt [s], shape (N, 3 L)."""
+        """Convert setpoints to the input of `command`, with a time step dt [s], shape (N, 3 L)."""
         raise NotImplementedError
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -129,8 +129,8 @@ class PrescribedDrive(Drive):
     def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
         """Return the constraint angles that give the acceleration of the setpoints.
 
-        A constraint asks for the acceleration -b q' - k (q - target), so that a target of
-        q + (b q' + q'')/k asks for q''. MuJoCo takes the gains b and k divided by the impedance,
+        A constraint has the reference acceleration -b q' - k (q - target), so that a target of
+        q + (b q' + q'')/k gives q''. MuJoCo takes the gains b and k divided by the impedance,
         and k divided by it once more. Torques of the setpoints have no effect.
         """
         stiffness, damping = drive_gains(dt)

@@ -36,7 +36,7 @@ class Experiment(ABC):
     """A run that can be made, and how it is recorded.
 
     Attributes:
-        scenario: What is simulated.
+        scenario: The scenario.
     """
 
     scenario: Scenario
@@ -330,7 +330,7 @@ def simulate_many(
     """Simulate independent walks on all cores; each gives the same bits as by itself.
 
     Args:
-        scenarios: What to simulate, with or without a plan.
+        scenarios: The scenarios, with or without a plan.
         workers: Number of runs at a time; by default the number of cores.
         progress: Receives the number of runs that have ended.
 

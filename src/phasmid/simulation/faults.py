@@ -168,7 +168,7 @@ def _number(word: str, text: str) -> float:
 
 
 class Faults:
-    """Faults of one robot, and their effect on what its sensors measure.
+    """Faults of one robot, and their effect on its sensor readings.
 
     Args:
         robot: The robot.

@@ -1,4 +1,4 @@
-"""What a controller observes of the simulated robot: the true state, or the sensors' readings."""
+"""Observations of the simulated robot: the true state, or the sensors' readings."""
 
 from __future__ import annotations
 

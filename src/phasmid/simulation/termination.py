@@ -45,7 +45,7 @@ class Failure:
     Attributes:
         ending: How the run ends.
         sample: Index of the first sample concerned.
-        reason: What happened and where, and what to try.
+        reason: Cause and time, and a remedy.
     """
 
     ending: Ending

@@ -41,7 +41,7 @@ def bench(robot: Robot, request: Bench) -> Answer:
     Returns:
         Table for JSON, SI, in the hip frame: pose and joint limits, frames and DH table, Jacobian
         and singular values, torques and servo limits, reachable region, the equations as printed,
-        and ``remarks``, sentences on what is infeasible. A foot out of reach gives the nearest
+        and ``remarks``, sentences on infeasible inputs. A foot out of reach gives the nearest
         pose.
 
     Raises:

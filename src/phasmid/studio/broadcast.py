@@ -20,7 +20,7 @@ KINDS = ("catalogue", "scene", "setting", "state")
 
 
 class Broadcast:
-    """Publisher of what is new.
+    """Publisher of new messages.
 
     Args:
         publish: Takes texts in JSON, and frames.

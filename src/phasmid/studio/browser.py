@@ -35,7 +35,7 @@ MOST_BEHIND = 50_000_000
 """Most characters of texts that wait for a browser; one that is further behind is dropped."""
 
 PATIENCE = 15.0
-"""Longest time in which a browser must read what is sent [s]."""
+"""Longest time in which a browser must read a message [s]."""
 
 
 class Browser:
@@ -43,7 +43,7 @@ class Browser:
 
     Args:
         websocket: Accepted websocket.
-        ask: Passes a request to the robot.
+        ask: Passes a request to the simulation.
     """
 
     def __init__(self, websocket: WebSocket, ask: Callable[[Request], Future[Answer]]) -> None:
@@ -57,7 +57,7 @@ class Browser:
         self._noticed_at, self._refused = -NOTICE, 0
 
     def send(self, message: str | bytes) -> None:
-        """Queue a text, none of which is dropped, or the newest frame, in place of an older one."""
+        """Queue a text, which is never dropped, or a frame, which replaces an older one."""
         if isinstance(message, bytes):
             self._frame = message
         else:

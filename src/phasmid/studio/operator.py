@@ -36,7 +36,7 @@ class Operator:
         setting: Initial setting.
         build: Builds the robot of a setting, with the numbers of lost legs, or refuses.
         changed: Called after the setting has changed.
-        report: Takes sentences on what was done.
+        report: Receives sentences on actions.
 
     Attributes:
         setting: Present setting.
@@ -108,7 +108,7 @@ class Operator:
                 self.live.follow(self.setting, self._share(self.setting), self.lost)
 
     def release_stale_stick(self, now: float, *, unwatched: bool) -> None:
-        """Center the stick once its command has expired, or nobody watches.
+        """Center the stick once its command has expired, or without viewers.
 
         Args:
             now: Wall time [s].

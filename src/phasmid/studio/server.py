@@ -181,7 +181,7 @@ class Server:
 
     @property
     def address(self) -> str:
-        """Address to open in a browser; whoever knows it may drive."""
+        """Address to open in a browser, with the token that allows to drive."""
         return f"http://{self._names[0]}/?token={self._token}"
 
     def run(self, live: Live, opened: Callable[[], None] = lambda: None) -> None:

@@ -33,10 +33,10 @@ MOST_OVER = 1.5 * 1.25
 weights of their differences add up to 1.5 at the most, those across to 1.25."""
 
 MOST_CELLS = 10_000
-"""Most cells whose slope is looked at between the samples, the steepest ones."""
+"""Most cells whose slope is sampled between the nodes, the steepest ones."""
 
 STRIP = 1 << 18
-"""Samples that are looked at at once."""
+"""Samples that are evaluated at once."""
 
 
 @dataclass(frozen=True, eq=False)

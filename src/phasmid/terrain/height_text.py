@@ -23,7 +23,7 @@ def height_text(heights: Float[np.ndarray, "rows columns"]) -> str:
     """A height map as text: its size, then its numbers in single precision, packed.
 
     Args:
-        heights: In metres; what single precision does not hold of them is lost.
+        heights: In metres, rounded to single precision.
     """
     rows, columns = heights.shape
     # Bytes of equal weight side by side pack better.

@@ -1,4 +1,4 @@
-"""What a check is: a law, and the experiments that measure whether it holds."""
+"""Check of a law by experiments."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Check:
 
     Attributes:
         number: By which users name it.
-        title: What is checked.
+        title: Subject of the check.
         equation: The law that must hold.
         measure: Makes the experiments.
     """

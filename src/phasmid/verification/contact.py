@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import mujoco
 
 INSTANTS = (0.1, 0.37, 1.05, 1.62)
-"""Instants of the walk at which the engine's forces are looked at [s]."""
+"""Instants of the walk at which the engine's forces are compared [s]."""
 
 SOLVED = 1e-24
 """The solver's tolerance at which its iterations end in round-off."""
@@ -170,7 +170,7 @@ def impact_energy(laboratory: Laboratory) -> list[Reading]:
 def _needs(
     robot: Robot, data: mujoco.MjData, touch: Touch, gravity: float
 ) -> tuple[Float[np.ndarray, " joints"], Float[np.ndarray, "6"]]:
-    """Joint torques, and what else must hold the trunk, with the forces where the points are.
+    """Return joint torques, and the missing wrench on the trunk, with forces at the contact points.
 
     The recursion takes each foot's force at its tip; that the points are beside it makes a moment,
     of which every joint of the leg carries the part along its axis.

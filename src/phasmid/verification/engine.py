@@ -26,7 +26,7 @@ OPTIONS = ("timestep", "integrator", "solver", "cone", "jacobian", "impratio", "
 """Settings of the engine that a small body takes from the robot's model."""
 
 POINTS_PER_FOOT = 4
-"""Contact points of each leg's tip, as in the paper; the engine's model is not asked."""
+"""Contact points of each leg's tip, as in the paper; independent of the engine's model."""
 
 
 def compiled(

@@ -30,7 +30,7 @@ SLOPE = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 
 
 def power(laboratory: Laboratory) -> list[Reading]:
-    """Power of joints and of what holds the trunk, beside the rate of energy, in flight."""
+    """Compare the power of joints and trunk wrench with the rate of energy, in flight."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(9)
     legs = (len(robot.legs), 3)
     size, rate, start = (

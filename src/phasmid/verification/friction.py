@@ -18,7 +18,7 @@ HALVINGS = 5
 """Halvings of the 4° in which the steepest slope is sought: it is found to 0.06°."""
 
 SLIDING = 0.5
-"""Time after which a slope's robot is looked at [s]."""
+"""Time after which the speed on a slope is measured [s]."""
 
 CREEP_SLOPE = math.radians(20)
 """Slope on which creep is measured."""

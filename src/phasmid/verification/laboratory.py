@@ -19,7 +19,7 @@ def walked(scenario: Scenario, *, to_the_end: bool = True) -> Recording:
     """Simulate the walk of a scenario.
 
     Args:
-        scenario: What is walked.
+        scenario: The experiment.
         to_the_end: Whether a walk that ends early is of no use.
 
     Raises:
@@ -38,7 +38,7 @@ class Laboratory:
     """The paper's robot and walk, on the bench and in the engine.
 
     Attributes:
-        scenario: What the experiments vary.
+        scenario: The basis of all experiments.
     """
 
     def __init__(self, scenario: Scenario | None = None) -> None:

@@ -27,7 +27,7 @@ LOOK = 0.05
 """Time from one look at the momentum to the next [s]."""
 
 LOOKS = 20
-"""How often it is looked at after the start."""
+"""Number of samples after the start."""
 
 WAVING = 1.0
 """Speed above which a joint is counted as moving [rad/s]."""

@@ -1,4 +1,4 @@
-"""The page on the verification: what is verified, how tolerances come about, and the table."""
+"""Page on the verification: table of the checks, and the derivation of their tolerances."""
 
 from __future__ import annotations
 
@@ -120,12 +120,12 @@ def tally(rows: Sequence[Row]) -> str:
 
 
 def expectation(row: Row) -> str:
-    """What was expected, in words; nothing where nothing is claimed."""
+    """Return the expected value as text; empty where nothing is claimed."""
     return "" if row.tolerance is None else _quantity(row.expected, row)
 
 
 def result(row: Row) -> str:
-    """What was measured, in words."""
+    """Return the measured value as text."""
     return _quantity(row.got, row)
 
 

@@ -16,7 +16,7 @@ from phasmid.verification.row import Reading
 from phasmid.verification.statics import mass_centre
 
 PHASES = 6000
-"""Instants of one cycle at which a gait is looked at; a multiple of all its fractions."""
+"""Samples of one cycle of a gait; a multiple of all its fractions."""
 
 
 def quintic(laboratory: Laboratory) -> list[Reading]:
@@ -93,7 +93,7 @@ def gaits(laboratory: Laboratory) -> list[Reading]:
 def _slope_error(
     curve: Callable[[Float[np.ndarray, " u"]], Path], u: Float[np.ndarray, " u"]
 ) -> float:
-    """Return how far velocity and acceleration are from the rates of what they derive."""
+    """Return the differences of velocity and acceleration from numerical derivatives."""
     rates = derivative(lambda h: np.array(curve(u + h)[:2]), 0.0)
     return float(np.abs(rates - np.array(curve(u)[1:])).max())
 

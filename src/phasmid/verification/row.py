@@ -1,4 +1,4 @@
-"""What a row of the verification is, and when it passes."""
+"""Row of the verification table, and its verdict."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 class Verdict(Enum):
-    """How a row fares; the value is what the table prints."""
+    """Verdict of a row; the value is printed in the table."""
 
     PASSES = "passes"
     FAILS = "FAILS"
@@ -18,11 +18,11 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Reading:
-    """One number that was measured, beside what it should be.
+    """Measured number beside its expected value.
 
     Attributes:
         got: The number; not finite where it could not be measured.
-        tolerance: By how much it may differ from what is expected; None where nothing is claimed.
+        tolerance: Largest difference that passes; None where nothing is claimed.
         why: Where the tolerance comes from, a sentence.
         expected: By the closed form, the law or the independent calculation.
         unit: Of all three numbers.
@@ -38,11 +38,11 @@ class Reading:
 
 
 def seen(count: int, case: str) -> Reading:
-    """How often something was looked at; where it never was, a number that fails.
+    """Return the number of samples of a largest value; NaN, which fails, where there were none.
 
     Args:
         count: How often.
-        case: What was looked at.
+        case: The sampled quantity.
     """
     why = "Counted: a largest value of none at all would say nothing."
     return Reading(float(count) if count else math.nan, None, why, case=case)
@@ -54,11 +54,11 @@ class Row:
 
     Attributes:
         number: Of the check.
-        title: What is checked.
+        title: Subject of the check.
         equation: The law that must hold.
         case: Which of the check's readings it is; may be empty.
-        expected: What the law says.
-        got: What was measured.
+        expected: Value by the law.
+        got: Measured value.
         tolerance: Largest difference that passes; None where the row is only reported.
         unit: Of all three.
         why: Where the tolerance comes from.
@@ -87,7 +87,7 @@ class Row:
         return Verdict.PASSES if near else Verdict.FAILS
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it, with the verdict, as JSON holds it; what is no number becomes None."""
+        """Return the row with its verdict for JSON; numbers that are not finite become None."""
         row = asdict(self) | {"verdict": self.verdict.name}
         return {
             key: None if isinstance(value, float) and not math.isfinite(value) else value

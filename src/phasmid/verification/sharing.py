@@ -78,7 +78,7 @@ def _grasps(contacts: Contacts) -> Float[np.ndarray, "loads 6 18"]:
 
 
 def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
-    """What of the forces no multiplier explains; multipliers of the wrong sign count, too."""
+    """Return the part of the forces that no multiplier of the right sign explains."""
     left = []
     for A, f in zip(_grasps(contacts), local, strict=True):
         columns = []

@@ -89,7 +89,7 @@ def check_numbers(rows: Iterable[int]) -> list[int]:
 
 
 Progress = Callable[[Check], None]
-"""Is told which check begins."""
+"""Receives the check that begins."""
 
 
 def verify(rows: Iterable[int] | None = None, *, progress: Progress | None = None) -> list[Row]:
@@ -97,7 +97,7 @@ def verify(rows: Iterable[int] | None = None, *, progress: Progress | None = Non
 
     Args:
         rows: Numbers of the checks to run, in any order; all of them where None.
-        progress: Is told which check begins.
+        progress: Receives the check that begins.
 
     Returns:
         One row for each reading, in the order of the checks.

@@ -1,4 +1,4 @@
-"""The paper's walk in the engine: what the ground carries, and what the time step costs."""
+"""Checks of the paper's walk: ground reaction and error of the time step."""
 
 from __future__ import annotations
 

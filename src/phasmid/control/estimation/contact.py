@@ -30,7 +30,7 @@ MOST_CHANGES = 4
 """Changes of an indication in mid-swing that an obstacle may cause."""
 
 FEWEST = 5
-"""Readings of a swing or a stance from which a sensor is judged."""
+"""Readings of a swing or a stance by which a sensor is rated."""
 
 SURE = 0.95
 """Share of those that counts as all."""

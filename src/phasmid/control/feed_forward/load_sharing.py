@@ -202,7 +202,7 @@ def friction_of(state: State) -> float:
 
 @internal
 def utilisation_of(state: State) -> float:
-    """Return the largest joint torque as a part of what its servo gives at its speed."""
+    """Return the largest joint torque as a share of the servo's limit at its speed."""
     worst = 0.0
     for leg in range(state.leg_count):
         for k in range(3):

@@ -208,7 +208,7 @@ class SimscapeRun(Run):
 
 
 def check_prescribed(scenario: Scenario) -> None:
-    """Refuse what this simulator cannot do.
+    """Refuse scenarios that this simulator cannot run.
 
     Raises:
         InvalidInput: The drive is another, or feet may run into the risers of steps, which the
