@@ -24,7 +24,7 @@ PIXELS_PER_INCH = 110
 
 
 def told(*arguments):
-    """What a command prints."""
+    """Return the output of a command."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         assert phasmid(["gaits", *arguments]) == 0
@@ -32,9 +32,8 @@ def told(*arguments):
 
 
 def section(robot):
-    """The gaits of a preset, as the command tells them."""
-    options = ("--robot", robot, "--diagram")
-    return f"```\n$ phasmid gaits {' '.join(options)}\n{told(*options)}\n```\n"
+    """Return the gaits of a preset, as the command prints them."""
+    return f"```\n$ phasmid gaits --robot {robot}\n{told('--robot', robot)}\n```\n"
 
 
 def draw(path):
@@ -71,8 +70,8 @@ def main():
     page = HERE / "gaits.md"
     top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
     words = (
-        "Written by `make gaits`. Margins are of a step of 40 mm ahead, speeds are the largest "
-        "straight ahead.\n"
+        "Written by `make gaits`: margins for a step of 40 mm ahead, and the largest speeds straight "
+        "ahead. `--diagram` draws each gait.\n"
     )
     text = "\n".join([f"{top}\n", f"{HEADING}\n", words, *map(section, ROBOTS)])
     page.write_text(text, "utf-8", newline="\n")

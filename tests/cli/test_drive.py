@@ -58,7 +58,7 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
     [
         (
             [],
-            "nothing says where to go; it must be one of --velocity, --commands, --waypoints.",
+            "no command is given; it must be one of --velocity, --commands, --waypoints.",
         ),
         (
             ["--velocity", "0,0,0", "--waypoints", "1,0"],

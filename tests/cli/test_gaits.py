@@ -109,6 +109,6 @@ def test_the_page_of_gaits_tells_what_the_command_tells(capsys):
     # Its speeds are the engine's, which the tests of the engine look at.
     page = (DOCS / "gaits.md").read_text("utf-8")
     for robot in ("phantomx-paper", "octopod", "quadruped"):
-        out = answered(capsys, "--robot", robot, "--diagram")[1]
+        out = answered(capsys, "--robot", robot)[1]
         for line in out.splitlines():
             assert line.replace("50 mm/s", "").rstrip() in page

@@ -130,7 +130,7 @@ def test_options_of_reading_are_refused_where_nothing_is_read_so(capsys):
     status, _, err = answered(capsys, "check", "phantomx-paper", "--total-mass-g", "5000")
     assert status == 2
     assert err == (
-        "phasmid: phantomx-paper says all of its robot itself; options of reading are for URDF, "
+        "phasmid: phantomx-paper describes its robot in full; options of reading are for URDF, "
         "MJCF and STEP files.\n  try  phasmid convert phantomx-paper robot.toml, and change it "
         "there\n"
     )

@@ -404,7 +404,7 @@ def without_feet() -> Tree:
 def test_a_foot_is_named_given_or_taken_from_the_mesh() -> None:
     tree = without_feet()
     assert refusal(tree) == (
-        "leg 1: nothing says where its foot is; right_front_tibia_link has neither a fixed link "
+        "leg 1: its foot is not given; right_front_tibia_link has neither a fixed link "
         "at its end nor a shape."
     )
     length = MK4.legs[0].tibia.length

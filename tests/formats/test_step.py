@@ -249,7 +249,7 @@ def test_an_axis_may_be_given_by_a_point_and_a_direction(
         ('"body/right_front_servo"', '"body/battery"', r"has no round face"),
         ('axis_of = "body/right_front_servo"\n', "", r"must have axis_of, or point"),
         ('parent = "base_link"', 'parent = "base"', r'names "base", which is no link'),
-        ("[parts.battery]", "[parts.cells]", r"nothing says what part body/battery weighs"),
+        ("[parts.battery]", "[parts.cells]", r"part body/battery has neither a mass nor a density"),
         ("density_kg_m3 = 2000.0", "", r"must have either mass_g or density_kg_m3"),
         ("density_kg_m3 = 2000.0", "density_kg_m3 = -1", r"it must be greater than 0"),
         ("servo =", "motor =", r'unknown key "motor"'),

@@ -299,7 +299,7 @@ def test_servos_are_refused():
         simulate(scenario, plan(scenario))
     assert caught.value.what == (
         'drive is "ideal-servo"; under contact_law = "simscape" it must be "prescribed", since '
-        "that law's simulator knows no other joints."
+        "its simulator has no other drive."
     )
 
 

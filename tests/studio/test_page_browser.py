@@ -248,7 +248,7 @@ def test_a_plan_takes_no_stick_and_says_so(browser, studio):
         assert window.evaluate("document.activeElement.id") == "field-walks"
         window.locator("#view").focus()
         window.keyboard.press("w")
-        window.locator("#toast").filter(has_text="knows no stick").wait_for()
+        window.locator("#toast").filter(has_text="without a stick").wait_for()
         begin_anew(window, heard)
         assert wrong == []
 

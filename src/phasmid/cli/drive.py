@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     given = [way for way in WAYS if getattr(options, way) is not None]
     if len(given) != 1:
         flags = [f"--{way}" for way in given]
-        what = f"{' and '.join(flags)} exclude each other" if given else "nothing says where to go"
+        what = f"{' and '.join(flags)} exclude each other" if given else "no command is given"
         raise InvalidInput(
             f"{what}; it must be one of --{', --'.join(WAYS)}.", hint="--velocity 0.05,0,0"
         )

@@ -273,7 +273,7 @@ def foot_of(chain: Chain, option: str, number: int) -> Foot:
     if tibia.parts:
         return _tip(chain, number)
     raise InvalidRobot(
-        f"leg {number}: nothing says where its foot is; {tibia.name} has neither a fixed link at "
+        f"leg {number}: its foot is not given; {tibia.name} has neither a fixed link at "
         "its end nor a shape.",
         where=tibia.links[0].where,
         hint="--foot 0,0,-0.13, in metres in that link's frame",

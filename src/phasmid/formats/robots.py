@@ -105,7 +105,7 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     raise InvalidRobot(
         f"{bad[0].sentence}{more}",
         where=bad[0].where or Path(source).name,
-        hint=f"phasmid check {source}, which tells all of it",
+        hint=f"phasmid check {source}, which lists all findings",
     )
 
 
@@ -141,7 +141,7 @@ def _refuse_options(source: str | Path, options: ImportOptions | None) -> None:
     """Refuse options for a robot that is read as it stands."""
     if options is not None and replace(options, strict=False) != ImportOptions():
         raise InvalidInput(
-            f"{source} says all of its robot itself; options of reading are for URDF, MJCF and "
+            f"{source} describes its robot in full; options of reading are for URDF, MJCF and "
             "STEP files.",
             hint=f"phasmid convert {source} robot.toml, and change it there",
         )

@@ -211,7 +211,7 @@ def _density(sidecar: Sidecar, part: DrawnPart, *, known: bool) -> float:
     if known:
         return 1000.0
     raise InvalidInput(
-        f"nothing says what part {part.path} weighs.",
+        f"part {part.path} has neither a mass nor a density.",
         hint=f'[parts."{part.product or part.path}"] with mass_g or density_kg_m3, '
         "or density_kg_m3 for all parts",
     )
@@ -298,7 +298,7 @@ def axis_of(
         if abs(asked @ direction) < math.cos(math.radians(45)):
             raise InvalidInput(
                 f"joints.{name}: direction lies across the axis of {part.path}; "
-                "it says which way along the axis is meant."
+                "it gives the sense of the axis."
             )
         direction *= np.sign(asked @ direction)
     # The point of the axis nearest to the part's middle.

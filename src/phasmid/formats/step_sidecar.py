@@ -111,7 +111,7 @@ def read_sidecar(path: Path) -> tuple[Sidecar, str]:
     file = sidecar_of(path)
     if not file.exists():
         raise InvalidInput(
-            f"{path.name} has no {file.name} beside it, which says what part belongs to what link.",
+            f"{path.name} has no {file.name} beside it, which assigns the parts to links.",
             hint=f"phasmid check {path.name} --write-sidecar writes a first guess of it",
         )
     raw, content = read_toml(file)

@@ -124,7 +124,7 @@ def check_drive(
     period_steps(scenario, rate)
     if scenario.contact.contact_law == "simscape":
         raise InvalidInput(
-            'contact_law is "simscape"; its simulator follows plans and knows no controller.',
+            'contact_law is "simscape"; its simulator follows plans and takes no controller.',
             hint='contact_law = "spring-damper"',
         )
     return Faults(scenario.load_robot(), faults, scenario.sensors.contact_threshold)
@@ -283,7 +283,7 @@ def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
         return
     raise InvalidInput(
         f'drive is "prescribed" on terrain "{scenario.terrain.kind}"; joints that do not yield '
-        "need a plan that knows the ground.",
+        "need a plan that follows the ground.",
         hint='drive = "servo" or "ideal-servo"',
     )
 

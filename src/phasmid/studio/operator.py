@@ -122,7 +122,7 @@ class Operator:
     def steer(self, at: tuple[float, float, float]) -> None:
         """Move the stick: shares of the largest velocity forward, lateral and in yaw."""
         if self.setting.walks == "the plan":
-            raise InvalidInput("the robot walks by its plan, which knows no stick.", hint=BY_HAND)
+            raise InvalidInput("the robot walks by its plan, without a stick.", hint=BY_HAND)
         forward, lateral, yaw = (min(max(part, -1.0), 1.0) for part in at)
         share = forward, lateral, yaw
         if self.setting.walks == "by itself":
@@ -138,7 +138,7 @@ class Operator:
         field = field_of(name)
         if self.setting.walks == "the plan" and name in POSES:
             raise InvalidInput(
-                "the robot walks by its plan, which knows no other pose of the body.", hint=BY_HAND
+                "the robot walks by its plan, without another pose of the body.", hint=BY_HAND
             )
         setting = field.changed(self.setting, value)
         if name == "walks":
@@ -185,9 +185,7 @@ class Operator:
                 self._report(f"all servos of leg {name} died.")
             return
         if live.plays:
-            raise InvalidInput(
-                "the robot walks by its plan, which knows no lost legs.", hint=BY_HAND
-            )
+            raise InvalidInput("the robot walks by its plan, without lost legs.", hint=BY_HAND)
         if how == "restore" and leg in self.dead:
             raise InvalidInput(
                 f"the servos of leg {name} are dead for as long as the robot is not put back.",

@@ -216,16 +216,16 @@ def check_prescribed(scenario: Scenario) -> None:
     """
     if scenario.terrain.planned_on == "level" and isinstance(scenario.load_terrain().shape, Blocky):
         raise InvalidInput(
-            f'terrain is "{scenario.terrain.kind}" and the plan takes it for level; under '
-            'contact_law = "simscape" the plan must know it, since that law\'s simulator knows no '
-            "upright faces.",
+            f'terrain is "{scenario.terrain.kind}", and the plan takes it for level; under '
+            'contact_law = "simscape" the plan must follow it, since its simulator has no upright '
+            "faces.",
             hint='planned_on = "terrain", or contact_law = "spring-damper"',
         )
     drive = scenario.simulation.planned_drive
     if drive != "prescribed":
         raise InvalidInput(
             f'drive is "{drive}"; under contact_law = "simscape" it must be "prescribed", since '
-            "that law's simulator knows no other joints.",
+            "its simulator has no other drive.",
             hint='drive = "prescribed", or contact_law = "spring-damper"',
         )
 
