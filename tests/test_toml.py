@@ -9,7 +9,6 @@ from phasmid import load_robot
 from phasmid.cli import main
 from phasmid.control.script import script_from_text
 from phasmid.errors import InvalidInput
-from phasmid.formats.extension import read_extension
 from phasmid.scenario import recorded_scenario
 from phasmid.toml import parse_toml, read_toml
 
@@ -64,7 +63,7 @@ def test_every_reader_of_toml_refuses_numbers_and_nesting_beyond_measure(tmp_pat
     def of_a_recording(text: str) -> None:
         recorded_scenario({"robot": text, "scenario": "x"})
 
-    for reader in (of_a_file, of_a_recording, read_extension, script_from_text):
+    for reader in (of_a_file, of_a_recording, script_from_text):
         with pytest.raises(InvalidInput, match="line 1: a number has 400 digits or more"):
             reader(DIGITS)
         with pytest.raises(InvalidInput, match="nested too deeply"):

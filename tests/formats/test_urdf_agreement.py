@@ -53,7 +53,7 @@ class Written:
 
 
 def write(robot: Robot, folder: Path) -> Path:
-    for name, content in urdf_files(tree_of(robot, "x = 1\n"), "robot").items():
+    for name, content in urdf_files(tree_of(robot), "robot").items():
         path = folder / name
         path.parent.mkdir(exist_ok=True)
         path.write_bytes(content)

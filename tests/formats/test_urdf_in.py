@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
-from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.errors import PhasmidError
 from phasmid.formats import ImportOptions, Severity, Tree, read_urdf
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
@@ -90,7 +90,7 @@ def refused(folder: Path, old: str, new: str, options: ImportOptions | None = No
 
 def test_a_link_and_a_joint_are_read_in_full(tmp_path: Path) -> None:
     tree = read(LEG, tmp_path)
-    assert (tree.name, tree.file, tree.findings, tree.extension) == ("r", "robot.urdf", (), "")
+    assert (tree.name, tree.file, tree.findings) == ("r", "robot.urdf", ())
     link, (joint,) = tree.links["tibia_3"], tree.joints
     assert (link.where, joint.where) == ("robot.urdf, line 3", "robot.urdf, line 15")
     assert link.inertial is not None
@@ -214,18 +214,6 @@ def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
     assert lost.subject == "link tibia_3"
 
 
-def test_i6_two_roots_are_named(tmp_path: Path) -> None:
-    error = refused(tmp_path, "</robot>", '<link name="spare"/></robot>')
-    assert error.what == "robot.urdf has 2 root links (base, spare); exactly 1 is needed."
-
-
-def test_i7_a_link_has_one_parent(tmp_path: Path) -> None:
-    again = LEG[LEG.index("  <joint") :].replace("coxa_1", "j9")
-    error = refused(tmp_path, "</robot>\n", again)
-    assert error.what == "link tibia_3 has two parents (joints coxa_1, j9)."
-    assert error.where == "robot.urdf, line 22"
-
-
 @pytest.mark.parametrize(
     ("limits", "shown", "hint"),
     [
@@ -293,12 +281,6 @@ def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
     assert longest == pytest.approx(0.14, abs=4e-16)
 
 
-def test_i10_a_lying_mesh_is_named(tmp_path: Path) -> None:
-    (tmp_path / "tibia.stl").write_bytes(binary_stl(CORNERS[FACES], 4_000_000_000))
-    error = refused(tmp_path, '<box size="0.1 0.2 0.3"/>', '<mesh filename="tibia.stl"/>')
-    assert error.what == "mesh tibia.stl: header claims 4 000 000 000 faces, file holds 4."
-
-
 def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) -> None:
     more = '<mimic joint="a"/><mimic joint="b"/></joint><transmission><type/></transmission>'
     text = LEG.replace("</joint>", more)
@@ -319,13 +301,6 @@ def test_xacro_is_not_expanded(tmp_path: Path) -> None:
     error = refused(tmp_path, 'value="0.5"', 'value="${m}"')
     assert error.what == '<mass>: value is "${m}"; it must be a number.'
     assert error.hint == "expand the file with xacro first"
-
-
-def test_the_extension_is_the_text_of_our_own_element(tmp_path: Path) -> None:
-    own = "<phasmid>\n[servo]\nname = 'a &lt; b'\n</phasmid></robot>"
-    assert read(LEG.replace("</robot>", own), tmp_path).extension == "[servo]\nname = 'a < b'\n"
-    error = refused(tmp_path, "</robot>", "<phasmid/><phasmid/></robot>")
-    assert error.what == "<phasmid> is there twice."
 
 
 @pytest.mark.parametrize(
@@ -382,32 +357,6 @@ def test_what_cannot_be_used_is_told_with_its_line(
     error = refused(tmp_path, old, new)
     assert error.what == what
     assert error.where == f"robot.urdf, line {line}"
-
-
-def test_another_format_is_told_apart(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput) as error:
-        read('<mujoco model="a"/>', tmp_path)
-    assert error.value.what == (
-        "robot.urdf line 1: the file holds a <mujoco>; a URDF file holds a <robot>."
-    )
-
-
-def test_an_inertial_without_an_inertia_is_suspect(tmp_path: Path) -> None:
-    start, end = LEG.index("<inertia "), LEG.index("</inertial>")
-    tree = read(LEG[:start] + LEG[end:], tmp_path)
-    (found,) = tree.findings
-    assert found.severity is Severity.SUSPECT
-    assert found.what == "link tibia_3 has an <inertial> without <inertia>; 0 was taken."
-    assert found.hint == "--masses geometry"
-
-
-def test_every_link_whose_mesh_is_missing_is_told(tmp_path: Path) -> None:
-    mesh = '<visual><geometry><mesh filename="b.stl"/></geometry></visual>'
-    text = LEG.replace('<box size="0.1 0.2 0.3"/>', '<mesh filename="b.stl"/>')
-    text = text.replace('<link name="base"/>', f'<link name="base">{2 * mesh}</link>')
-    first, second = read(text, tmp_path).findings
-    assert (first.subject, second.subject) == ("link base", "link tibia_3")
-    assert first.what == second.what == 'mesh "b.stl" is not there; it was left out.'
 
 
 def test_a_package_in_no_folder_is_refused(tmp_path: Path) -> None:

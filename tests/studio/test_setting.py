@@ -11,7 +11,7 @@ import pytest
 from phasmid import Scenario, load_robot, load_scenario, save_robot
 from phasmid.errors import InvalidInput
 from phasmid.gait import gaits_of
-from phasmid.robot import preset_names, robot_to_toml, servo_names, with_payload
+from phasmid.robot import preset_names, robot_to_toml, servo_names
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.model import ModelTable
 from phasmid.scenario.simulation import SimulationTable
@@ -255,8 +255,6 @@ def test_a_scenario_that_would_freeze_the_page_is_refused_before_it_is_built(
         '[gait]\nname = "{}/secret.toml"',
         '[terrain]\nkind = "height-map"\nheight_map = "{}/secret.csv"',
         '[terrain]\nkind = "flat"\nheight_map = "../secret.csv"',
-        'robot = "mine.urdf"\n[robot_import]\nmasses = "{}/secret.toml"',
-        '[robot_import]\nmasses = "../secret.toml"',
         'robot = "mine.urdf"\n[robot_import]\npackage = "x=.."',
     ],
 )
@@ -276,7 +274,7 @@ def test_every_text_of_a_scenario_that_can_name_a_file_is_checked_when_uploaded(
     # A new field of text must be added to the test above, or here where it names no file.
     harmless = {"name", "description", "robot_import.foot", "robot_import.servo_model"}
     checked = {"robot", "gait.name", "terrain.height_map"}
-    checked |= {"robot_import.masses", "robot_import.package"}
+    checked |= {"robot_import.package"}
     texts = {
         ".".join(path)
         for path, field in leaves(Scenario)
@@ -298,21 +296,6 @@ def test_an_uploaded_robot_finds_no_package_outside_the_uploads(tmp_path):
         load = Load(what="robot", name="mine.urdf", content=text.replace(mesh, name).encode())
         with pytest.raises(InvalidInput, match=r"lies outside the model folder|is unknown"):
             with_file(PAPER, load, folder)
-
-
-def test_an_uploaded_scenario_takes_masses_from_an_uploaded_robot(tmp_path):
-    save_robot(load_robot("quadruped"), tmp_path / "mine.urdf")
-    donor = with_payload(load_robot("quadruped"), 0.5)
-    with_file(
-        PAPER,
-        Load(what="robot", name="donor.toml", content=robot_to_toml(donor).encode()),
-        tmp_path,
-    )
-    text = b'robot = "mine.urdf"\ngait = "crawl"\n[robot_import]\nmasses = "donor.toml"'
-    taken = with_file(PAPER, Load(what="scenario", name="x.toml", content=text), tmp_path)
-    assert taken.base.mass == pytest.approx(donor.mass, rel=1e-6)
-    # What is saved of it names no folder of this machine.
-    assert tmp_path.as_posix() not in str(scenario_file(taken))
 
 
 def test_an_uploaded_scenario_may_name_presets_and_what_was_uploaded(tmp_path):

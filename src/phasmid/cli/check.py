@@ -250,22 +250,15 @@ def _origin(file: dict[str, Any]) -> str:
 
 
 def _print_findings(findings: list[dict[str, str]]) -> None:
-    """Print each finding once with its subjects, the worst first."""
-    alike: dict[tuple[str, str, str], list[dict[str, str]]] = {}
-    for finding in findings:
-        key = (finding["severity"], finding["what"], finding["hint"])
-        alike.setdefault(key, []).append(finding)
+    """Print findings, the worst first."""
     order = ("impossible", "suspect", "note")
-    for severity, what, hint in sorted(alike, key=lambda key: order.index(key[0])):
-        group = alike[severity, what, hint]
-        subject, where = plain(group[0]["subject"]), plain(group[0]["where"])
-        more = f" and {len(group) - 1} more" if len(group) > 1 else ""
-        said = plain(what)
-        about = "" if not subject or said.startswith(subject) else f"{subject}{more}: "
-        ending = f" ({where}{more})" if where else more and f" (and{more[4:]} like it)"
-        print(f"  {severity:<10} {about}{said}{ending}")
-        if hint:
-            print(f"  {'':<10} try {plain(hint)}")
+    for finding in sorted(findings, key=lambda finding: order.index(finding["severity"])):
+        subject, what = plain(finding["subject"]), plain(finding["what"])
+        about = "" if not subject or what.startswith(subject) else f"{subject}: "
+        where = f" ({plain(finding['where'])})" if finding["where"] else ""
+        print(f"  {finding['severity']:<10} {about}{what}{where}")
+        if finding["hint"]:
+            print(f"  {'':<10} try {plain(finding['hint'])}")
 
 
 def _check_scenario(scenario: Scenario) -> int:

@@ -150,8 +150,7 @@ def _step() -> str:
 
 
 def _compile() -> str:
-    import numba
-
+    numba = import_module("numba")
     if numba.config.DISABLE_JIT:
         raise RuntimeError("NUMBA_DISABLE_JIT is set")
     try:

@@ -14,7 +14,7 @@ OPTIONS = {
         "a link's name or its ending, or metres in each leg's last link; for each leg "
         '"1-3=0,0,-0.13; 4-6=0,0,0.13"',
     ),
-    "masses": ("as-given|geometry|ROBOT", "source of masses and inertias: file, boxes, ..."),
+    "masses": ("as-given|geometry", "inertias of the file, or of boxes of the file's masses"),
     "total_mass_g": ("G", "what the robot weighs on a scale: all masses are scaled to it"),
     "servo_model": ("NAME", "the servo, where efforts and speeds of the file do not determine it"),
     "package": ("NAME=PATH,...", "folders that package:// names"),

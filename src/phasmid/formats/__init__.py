@@ -1,11 +1,10 @@
 """Robots in and out of the formats that people have: TOML, URDF, MJCF, STEP."""
 
 from phasmid.formats.description import describe
-from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.imported import Imported, ImportFacts, LegFacts
+from phasmid.formats.importing import Imported, ImportFacts, robot_from_tree
 from phasmid.formats.judge import judge, judge_robot
-from phasmid.formats.legs import robot_from_tree
+from phasmid.formats.legs import FoundLeg
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import tree_of
@@ -27,17 +26,16 @@ from phasmid.robot.inertial import Inertial
 __all__ = [
     "ROBOT_SUFFIXES",
     "Finding",
+    "FoundLeg",
     "ImportFacts",
     "ImportOptions",
     "Imported",
     "Inertial",
-    "LegFacts",
     "Severity",
     "Tree",
     "TreeJoint",
     "TreeLink",
     "describe",
-    "extension_of",
     "import_robot",
     "is_foreign",
     "judge",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.findings import Finding, Findings, Severity
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
 from phasmid.units import plain_number
@@ -21,9 +21,6 @@ WIDEST_RADIUS, NARROWEST_RADIUS = 1.5, 0.02
 """Gyration radius in lengths of the body that `Link` and `Body` still accept. A rod has 0.29, two
 masses at the ends of one 0.5; nothing inside its own bounds has more than 0.87 (half the diagonal
 of a cube), and 1.5 leaves room for masses beside the bounds."""
-
-LIKELY_RADII = (0.05, 0.9)
-"""Gyration radius in lengths of the body that its own bounds allow; used to find slips of unit."""
 
 LIGHTEST, DENSEST = 100.0, 9000.0
 """Densities of robot materials [kg/m³]: printed foam and thin shells above 100, brass and
@@ -43,12 +40,6 @@ screws, cables and horns."""
 
 SLIPS = (1e-3, 1e-6, 1e-9, 1e3, 1e6)
 """Factors by which a wrong unit spoils a number: mm for m, g for kg, g mm² for kg m²."""
-
-Find = Callable[[Severity, str, str], None]
-"""Records a finding: severity, sentence and hint."""
-
-AXES = ((0, 1, "xy", 2), (0, 2, "xz", 1), (1, 2, "yz", 0))
-"""Rows and columns of the products of inertia, their names, and the axis square to both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +95,8 @@ def _volume(part: Part) -> float:
 
 def judge_body(
     subject: str, inertial: Inertial, box: Bounds, where: str, *, inertias: bool = True
-) -> list[Finding]:
-    """Find impossible or suspect numbers in a body's mass and inertia.
+) -> Findings:
+    """Find what is impossible or suspect about a body's mass and inertia.
 
     Args:
         subject: Such as ``link tibia_rf``.
@@ -114,119 +105,95 @@ def judge_body(
         where: File and line.
         inertias: Whether its inertia and its centre of mass are judged, and not its mass alone.
     """
-    found: list[Finding] = []
-
-    def find(severity: Severity, what: str, hint: str) -> None:
-        found.append(Finding(severity, subject, what, where, hint))
-
+    found = Findings()
     mass, inertia = inertial.mass, inertial.inertia
     judged = (mass, inertial.com, inertia) if inertias else (mass,)
     if not all(np.isfinite(values).all() for values in judged):
-        find(Severity.IMPOSSIBLE, "mass, centre and inertia must be finite numbers.", _MASSES)
-        return found
-    if mass < 0:
-        find(
-            Severity.IMPOSSIBLE,
-            f"mass is {plain_number(mass)} kg; it must be greater than 0.",
-            _MASSES,
-        )
-        return found
-    if mass == 0:
+        what = "mass, centre and inertia must be finite numbers."
+        found.impossible(subject, what, where, _MASSES)
+    elif mass < 0:
+        what = f"mass is {plain_number(mass)} kg; it must be greater than 0."
+        found.impossible(subject, what, where, _MASSES)
+    elif mass == 0:
         if inertias and inertia.any():
             what = "has an inertia and no mass; it must have both or neither."
-            find(Severity.SUSPECT, what, _MASSES)
-        return found
-    _judge_mass(find, mass, box)
-    if inertias:
-        _judge_centre(find, inertial.com, box)
-        _judge_inertia(find, inertial, box)
+            found.suspect(subject, what, where, _MASSES)
+    else:
+        found += _judge_mass(subject, mass, box, where)
+        if inertias:
+            found += _judge_centre(subject, inertial.com, box, where)
+            found += _judge_inertia(subject, inertial, box, where)
     return found
 
 
-_MASSES = "weigh it, or --masses phantomx-mk4"
-_SPREAD = "--masses geometry, which spreads each mass over its link's box, or --masses phantomx-mk4"
+_MASSES = "weigh it, or --masses geometry with --total-mass-g"
+_SPREAD = "--masses geometry, which spreads each mass over its link's box"
 
 
-def _judge_mass(find: Find, mass: float, box: Bounds) -> None:
+def _judge_mass(subject: str, mass: float, box: Bounds, where: str) -> Findings:
+    found = Findings()
     if not math.isfinite(box.volume) or box.volume <= 0:
-        return
+        return found
     density = mass / box.volume
-    if density >= LIGHTEST and mass - SERVO <= DENSEST * box.volume:
-        return
-    slip = _slip(density, (LIGHTEST, DENSEST))
-    find(
-        Severity.SUSPECT,
-        f"{plain_number(1000 * mass)} g in {plain_number(1e6 * box.volume)} cm³ of mesh is "
-        f"{plain_number(density)} kg/m³; what robots are made of has {plain_number(LIGHTEST)} to "
-        f"{plain_number(DENSEST)}"
-        + (f"; the mass times {plain_number(slip)} would fit." if slip else "."),
-        _MASSES,
-    )
+    if density < LIGHTEST or mass - SERVO > DENSEST * box.volume:
+        found.suspect(
+            subject,
+            f"{plain_number(1000 * mass)} g in {plain_number(1e6 * box.volume)} cm³ of mesh is "
+            f"{plain_number(density)} kg/m³; robots are made of {plain_number(LIGHTEST)} to "
+            f"{plain_number(DENSEST)} kg/m³.",
+            where,
+            _MASSES,
+        )
+    return found
 
 
-def _judge_centre(find: Find, com: Float[np.ndarray, "3"], box: Bounds) -> None:
-    def beyond(point: np.ndarray) -> float:
-        return float(np.maximum(np.maximum(box.low - point, point - box.high), 0.0).max())
-
-    outside = beyond(com)
-    if not box.solid or outside <= OUTSIDE * box.size:
-        return
-    far = outside > WIDEST_RADIUS * box.size
-    slip = next((s for s in SLIPS if beyond(s * com) <= OUTSIDE * box.size), None) if far else None
-    find(
-        Severity.IMPOSSIBLE if far else Severity.SUSPECT,
-        f"centre of mass lies {_mm(outside)} outside its {_mm(box.size)} box"
-        + (
-            f"; times {plain_number(slip)} it would lie inside."
-            if slip
-            else "; it must lie inside."
-        ),
-        _SPREAD,
-    )
+def _judge_centre(subject: str, com: Float[np.ndarray, "3"], box: Bounds, where: str) -> Findings:
+    found = Findings()
+    outside = float(np.maximum(np.maximum(box.low - com, com - box.high), 0.0).max())
+    if box.solid and outside > OUTSIDE * box.size:
+        what = f"centre of mass is {_mm(outside)} outside its {_mm(box.size)} box."
+        far = outside > WIDEST_RADIUS * box.size
+        severity = Severity.IMPOSSIBLE if far else Severity.SUSPECT
+        found.append(Finding(severity, subject, what, where, _SPREAD))
+    return found
 
 
-def _judge_inertia(find: Find, inertial: Inertial, box: Bounds) -> None:
-    mass, com, inertia = inertial.mass, inertial.com, inertial.inertia
-    moments = np.linalg.eigvalsh(inertia)
-    shown = ", ".join(f"{moment:.4g}" for moment in moments)
+def _judge_inertia(subject: str, inertial: Inertial, box: Bounds, where: str) -> Findings:
+    found = Findings()
+    moments = np.linalg.eigvalsh(inertial.inertia)
+    excess = _excess(moments)
+    shown = f"principal moments {', '.join(f'{m:.4g}' for m in moments)} kg m²"
     if moments[0] <= 0:
-        what = f"principal moments {shown} kg m² must all be greater than 0{_product(inertia)}."
-        find(Severity.IMPOSSIBLE, what, _SPREAD)
-    elif _excess(moments) > ROUNDED:
+        found.impossible(subject, f"{shown} must all be greater than 0.", where, _SPREAD)
+    elif excess > ROUNDED:
+        what = f"{shown} belong to no body; the largest may not exceed the sum of the others."
+        found.impossible(subject, what, where, _SPREAD)
+    elif excess > 0:
+        raised = plain_number(100 * excess, 2)
         what = (
-            f"principal moments {shown} kg m² belong to no body; the largest may not exceed the "
-            f"sum of the others{_product(inertia)}."
+            f"{shown} are those of a plate, rounded; they were raised by {raised} % of the largest."
         )
-        find(Severity.IMPOSSIBLE, what, _SPREAD)
-    elif _excess(moments) > 0:
-        what = (
-            f"principal moments {shown} kg m² are those of a plate, rounded; they were raised by "
-            f"{plain_number(100 * _excess(moments), 2)} % of the largest."
-        )
-        find(Severity.NOTE, what, "")
+        found.note(subject, what, where)
     if moments[2] <= 0:
-        return
-    radius, size = math.sqrt(moments[2] / mass), box.size
+        return found
+    radius, size = math.sqrt(moments[2] / inertial.mass), box.size
     shown = (
-        f"inertia {moments[2]:.3g} kg m² with {plain_number(1000 * mass)} g gives a gyration "
-        f"radius of {_mm(radius)} to a {_mm(size)} body; "
+        f"inertia {moments[2]:.3g} kg m² with {plain_number(1000 * inertial.mass)} g gives a "
+        f"gyration radius of {_mm(radius)} to a {_mm(size)} body; "
     )
     least, most = NARROWEST_RADIUS * size, WIDEST_RADIUS * size
+    farthest = float(np.linalg.norm(np.maximum(inertial.com - box.low, box.high - inertial.com)))
     if not least <= radius <= most:
-        what = f"{shown}it must lie between {_mm(least)} and {_mm(most)}"
-        slip = _slip((radius / size) ** 2, (LIKELY_RADII[0] ** 2, LIKELY_RADII[1] ** 2))
+        slip = next((s for s in SLIPS if least <= radius * math.sqrt(s) <= 0.6 * most), None)
+        what = f"{shown}it must be between {_mm(least)} and {_mm(most)}"
         if slip:
             fits = _mm(radius * math.sqrt(slip))
             what += f"; the inertia times {plain_number(slip)} would give {fits}"
-        find(Severity.IMPOSSIBLE, what + ".", _SPREAD)
-        return
-    farthest = float(np.linalg.norm(np.maximum(com - box.low, box.high - com)))
-    if box.solid and radius > farthest + OUTSIDE * size:
-        what = (
-            f"{shown}no point of it lies that far from its centre of mass, but at most "
-            f"{_mm(farthest)}."
-        )
-        find(Severity.SUSPECT, what, _SPREAD)
+        found.impossible(subject, f"{what}.", where, _SPREAD)
+    elif box.solid and radius > farthest + OUTSIDE * size:
+        what = f"{shown}its matter is at most {_mm(farthest)} from its centre of mass."
+        found.suspect(subject, what, where, _SPREAD)
+    return found
 
 
 def _mm(length: float) -> str:
@@ -256,20 +223,3 @@ def _excess(moments: Float[np.ndarray, "3"]) -> float:
         return 0.0
     excess = float((moments[2] - moments[0] - moments[1]) / moments[2])
     return excess if excess > ROUND_OFF else 0.0
-
-
-def _product(inertia: np.ndarray) -> str:
-    """The product of inertia that is larger than any body's, in words; empty where none is."""
-    for i, j, names, k in AXES:
-        # The integral of |xy| is at most half that of x² + y².
-        if abs(inertia[i, j]) > max(inertia[k, k] / 2, 0.0) * (1 + 1e-9):
-            return (
-                f"; product {names} is {inertia[i, j]:.3g}, and no body's is more than half of "
-                f"{'xyz'[k] * 2}, {inertia[k, k] / 2:.3g}"
-            )
-    return ""
-
-
-def _slip(value: float, likely: tuple[float, float]) -> float | None:
-    """The factor of a wrong unit that makes a number likely; None where none does."""
-    return next((s for s in SLIPS if likely[0] <= value * s <= likely[1]), None)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.findings import Finding, Findings
 from phasmid.formats.rigid import RigidLink, fixed_to, rigid_link
 from phasmid.formats.tree import HINGES, Tree, TreeJoint
 from phasmid.robot.table import MOST_LEGS
@@ -80,16 +80,20 @@ class Skeleton:
     X_up_trunk: Float[np.ndarray, "4 4"]
     findings: tuple[Finding, ...]
 
+    @property
+    def bodies(self) -> tuple[RigidLink, ...]:
+        """The trunk and all links of the legs."""
+        return (self.trunk, *(link for chain in self.chains for link in chain.links))
 
-def skeleton(tree: Tree, *, upright: bool = True) -> Skeleton:
-    """Find a tree's trunk and legs by their joints; names have no effect.
+
+def skeleton(tree: Tree) -> Skeleton:
+    """Find a tree's trunk and legs, by what moves on what and by no name.
 
     Links that joints fix to each other are one. A branch that is no leg, such as a head or a
     gripper, is held at angle 0 and belongs to the link that carries it.
 
     Args:
         tree: The tree.
-        upright: Whether a trunk whose z is plainly not up is turned.
 
     Raises:
         InvalidRobot: There are fewer than four chains of three hinges, or one leg of a pair has
@@ -132,22 +136,15 @@ def skeleton(tree: Tree, *, upright: bool = True) -> Skeleton:
     if held:
         names = ", ".join(list(held)[:6]) + (", …" if len(held) > 6 else "")
         noun = "joint" if len(held) == 1 else "joints"
-        findings.append(
-            Finding(
-                Severity.NOTE,
-                f"{noun} {names}",
-                f"{'is' if len(held) == 1 else 'are'} part of no leg and held at angle 0.",
-                where=extra[0].where,
-            )
-        )
+        findings.note(f"{noun} {names}", "held at angle 0, as part of no leg.", extra[0].where)
     trunk = rigid_link(tree, root, held)
     chains = tuple(_chain(tree, trunk, leg, held) for leg in legs)
-    X_up_trunk = _upright(chains, findings) if upright else np.eye(4)
+    X_up_trunk = _upright(chains, findings)
     chains = tuple(replace(chain, poses=X_up_trunk @ chain.poses) for chain in chains)
     return Skeleton(trunk, chains, X_up_trunk, tuple(findings))
 
 
-def _upright(chains: Sequence[Chain], findings: list[Finding]) -> Float[np.ndarray, "4 4"]:
+def _upright(chains: Sequence[Chain], findings: Findings) -> Float[np.ndarray, "4 4"]:
     """Return the trunk's frame in one with z up: its own, unless its hips show another.
 
     Hips lie in one level, or nearly so. Files of drawings in which y is up have theirs in x and z.
@@ -162,14 +159,11 @@ def _upright(chains: Sequence[Chain], findings: list[Finding]) -> Float[np.ndarr
     X[0, :3], X[2, :3] = np.eye(3)[forward], np.eye(3)[up] * (-1.0 if feet[up] > 0 else 1.0)
     X[1, :3] = np.cross(X[2, :3], X[0, :3])
     sign = "-" if feet[up] > 0 else ""
-    findings.append(
-        Finding(
-            Severity.SUSPECT,
-            "trunk",
-            f"its hips spread {1000 * spans[2]:.0f} mm along z and {1000 * spans[up]:.0f} mm along "
-            f"{'xyz'[up]}; {sign}{'xyz'[up]} was taken as up and {'xyz'[forward]} as forward.",
-            hint="give the root link x forward, y left and z up",
-        )
+    findings.suspect(
+        "trunk",
+        f"its hips spread {1000 * spans[2]:.0f} mm along z and {1000 * spans[up]:.0f} mm along "
+        f"{'xyz'[up]}; {sign}{'xyz'[up]} was taken as up and {'xyz'[forward]} as forward.",
+        hint="give the root link x forward, y left and z up",
     )
     return X
 
@@ -183,19 +177,15 @@ def _end(chain: Chain) -> Float[np.ndarray, "3"]:
     return np.asarray(X[:3, :3] @ point + X[:3, 3])
 
 
-def _trunk(tree: Tree) -> tuple[str, list[Finding]]:
+def _trunk(tree: Tree) -> tuple[str, Findings]:
     """Return the root, or the link that moves freely in it."""
-    root = rigid_link(tree, tree.root.name)
-    if len(root.joints) == 1 and root.joints[0].kind in FREE:
-        joint = root.joints[0]
-        note = Finding(
-            Severity.NOTE,
-            f"link {root.name}",
-            f"was left out: joint {joint.name} lets {joint.child}, the trunk, move freely in it.",
-            where=joint.where,
-        )
-        return joint.child, [note]
-    return root.name, []
+    root, findings = rigid_link(tree, tree.root.name), Findings()
+    if len(root.joints) != 1 or root.joints[0].kind not in FREE:
+        return root.name, findings
+    joint = root.joints[0]
+    what = f"was left out: joint {joint.name} lets {joint.child}, the trunk, move freely in it."
+    findings.note(f"link {root.name}", what, joint.where)
+    return joint.child, findings
 
 
 def _paths(tree: Tree, first: TreeJoint) -> list[list[TreeJoint]]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from phasmid.errors import PhasmidError
 from phasmid.formats.findings import Severity
-from phasmid.formats.imported import Imported, ImportFacts, LegFacts
+from phasmid.formats.importing import Imported, ImportFacts
+from phasmid.formats.legs import FoundLeg
 from phasmid.kinematics import joint_angles, longest_stride
 from phasmid.robot import JOINTS, Leg, Robot, Servo
 from phasmid.units import STANDARD_GRAVITY
@@ -56,7 +57,7 @@ def describe(imported: Imported) -> dict[str, Any]:
 
 def _understood(facts: ImportFacts) -> dict[str, Any]:
     """Describe a file whose robot is impossible."""
-    told = {
+    described = {
         "name": facts.name,
         "mass_g": 1000 * facts.mass,
         "weight_n": facts.mass * STANDARD_GRAVITY,
@@ -64,24 +65,24 @@ def _understood(facts: ImportFacts) -> dict[str, Any]:
             {
                 "name": leg.name,
                 "lengths_mm": _mm(leg.lengths),
-                "hip_mm": _mm(leg.mount_position),
-                **_angles(*leg.mount_angles),
-                "neutral_foot_mm": None if leg.neutral_foot is None else _mm(leg.neutral_foot),
+                "hip_mm": _mm(leg.position),
+                **_angles(*leg.angles),
+                "neutral_foot_mm": None if facts.feet is None else _mm(facts.feet[i]),
                 "neutral_deg": None,
                 "limits_deg": dict(zip(JOINTS, np.degrees(leg.limits).tolist(), strict=True)),
-                "masses_g": [None if np.isnan(m) else 1000 * float(m) for m in leg.masses],
+                "masses_g": [None if np.isnan(m) else 1000 * float(m) for m in facts.masses[i]],
             }
-            for leg in facts.legs
+            for i, leg in enumerate(facts.legs)
         ],
     }
-    return told if facts.servo is None else told | {"servo": _servo(facts.servo)}
+    return described if facts.servo is None else described | {"servo": _servo(facts.servo)}
 
 
-def _origin(leg: LegFacts) -> dict[str, Any]:
+def _origin(leg: FoundLeg) -> dict[str, Any]:
     """Describe the joints of the file that became a leg, and the zeros of their angles."""
     return {
         "joints": list(leg.joints),
-        "links": [list(names) for names in leg.links],
+        "links": [list(link.poses) for link in leg.chain.links],
         "foot": leg.foot,
         "signs": [int(sign) for sign in leg.signs],
         "offsets_deg": np.degrees(leg.offsets).tolist(),

@@ -1,9 +1,13 @@
-"""Findings about a robot's description, in sentences."""
+"""Findings about a robot's description."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import Enum
+
+NAMED = 3
+"""Number of subjects that are named before the rest is counted."""
 
 
 class Severity(Enum):
@@ -19,12 +23,12 @@ class Finding:
     """One finding about a description.
 
     Attributes:
-        severity: ``IMPOSSIBLE`` where the robot cannot walk so, ``SUSPECT`` where it can but
-            hardly is so, ``NOTE`` for data that was ignored, assumed or rounded.
-        subject: Link, joint or other subject, such as ``link tibia_rf``.
-        what: One sentence, with the measured number and its limit.
-        where: File and line; empty where nothing is known.
-        hint: One thing to try; empty where there is none.
+        severity: ``IMPOSSIBLE``: the robot cannot walk. ``SUSPECT``: the number is unlikely.
+            ``NOTE``: something was ignored, assumed or rounded.
+        subject: Its subject, such as ``link tibia_rf``.
+        what: One sentence, with the value and the limit.
+        where: File and line; empty if unknown.
+        hint: One thing to try; empty without one.
     """
 
     severity: Severity
@@ -39,3 +43,39 @@ class Finding:
         if self.what.startswith(self.subject):
             return self.what
         return f"{self.subject}: {self.what}"
+
+
+class Findings(list[Finding]):
+    """List of findings with a method for each severity; arguments are those of `Finding`."""
+
+    def note(self, subject: str, what: str, where: str = "", hint: str = "") -> None:
+        """Add a note."""
+        self.append(Finding(Severity.NOTE, subject, what, where, hint))
+
+    def suspect(self, subject: str, what: str, where: str = "", hint: str = "") -> None:
+        """Add a suspect number."""
+        self.append(Finding(Severity.SUSPECT, subject, what, where, hint))
+
+    def impossible(self, subject: str, what: str, where: str = "", hint: str = "") -> None:
+        """Add an impossible number."""
+        self.append(Finding(Severity.IMPOSSIBLE, subject, what, where, hint))
+
+
+def grouped(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Merge findings that differ in subject and place only; the subjects are listed."""
+    alike: dict[tuple[object, ...], list[Finding]] = {}
+    for finding in findings:
+        noun = finding.subject.partition(" ")[0]
+        alike.setdefault((finding.severity, noun, finding.what, finding.hint), []).append(finding)
+    return tuple(
+        replace(group[0], subject=_listed([f.subject for f in group])) for group in alike.values()
+    )
+
+
+def _listed(subjects: list[str]) -> str:
+    noun = subjects[0].partition(" ")[0]
+    names = list(dict.fromkeys(subject.partition(" ")[2] for subject in subjects))
+    if len(names) == 1:
+        return subjects[0]
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return f"{noun}s {', '.join(names[:NAMED])}{more}"

@@ -9,25 +9,25 @@ from itertools import combinations
 from typing import Literal
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid.errors import PhasmidError
 from phasmid.formats.bodies import bounds, judge_body
-from phasmid.formats.chains import FREE, Chain, Skeleton, skeleton
-from phasmid.formats.extension import read_extension
-from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.found import named_chains
-from phasmid.formats.grouping import grouped
-from phasmid.formats.load import judge_servo
+from phasmid.formats.chains import FREE, Skeleton, skeleton
+from phasmid.formats.findings import Finding, Findings, Severity, grouped
+from phasmid.formats.legs import names_in_order
+from phasmid.formats.masses import NO_MASS
 from phasmid.formats.origins import WHOLE_TURN
-from phasmid.formats.rigid import RigidLink, rigid_link
+from phasmid.formats.rigid import RigidLink
+from phasmid.formats.servos import DATA_SHEET
 from phasmid.formats.symmetry import judge_symmetry
 from phasmid.formats.tree import HINGES, Tree, TreeLink
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
-from phasmid.robot import JOINTS, Robot
-from phasmid.robot.inertial import Inertial, merged
+from phasmid.robot import JOINTS, Robot, Servo
+from phasmid.robot.inertial import Inertial
 from phasmid.robot.link import LONGEST_LENGTH
-from phasmid.units import plain_number
+from phasmid.units import STANDARD_GRAVITY, plain_number
 
 ALIKE = 1e-6
 """Masses and inertias that differ by less than this part are one number, copied."""
@@ -37,20 +37,24 @@ UNEVEN = 0.1
 make a few hundredths."""
 
 LIGHTEST, HEAVIEST = 0.05, 200.0
-"""Weights of walking robots with servos [kg]; a single small servo has 0.01, `Link` refuses 200."""
+"""Masses of walking robots with servos [kg]; a single small servo has 0.01, `Link` refuses 200."""
 
 NARROWEST_RANGE = math.radians(5)
-"""Ranges of joints narrower than this are hardly a leg's [rad]."""
+"""Ranges of joints narrower than this are unlikely for a leg [rad]."""
 
 SHORTEST_STRIDE = 0.010
-"""Strides shorter than this are hardly a walk [m]."""
+"""Strides shorter than this are unlikely [m]."""
 
 LEANING = 0.1
-"""Part of the half track by which the centre of mass may lie off the middle."""
+"""Part of the half track by which the centre of mass may be off the middle."""
 
-NEGLIGIBLE = 0.05
-"""Part of their inertia by which a link changes the links that it is fixed to, and part of their
-length by which it moves their centre of mass, up to which its own numbers do not matter."""
+STRONGEST = 10.0
+"""Torque, in weights of the robot at a leg's length, above which an effort is a placeholder:
+the strongest walking machines have 1, the PhantomX 0.2."""
+
+FASTEST = 50.0
+"""No-load speed above which a number is a placeholder [rad/s]: hobby servos reach 13, the motors
+of running quadrupeds 40."""
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -61,210 +65,126 @@ def judge(
 
     Args:
         tree: As it was read.
-        bones: Its trunk and legs, where they are known already.
-        used: The part of its links' data in use: masses, centres and inertias, masses alone, or
-            nothing. Faults of unused data are only counted.
+        bones: Its trunk and legs, if they are known already.
+        used: Which of the links' numbers are used: masses, centres and inertias, masses alone, or
+            none. Others are not judged.
 
     Returns:
-        Findings, those that differ in nothing but their subject as one.
+        Findings, grouped.
     """
-    found: list[Finding] = []
+    found = Findings()
     if bones is None:
         try:
             bones = skeleton(tree)
         except PhasmidError as error:
-            found.append(Finding(Severity.IMPOSSIBLE, "robot", error.what, error.where, error.hint))
-    long = length_slip(tree)
-    if long:
-        found += long
-    for link in tree.links.values():
-        found += _mesh_size(link)
-    found += _joints(tree, placed=not long)
-    weights = _weights(tree, bones, links=not long, inertias=True)
-    shown = {
-        "all": weights,
-        "masses": _weights(tree, bones, links=not long, inertias=False),
-        "none": [],
-    }[used]
-    unused = len(weights) - len(shown)
-    if unused > 0:
-        faults = "1 fault" if unused == 1 else f"{unused} faults"
-        nouns = "centres of mass and inertias" if used == "masses" else "masses and inertias"
-        what = f"{faults} in the file's {nouns}, which are not used."
-        found.append(Finding(Severity.NOTE, "masses", what))
-    return grouped([*shown, *found])
-
-
-def _weights(tree: Tree, bones: Skeleton | None, *, links: bool, inertias: bool) -> list[Finding]:
-    """Find faults of the links' masses, and of their inertias where these are used."""
-    heavy = mass_slip(tree)
-    if heavy is not None:
-        # Of masses in grams, what is said of each link is a consequence.
-        light = scaled_masses(tree, 1e-3, inertias=False)
-        found = [heavy, *_bodies(light, bones, inertias=inertias)]
-    else:
-        found = _bodies(tree, bones, inertias=inertias) if links else []
-        found += _total(tree)
-    if bones is not None:
-        found += _without_mass(bones)
-        chains = _by_number(tree, bones)
-        legs = {number: [link.inertial for link in c.links] for number, c in chains.items()}
-        found += _copies(
-            {
-                number: [_heaviest(link.links) for link in chain.links]
-                for number, chain in chains.items()
-            }
-        )
-        hips = [chain.hip for chain in chains.values()]
-        found += _uneven(legs, np.array(hips))
-    return found
+            found.impossible("robot", error.what, error.where, error.hint)
+    too_long = _lengths(tree)
+    if used != "none":
+        inertias = used == "all"
+        if (slip := mass_slip(tree)) is not None:
+            # With masses in grams, findings about single links are consequences.
+            found.append(slip)
+            found += _links(scaled_masses(tree, 1e-3, inertias=False), bones, inertias)
+        else:
+            found += _links(tree, bones, inertias) if not too_long else []
+            found += _total(tree)
+        if bones is not None:
+            found += _legs(bones)
+    return grouped([*found, *too_long, *_limits(tree)])
 
 
 def judge_robot(robot: Robot) -> tuple[Finding, ...]:
-    """Find suspect combinations of a robot's numbers, each of which is possible.
+    """Find what is suspect about a robot whose numbers are possible one by one.
 
     Args:
-        robot: From a file of any kind.
+        robot: The robot, from a file of any kind.
     """
     legs = {
         leg.name: [Inertial(link.mass, link.com, link.inertia) for link in leg.links]
         for leg in robot.legs
     }
-    found = _copies(legs) + _uneven(legs, robot.arrays.p_body_hip)
-    found += judge_symmetry(robot)
+    found = [*_copies(legs), *_uneven(legs, robot.arrays.p_body_hip), *judge_symmetry(robot)]
     return grouped([*found, *judge_standing(robot), *_narrow(robot), *_look(robot)])
 
 
 def judge_standing(robot: Robot, *, assumed: bool = False) -> tuple[Finding, ...]:
-    """Find whether a robot stands on its neutral feet without toppling.
+    """Find whether a robot stands on its neutral feet without toppling, and judge its servo.
 
     Args:
         robot: The robot.
-        assumed: Whether phasmid assumed the neutral feet, so that the robot may stand on others.
+        assumed: Whether the neutral feet are an assumption, so that the robot may stand otherwise.
     """
+    found = Findings()
     try:
         q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     except PhasmidError as error:
-        return (Finding(Severity.IMPOSSIBLE, "neutral feet", error.what, error.where, error.hint),)
-    length = float(robot.arrays.lengths.sum(axis=1).max())
-    found = list(judge_servo(robot.servo, robot.mass, length))
+        found.impossible("neutral feet", error.what, error.where, error.hint)
+        return tuple(found)
+    found += judge_servo(robot.servo, robot.mass, float(robot.arrays.lengths.sum(axis=1).max()))
     for leg, angles in zip(robot.legs, q, strict=True):
         for joint, angle, (low, high) in zip(JOINTS, angles, leg.joint_limits, strict=True):
             if not low <= angle <= high:
-                found.append(
-                    Finding(
-                        Severity.IMPOSSIBLE,
-                        f"joint {leg.name}.{joint}",
-                        f"stands at {plain_number(math.degrees(angle))}°, outside its limits "
-                        f"[{plain_number(math.degrees(low))}°, "
-                        f"{plain_number(math.degrees(high))}°].",
-                        hint="move the neutral foot, or widen the limits",
-                    )
+                found.impossible(
+                    f"joint {leg.name}.{joint}",
+                    f"stands at {_degrees(angle)}, outside its limits {_range(low, high)}.",
+                    hint="move the neutral foot, or widen the limits",
                 )
-    hint = "move the neutral feet" if assumed else "check the trunk's centre of mass"
     com, feet = centre_of_mass(robot, q), neutral_feet(robot)
     margin = float(support_margin(feet[:, :2], np.ones(len(feet), dtype=bool), np.asarray(com[:2])))
-    if margin < 0:
-        found.append(
-            Finding(
-                Severity.SUSPECT if assumed else Severity.IMPOSSIBLE,
-                "robot",
-                f"it topples on the feet that phasmid assumed: {shortfall(margin)}."
-                if assumed
-                else f"it topples in its neutral stance: {shortfall(margin)}.",
-                hint=hint,
-            )
-        )
-    track = float(np.ptp(feet[:, 1]))
     aside = float(com[1] - feet[:, 1].mean())
-    if margin >= 0 and abs(aside) > LEANING * track / 2:
-        found.append(
-            Finding(
-                Severity.SUSPECT,
-                "robot",
-                f"its centre of mass lies {plain_number(1000 * abs(aside), 3)} mm to the "
-                f"{'left' if aside > 0 else 'right'} of the middle of its feet.",
-                hint=hint,
-            )
+    hint = "move the neutral feet" if assumed else "check the trunk's centre of mass"
+    if margin < 0:
+        stance = "on the feet that phasmid assumed" if assumed else "in its neutral stance"
+        severity = Severity.SUSPECT if assumed else Severity.IMPOSSIBLE
+        what = f"it topples {stance}: {shortfall(margin)}."
+        found.append(Finding(severity, "robot", what, hint=hint))
+    elif abs(aside) > LEANING * float(np.ptp(feet[:, 1])) / 2:
+        found.suspect(
+            "robot",
+            f"its centre of mass is {plain_number(1000 * abs(aside), 3)} mm to the "
+            f"{'left' if aside > 0 else 'right'} of the middle of its feet.",
+            hint=hint,
         )
     return tuple(found)
 
 
-def _bodies(tree: Tree, bones: Skeleton | None = None, *, inertias: bool = True) -> list[Finding]:
-    """Find faults of the links' masses and inertias, one by one."""
-    found: list[Finding] = []
-    fixed = _fixed_to_others(tree, bones)
-    for link in tree.links.values():
-        if link.inertial is None:
-            continue
-        joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
-        box = bounds(link.parts, joints)
-        if not link.complete:
-            # Without one of its meshes nobody knows where its matter is.
-            box = replace(box, volume=math.nan, solid=False)
-        faults = judge_body(f"link {link.name}", link.inertial, box, link.where, inertias=inertias)
-        if faults and link.name in fixed and not _matters(link, fixed[link.name]):
-            carrier = fixed[link.name].name
-            faults = [
-                replace(
-                    fault,
-                    severity=Severity.SUSPECT,
-                    what=f"{fault.what.removesuffix('.')}; it hardly matters, as the link is fixed "
-                    f"to {carrier} and light beside it.",
-                )
-                if fault.severity is Severity.IMPOSSIBLE
-                else fault
-                for fault in faults
-            ]
-        found += faults
-    return found
+def judge_servo(servo: Servo, mass: float, length: float) -> tuple[Finding, ...]:
+    """Find torques and speeds that are placeholders.
 
-
-def _fixed_to_others(tree: Tree, bones: Skeleton | None) -> dict[str, RigidLink]:
-    """The rigid links of several links, by the name of each link besides their first."""
-    if bones is not None:
-        rigid = [bones.trunk, *(link for chain in bones.chains for link in chain.links)]
-    else:
-        moved = [joint.child for joint in tree.joints if joint.kind != "fixed"]
-        rigid = [rigid_link(tree, name) for name in (tree.root.name, *moved)]
-    # Of a scaled tree the bones have the older masses.
-    return {
-        link.name: replace(each, links=tuple(tree.links[link.name] for link in each.links))
-        for each in rigid
-        for link in each.links[1:]
-        if len(each.links) > 1
-    }
-
-
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")
-def _matters(link: TreeLink, rigid: RigidLink) -> bool:
-    """Return whether a link changes the mass, centre or inertia of those that it is fixed to."""
-    pieces = [(rigid.poses[each.name], each.inertial) for each in rigid.links if each.inertial]
-    whole = merged([inertial.at(X) for X, inertial in pieces])
-    rest = merged([each.at(X) for X, each in pieces if each is not link.inertial])
-    if whole is None or rest is None or not 0 <= whole.mass - rest.mass < NEGLIGIBLE * rest.mass:
-        return True
-    corners = [X[:3, 3] for X, _ in pieces] + [j.X_parent_child[:3, 3] for j in rigid.joints]
-    size = bounds(rigid.parts, corners).size
-    shift = float(np.linalg.norm(whole.com - rest.com)) / size
-    change = float(np.linalg.norm(whole.inertia - rest.inertia) / np.linalg.norm(rest.inertia))
-    return not (shift < NEGLIGIBLE and change < NEGLIGIBLE)
+    Args:
+        servo: Servo of every joint.
+        mass: Mass of the whole robot [kg].
+        length: Length of its longest leg [m].
+    """
+    found = Findings()
+    times = servo.stall_torque / (mass * STANDARD_GRAVITY * length)
+    if times > STRONGEST:
+        found.suspect(
+            "servos",
+            f"effort {servo.stall_torque:.4g} N·m would lift {times:.0f} such robots at a leg's "
+            f"length; the limit is {STRONGEST:g}.",
+            hint=DATA_SHEET,
+        )
+    if servo.no_load_speed > FASTEST:
+        what = f"speed is {servo.no_load_speed:.4g} rad/s; the limit is {FASTEST:g} rad/s."
+        found.suspect("servos", what, hint=DATA_SHEET)
+    return tuple(found)
 
 
 def scaled_masses(tree: Tree, factor: float, *, inertias: bool) -> Tree:
-    """The tree with other masses, and its inertias scaled as they are or kept.
+    """Scale all masses of a tree.
 
     Args:
         tree: The tree.
-        factor: Of every mass.
-        inertias: Whether inertias are scaled with the masses.
+        factor: Factor of every mass.
+        inertias: Whether inertias are scaled too.
     """
     links = {}
     for name, link in tree.links.items():
         inertial = link.inertial
         if inertial is not None:
-            inertia = factor * inertial.inertia if inertias else inertial.inertia
-            inertial = Inertial(factor * inertial.mass, inertial.com, inertia)
+            scaled = inertial.scaled(factor)
+            inertial = scaled if inertias else replace(inertial, mass=scaled.mass)
         links[name] = replace(link, inertial=inertial)
     return replace(tree, links=links)
 
@@ -276,12 +196,13 @@ def mass_slip(tree: Tree) -> Finding | None:
     Args:
         tree: As it was read.
     """
-    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
+    total = _mass(tree)
     if not HEAVIEST < total <= 1000 * HEAVIEST:
         return None
     light = scaled_masses(tree, 1e-3, inertias=False)
     before, after = (
-        sum(f.severity is Severity.IMPOSSIBLE for f in _bodies(each)) for each in (tree, light)
+        sum(f.severity is Severity.IMPOSSIBLE for f in _links(each, None, inertias=True))
+        for each in (tree, light)
     )
     if after >= before:
         return None
@@ -295,198 +216,166 @@ def mass_slip(tree: Tree) -> Finding | None:
     )
 
 
-def length_slip(tree: Tree) -> list[Finding]:
-    """Find lengths in millimetres: most joints farther apart than those of any robot.
-
-    Args:
-        tree: As it was read.
-    """
-    away = [float(np.linalg.norm(j.X_parent_child[:3, 3])) for j in tree.joints]
-    away = [length for length in away if length > 0]
-    far = [length for length in away if length > LONGEST_LENGTH]
-    if not far or 2 * len(far) < len(away) or not max(far) <= 1000 * LONGEST_LENGTH:
-        return []
-    what = (
-        f"{len(far)} of its joints stand {plain_number(min(far))} to {plain_number(max(far))} m "
-        f"from their parents' frames; lengths above {LONGEST_LENGTH:g} m are refused. They look "
-        "like millimetres."
-    )
-    hint = "divide every length by 1000: xyz of all origins are metres"
-    return [Finding(Severity.IMPOSSIBLE, "robot", what, tree.file, hint)]
+def _mass(tree: Tree) -> float:
+    return sum(link.inertial.mass for link in tree.links.values() if link.inertial)
 
 
-def _narrow(robot: Robot) -> list[Finding]:
-    """Joints that hardly turn, or legs that hardly step, as of radians taken for degrees."""
-    found = []
-    for leg in robot.legs:
-        for joint, (low, high) in zip(JOINTS, leg.joint_limits, strict=True):
-            if high - low >= NARROWEST_RANGE:
-                continue
-            ends = f"[{plain_number(math.degrees(low))}°, {plain_number(math.degrees(high))}°]"
-            what = f"turns by {plain_number(math.degrees(high - low), 3)}° in all, {ends}."
-            hint = "limits of TOML files are degrees: coxa_deg = [-50, 50]"
-            found.append(Finding(Severity.SUSPECT, f"joint {leg.name}.{joint}", what, hint=hint))
-    if found:
-        return found
-    try:
-        stride = min(longest_stride(robot), longest_stride(robot, math.pi / 2))
-    except PhasmidError:
-        # A foot out of reach is reported already.
-        return []
-    if 0 < stride < SHORTEST_STRIDE:
-        what = (
-            f"its longest stride is {plain_number(1000 * stride, 3)} mm; a walking robot's is "
-            f"{1000 * SHORTEST_STRIDE:g} mm or more."
-        )
-        hint = "wider joint limits, or a neutral foot amid the reach"
-        found.append(Finding(Severity.SUSPECT, "robot", what, hint=hint))
-    return found
-
-
-def _by_number(tree: Tree, bones: Skeleton) -> dict[str, Chain]:
-    """Chains by their number in the robot, counted from 1."""
-    try:
-        said = read_extension(tree.extension, tree.file) if tree.extension else None
-    except PhasmidError:
-        # Whoever makes the robot refuses it.
-        said = None
-    named = named_chains(bones.chains, said, [])
-    return {str(number): chain for number, (_, chain, _) in enumerate(named, 1)}
-
-
-def _look(robot: Robot) -> list[Finding]:
-    if robot.appearance is None:
-        return []
-    try:
-        names = set(robot.appearance.parts)
-    except PhasmidError as error:
-        return [Finding(Severity.SUSPECT, "appearance", error.what, error.where, error.hint)]
-    known = {"body", *JOINTS, *(f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS)}
-    return [
-        Finding(Severity.NOTE, "appearance", f'"{name}" is the look of no link of this robot.')
-        for name in sorted(names - known)
-    ]
-
-
-def _total(tree: Tree) -> list[Finding]:
-    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
-    if LIGHTEST <= total <= HEAVIEST or total <= 0:
-        return []
-    factor = 1e-3 if total > HEAVIEST else 1e3
-    fits = LIGHTEST <= total * factor <= HEAVIEST
-    return [
-        Finding(
-            Severity.SUSPECT,
+def _total(tree: Tree) -> Findings:
+    found, total = Findings(), _mass(tree)
+    if total > 0 and not LIGHTEST <= total <= HEAVIEST:
+        found.suspect(
             "robot",
             f"weighs {plain_number(total)} kg in all; walking robots weigh {LIGHTEST:g} to "
-            f"{HEAVIEST:g} kg" + (f"; times {factor:g} it would." if fits else "."),
+            f"{HEAVIEST:g} kg.",
             hint="--total-mass-g as on a scale",
         )
-    ]
-
-
-def _mesh_size(link: TreeLink) -> list[Finding]:
-    if not link.parts:
-        return []
-    size = bounds(link.parts, ()).size
-    if size <= LONGEST_LENGTH:
-        return []
-    what = (
-        f"its mesh is {plain_number(size)} m long; lengths above {LONGEST_LENGTH:g} m are "
-        f"refused. In millimetres it would be {plain_number(size)} mm."
-    )
-    return [Finding(Severity.SUSPECT, f"link {link.name}", what, link.where, "--mesh-unit mm")]
-
-
-def _joints(tree: Tree, *, placed: bool) -> list[Finding]:
-    found: list[Finding] = []
-    for joint in tree.joints:
-        subject = f"joint {joint.name}"
-        away = float(np.linalg.norm(joint.X_parent_child[:3, 3]))
-        if placed and away > LONGEST_LENGTH and joint.kind not in FREE:
-            what = (
-                f"it stands {plain_number(away)} m from its parent's frame; lengths above "
-                f"{LONGEST_LENGTH:g} m are refused. In millimetres it would be "
-                f"{plain_number(away)} mm."
-            )
-            found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, "use metres"))
-        if joint.kind not in HINGES:
-            continue
-        if joint.kind == "revolute" and joint.lower >= joint.upper:
-            what = (
-                f"its limits {plain_number(math.degrees(joint.lower))}° to "
-                f"{plain_number(math.degrees(joint.upper))}° leave it no way; the upper must be "
-                "above the lower."
-            )
-            hint = "make it a fixed joint, or give it limits"
-            found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, hint))
-        ends = [abs(end) for end in (joint.lower, joint.upper) if math.isfinite(end)]
-        if ends and max(ends) > WHOLE_TURN:
-            what = (
-                f"its limits reach {plain_number(max(ends))} rad, {max(ends) / (2 * math.pi):.1f} "
-                f"turns; a leg's joint turns by one at most. {plain_number(max(ends))}° would be "
-                f"{plain_number(math.radians(max(ends)))} rad."
-            )
-            hint = f"{plain_number(math.radians(max(ends)), 5)}, in radians"
-            found.append(Finding(Severity.IMPOSSIBLE, subject, what, joint.where, hint))
-        for noun, value in (("effort", joint.effort), ("speed", joint.velocity)):
-            if value is not None and not (value > 0 and math.isfinite(value)):
-                what = f"its {noun} is {value:g}; it must be finite and greater than 0."
-                hint = "--servo-model AX-12A, to take all from a data sheet"
-                found.append(Finding(Severity.SUSPECT, subject, what, joint.where, hint))
     return found
 
 
-def _without_mass(bones: Skeleton) -> list[Finding]:
-    return [
-        Finding(
-            Severity.IMPOSSIBLE,
-            f"link {link.name}",
-            "moves but has no mass.",
-            link.links[0].where,
-            "--masses phantomx-mk4, or geometry with --total-mass-g",
+def _lengths(tree: Tree) -> Findings:
+    """Find joints farther apart than those of any robot."""
+    found = Findings()
+    distances = {
+        joint: float(np.linalg.norm(joint.X_parent_child[:3, 3]))
+        for joint in tree.joints
+        if joint.kind not in FREE
+    }
+    far = [joint for joint, distance in distances.items() if distance > LONGEST_LENGTH]
+    if far:
+        longest = max(far, key=lambda joint: distances[joint])
+        found.impossible(
+            f"joint {longest.name}",
+            f"it is {plain_number(distances[longest])} m from its parent's frame, and "
+            f"{len(far)} of {len(distances)} joints are more than {LONGEST_LENGTH:g} m; such "
+            "lengths are refused.",
+            longest.where,
+            "divide lengths by 1000 if they are millimetres: xyz of all origins are metres",
         )
-        for chain in bones.chains
-        for link in chain.links
-        if link.inertial is None or link.inertial.mass == 0
-    ]
+    return found
+
+
+def _links(tree: Tree, bones: Skeleton | None, inertias: bool) -> Findings:
+    """Judge masses and inertias of single links.
+
+    What is impossible of a link that is fixed to others is only suspect where all of them
+    together, as they are simulated, make a possible body.
+    """
+    found = Findings()
+    for link in tree.links.values():
+        if link.inertial is None:
+            continue
+        joints = [joint.X_parent_child[:3, 3] for joint in tree.joints_from(link.name)]
+        box = bounds(link.parts, joints)
+        if not link.complete:
+            # A missing mesh may hold matter elsewhere.
+            box = replace(box, volume=math.nan, solid=False)
+        faults = judge_body(f"link {link.name}", link.inertial, box, link.where, inertias=inertias)
+        rigid = _carrier(link, bones)
+        if rigid is not None and link.inertial.mass >= 0 and _is_possible(rigid):
+            faults = Findings(
+                replace(
+                    fault,
+                    severity=Severity.SUSPECT,
+                    what=f"{fault.what.removesuffix('.')}; with the links that it is fixed to "
+                    "it is possible.",
+                )
+                if fault.severity is Severity.IMPOSSIBLE
+                else fault
+                for fault in faults
+            )
+        found += faults
+    return found
+
+
+def _carrier(link: TreeLink, bones: Skeleton | None) -> RigidLink | None:
+    """Return the rigid link of several links that a link belongs to; None without one."""
+    bodies = bones.bodies if bones else ()
+    return next((b for b in bodies if len(b.links) > 1 and link.name in b.poses), None)
+
+
+def _is_possible(rigid: RigidLink) -> bool:
+    if rigid.inertial is None:
+        return False
+    joints = [rigid.pose_of(joint)[:3, 3] for joint in rigid.joints]
+    faults = judge_body("", rigid.inertial, bounds(rigid.parts, joints), "")
+    return all(fault.severity is not Severity.IMPOSSIBLE for fault in faults)
+
+
+def _limits(tree: Tree) -> Findings:
+    """Judge limits, efforts and speeds of the hinges."""
+    found = Findings()
+    for joint in tree.joints:
+        if joint.kind not in HINGES:
+            continue
+        subject = f"joint {joint.name}"
+        if joint.kind == "revolute" and joint.lower >= joint.upper:
+            what = f"its limits are {_range(joint.lower, joint.upper)}; the upper must be larger."
+            hint = "make it a fixed joint, or give it limits"
+            found.impossible(subject, what, joint.where, hint)
+        largest = max((abs(e) for e in (joint.lower, joint.upper) if math.isfinite(e)), default=0)
+        if largest > WHOLE_TURN:
+            found.impossible(
+                subject,
+                f"its limits reach {plain_number(largest)} rad; a leg's joint turns by one turn at "
+                "most.",
+                joint.where,
+                f"{plain_number(math.radians(largest), 5)}, if these are degrees",
+            )
+        for noun, value in (("effort", joint.effort), ("speed", joint.velocity)):
+            if value is not None and not 0 < value < math.inf:
+                what = f"its {noun} is {value:g}; it must be finite and greater than 0."
+                found.suspect(subject, what, joint.where, DATA_SHEET)
+    return found
+
+
+def _legs(bones: Skeleton) -> Findings:
+    """Compare the masses of the legs' links."""
+    found = Findings()
+    for chain in bones.chains:
+        for link in chain.links:
+            if link.inertial is None or link.inertial.mass == 0:
+                subject = f"link {link.name}"
+                found.impossible(subject, "moves but has no mass.", link.links[0].where, NO_MASS)
+    hips = np.array([chain.hip for chain in bones.chains])
+    chains = [bones.chains[i] for _, i in names_in_order(hips)]
+    masses = {str(n): [link.inertial for link in c.links] for n, c in enumerate(chains, 1)}
+    heaviest = {
+        str(n): [_heaviest(link.links) for link in chain.links] for n, chain in enumerate(chains, 1)
+    }
+    return Findings(
+        [*found, *_copies(heaviest), *_uneven(masses, np.array([chain.hip for chain in chains]))]
+    )
 
 
 def _heaviest(links: Sequence[TreeLink]) -> Inertial | None:
-    return max(
-        (link.inertial for link in links if link.inertial), key=lambda i: i.mass, default=None
-    )
+    inertials = [link.inertial for link in links if link.inertial]
+    return max(inertials, key=lambda i: i.mass, default=None)
 
 
-def _copies(legs: Mapping[str, Sequence[Inertial | None]]) -> list[Finding]:
-    """Legs whose three links share one mass and one inertia: a number that was copied."""
-    found = []
+def _copies(legs: Mapping[str, Sequence[Inertial | None]]) -> Findings:
+    """Find legs whose three links have one mass and one inertia: a number that was copied."""
+    found = Findings()
     for name, links in legs.items():
-        first = links[0]
-        if first is None or not first.mass:
-            continue
-        moments = [np.linalg.eigvalsh(link.inertia) for link in links if link is not None]
-        if len(moments) == 3 and all(
-            other is not None
-            and math.isclose(other.mass, first.mass, rel_tol=ALIKE)
-            and np.allclose(moment, moments[0], rtol=ALIKE, atol=0)
-            for other, moment in zip(links, moments, strict=True)
-        ):
+        numbers = [
+            [link.mass, *np.linalg.eigvalsh(link.inertia)] for link in links if link is not None
+        ]
+        if len(numbers) == 3 and numbers[0][0] and np.allclose(numbers, numbers[0], ALIKE, 0):
             what = (
-                f"coxa, femur and tibia all have {plain_number(1000 * first.mass)} g and the same "
-                f"inertia; unlike parts must have masses of their own."
+                f"coxa, femur and tibia all have {plain_number(1000 * numbers[0][0])} g and the "
+                "same inertia; unlike parts must have masses of their own."
             )
-            hint = "weigh them, or --masses phantomx-mk4"
-            found.append(Finding(Severity.SUSPECT, f"leg {name}", what, hint=hint))
+            found.suspect(f"leg {name}", what, hint="weigh them, or --masses geometry")
     return found
 
 
-def _uneven(legs: Mapping[str, Sequence[Inertial | None]], hips: np.ndarray) -> list[Finding]:
-    """Links whose counterpart on the other side has another mass."""
-    found = []
+def _uneven(
+    legs: Mapping[str, Sequence[Inertial | None]], hips: Float[np.ndarray, "legs 3"]
+) -> Findings:
+    """Find links whose counterpart on the other side has another mass."""
+    found = Findings()
     width = float(np.ptp(hips[:, 1]))
-    middle = hips.mean(axis=0)
-    for (a, p), (b, q) in combinations(zip(legs, hips - middle, strict=True), 2):
+    placed = zip(legs, hips - hips.mean(axis=0), strict=True)
+    for (a, p), (b, q) in combinations(placed, 2):
         # Counterparts mirror each other, each away from the middle.
         if np.linalg.norm(p * [1, -1, 1] - q) > UNEVEN * width or abs(p[1]) < UNEVEN * width:
             continue
@@ -499,5 +388,55 @@ def _uneven(legs: Mapping[str, Sequence[Inertial | None]], hips: np.ndarray) -> 
                     f"across the body, {plain_number(1000 * other.mass)} g; a pair should weigh "
                     "the same."
                 )
-                found.append(Finding(Severity.SUSPECT, f"leg {a}", what, hint="weigh both"))
+                found.suspect(f"leg {a}", what, hint="weigh both")
     return found
+
+
+def _narrow(robot: Robot) -> Findings:
+    """Find joints that hardly turn, or legs that hardly step, as of radians taken for degrees."""
+    found = Findings()
+    for leg in robot.legs:
+        for joint, (low, high) in zip(JOINTS, leg.joint_limits, strict=True):
+            if high - low < NARROWEST_RANGE:
+                what = f"turns by {_degrees(high - low, 3)} in all, {_range(low, high)}."
+                hint = "limits of TOML files are degrees: coxa_deg = [-50, 50]"
+                found.suspect(f"joint {leg.name}.{joint}", what, hint=hint)
+    if found:
+        return found
+    try:
+        stride = min(longest_stride(robot), longest_stride(robot, math.pi / 2))
+    except PhasmidError:
+        # A foot out of reach is reported already.
+        return found
+    if 0 < stride < SHORTEST_STRIDE:
+        found.suspect(
+            "robot",
+            f"its longest stride is {plain_number(1000 * stride, 3)} mm; a walking robot's is "
+            f"{1000 * SHORTEST_STRIDE:g} mm or more.",
+            hint="wider joint limits, or a neutral foot amid the reach",
+        )
+    return found
+
+
+def _look(robot: Robot) -> Findings:
+    """Find meshes that cannot be read, or that belong to no link."""
+    found = Findings()
+    if robot.appearance is None:
+        return found
+    try:
+        names = set(robot.appearance.parts)
+    except PhasmidError as error:
+        found.suspect("appearance", error.what, error.where, error.hint)
+        return found
+    known = {"body", *JOINTS, *(f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS)}
+    for name in sorted(names - known):
+        found.note("appearance", f'"{name}" is no link of this robot; its mesh is not shown.')
+    return found
+
+
+def _degrees(angle: float, digits: int = 4) -> str:
+    return f"{plain_number(math.degrees(angle), digits)}°"
+
+
+def _range(low: float, high: float) -> str:
+    return f"[{_degrees(low)}, {_degrees(high)}]"

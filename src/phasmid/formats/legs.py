@@ -1,442 +1,343 @@
-"""Conversion of a kinematic tree to a robot: its legs, and their numbers in our frames."""
+"""Legs from chains of three hinges: order, names, frames of Table 1, zero angles and limits."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import Literal
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidRobot, PhasmidError, plain
-from phasmid.formats.bodies import possible
-from phasmid.formats.chains import Chain, Skeleton, skeleton
-from phasmid.formats.extension import Extension, read_extension
-from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.foot import feet_of
-from phasmid.formats.found import FoundLeg, found_leg, named_chains
-from phasmid.formats.grouping import grouped
-from phasmid.formats.imported import Imported, ImportFacts, LegFacts
-from phasmid.formats.judge import judge, judge_standing, mass_slip, scaled_masses
-from phasmid.formats.load import judge_servo
-from phasmid.formats.masses import Weighed, weighed
-from phasmid.formats.mounts import Mount, body_frame, mount_of
-from phasmid.formats.options import ImportOptions
-from phasmid.formats.rigid import RigidLink, inverse
-from phasmid.formats.servos import missing, servo_of
-from phasmid.formats.standing import Stance, standing_feet
-from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import Tree
-from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
-from phasmid.robot.inertial import Inertial
-from phasmid.robot.table import LONGEST_NAME
+from phasmid.errors import InvalidRobot
+from phasmid.formats.chains import Chain
+from phasmid.formats.feet import Foot
+from phasmid.formats.findings import Findings
+from phasmid.kinematics import rotation_rpy
+from phasmid.robot import HEXAPOD_LEGS, JOINTS
+from phasmid.robot.link import LONGEST_LENGTH
 from phasmid.units import plain_number
 
-THINNEST = 0.05
-"""Height of a trunk whose hips alone are known [m], about that of a servo."""
+SNAPPED = math.radians(1.0)
+"""Axes this far from parallel or square are corrected: files with five digits of pi/2 are 0.02°
+off, the slack of hobby servos is 0.25° to 0.5°; 1° moves a foot 200 mm away by 3.5 mm."""
 
-MESHES = "robot.glb"
-"""Name of the file of a robot's meshes beside a run or a robot file."""
+LEVELLED = math.radians(0.1)
+"""Coxa axes this near the vertical are made vertical."""
+
+PRINTED = 1e-9
+"""Angles and lengths below this are round-off and not mentioned [rad, m]."""
+
+OFFSET = 0.02
+"""Feet nearer to the leg's plane than this part of the leg's length are moved into it: at half its
+reach the foot is then 2° off its direction, of the order of the servos' play. Others give the leg
+lateral offsets."""
+
+SHORTEST = 1e-4
+"""Least length of femur and tibia; axes of coxa and femur that are nearer than this meet [m]."""
+
+UPRIGHT = 0.5
+"""Cosine of 60°: coxa axes that lean further are horizontal."""
+
+MIDDLE = 1e-3
+"""Hips within this of the plane between left and right belong to neither side [m]."""
+
+QUADRUPED_LEGS = ("right_front", "right_rear", "left_rear", "left_front")
+"""Names of four legs, two on each side, in phasmid's order."""
 
 
-# Foreign numbers may be beyond any measure; what overflows is refused by its size.
-@np.errstate(over="ignore", invalid="ignore")
-def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Imported:
-    """Make a robot of a kinematic tree.
+@dataclass(frozen=True, eq=False)
+class FoundLeg:
+    """A leg of a file in phasmid's terms.
 
-    Legs are the chains of three hinges that leave the trunk; names of links and joints decide
-    nothing but which frame is a foot.
+    A servo at the file's angle φ is at the joint angle ``signs · φ + offsets``.
+
+    Attributes:
+        name: Name of the leg.
+        chain: Its three hinges.
+        foot: Source of the foot, in words.
+        position: Hip, in the trunk or later in the body frame [m], shape (3,).
+        angles: Yaw, pitch and roll of the hip [rad], shape (3,).
+        X_trunk_links: Poses of the frames of Table 1 in the trunk at file angles 0,
+            shape (3, 4, 4).
+        lengths: Coxa, femur and tibia [m], shape (3,).
+        lateral_offsets: Coxa, femur and tibia, to the left [m], shape (3,).
+        signs: 1 or -1 for each joint, shape (3,).
+        offsets: Joint angles at file angles 0 [rad], shape (3,).
+        limits: Lowest and highest joint angles [rad], shape (3, 2).
+    """
+
+    name: str
+    chain: Chain
+    foot: str
+    position: Float[np.ndarray, "3"]
+    angles: Float[np.ndarray, "3"]
+    X_trunk_links: Float[np.ndarray, "3 4 4"]
+    lengths: Float[np.ndarray, "3"]
+    lateral_offsets: Float[np.ndarray, "3"]
+    signs: Float[np.ndarray, "3"]
+    offsets: Float[np.ndarray, "3"]
+    limits: Float[np.ndarray, "3 2"]
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The file's names of coxa, femur and tibia joint."""
+        return tuple(joint.name for joint in self.chain.joints)
+
+    @property
+    def R_level_hip(self) -> Float[np.ndarray, "3 3"]:
+        """The hip's tilt without its yaw, shape (3, 3)."""
+        _, pitch, roll = self.angles
+        return rotation_rpy(np.asarray(roll), np.asarray(pitch), np.asarray(0.0))
+
+
+def names_in_order(hips: Float[np.ndarray, "legs 3"]) -> list[tuple[str, int]]:
+    """Order and name legs by the positions of their hips.
+
+    Right legs from front to rear, then left legs from rear to front, which is the paper's order.
+    A leg in the middle of the front is first, one in the middle of the rear between both sides.
 
     Args:
-        tree: The tree, its joints at angle 0.
-        options: Data that the user adds to the file.
+        hips: In the trunk, x forward and y left [m], shape (L, 3).
 
     Returns:
-        The robot, or why there is none; in either case all that was found.
+        Name of each leg and its index among the hips, in the robot's order.
     """
-    options = options or ImportOptions()
-    findings = list(tree.findings)
-    facts: list[ImportFacts] = []
-    robot, error = None, None
-    try:
-        robot = _robot(tree, options, findings, facts)
-    except PhasmidError as refusal:
-        error = refusal
-        error.where = error.where or tree.file
-        if facts:
-            findings += _servo(facts[0])
-        if not any(finding.severity is Severity.IMPOSSIBLE for finding in findings):
-            found = Finding(Severity.IMPOSSIBLE, "robot", error.what, error.where, error.hint)
-            findings.append(found)
-        error = _first(findings, error)
-    return Imported(robot, grouped(findings), error, facts[0] if facts else None)
+    x, y = hips[:, 0] - hips[:, 0].mean(), hips[:, 1] - hips[:, 1].mean()
+    by_x = [int(i) for i in np.argsort(-x, kind="stable")]
+    right = [i for i in by_x if y[i] < -MIDDLE]
+    left = [i for i in reversed(by_x) if y[i] > MIDDLE]
+    middle = [i for i in by_x if abs(y[i]) <= MIDDLE]
+    front, rear = [i for i in middle if x[i] >= 0], [i for i in middle if x[i] < 0]
+    order = [*front, *right, *rear, *left]
+    for known in (HEXAPOD_LEGS, QUADRUPED_LEGS):
+        if 2 * len(right) == 2 * len(left) == len(order) == len(known):
+            return list(zip(known, order, strict=True))
+    names = [
+        name if len(group) == 1 and name in ("front", "rear") else f"{name}_{number}"
+        for name, group in (("front", front), ("right", right), ("rear", rear), ("left", left))
+        for number, _ in enumerate(group, 1)
+    ]
+    return list(zip(names, order, strict=True))
 
 
-def _mended(tree: Tree, findings: list[Finding]) -> Tree:
-    """Convert masses from grams to kilograms, where the options give the total mass."""
-    if mass_slip(tree) is None:
-        return tree
-    what = "were taken for grams, which the inertias bear out; the inertias were kept."
-    findings.append(Finding(Severity.NOTE, "masses", what, tree.file))
-    return scaled_masses(tree, 1e-3, inertias=False)
+def found_leg(number: int, name: str, chain: Chain, foot: Foot, findings: Findings) -> FoundLeg:
+    """Find a chain's frames, lengths, angles and limits.
 
-
-def _on_a_scale(tree: Tree, options: ImportOptions) -> Tree:
-    """Scale the tree to the total mass of the options, for the judge."""
-    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
-    if options.total_mass is None or not (total > 0 and options.total_mass > 0):
-        return tree
-    return scaled_masses(tree, options.total_mass / total, inertias=True)
-
-
-def _used(bones: Skeleton, options: ImportOptions) -> Literal["all", "masses", "none"]:
-    """Return which masses and inertias of the file are used with the options."""
-    if options.masses == "geometry":
-        bodies = [bones.trunk, *(link for chain in bones.chains for link in chain.links)]
-        weighed = all(body.inertial and body.inertial.mass for body in bodies)
-        # Where one has no mass, the total is shared among all.
-        return "masses" if weighed or options.total_mass is None else "none"
-    return "all" if options.masses == "as-given" else "none"
-
-
-def _first(findings: Sequence[Finding], error: PhasmidError) -> PhasmidError:
-    """Return the first impossible finding as the error; the raised one may follow from it."""
-    first = next(f for f in grouped(findings) if f.severity is Severity.IMPOSSIBLE)
-    if error.what in (first.what, first.sentence, f"{first.subject} {first.what}"):
-        return error
-    return InvalidRobot(first.sentence, where=first.where or error.where, hint=first.hint)
-
-
-def _robot(
-    tree: Tree, options: ImportOptions, findings: list[Finding], facts: list[ImportFacts]
-) -> Robot:
-    """Build the robot, and collect findings and facts."""
-    extension = read_extension(tree.extension, tree.file) if tree.extension else None
-    if options.masses == "as-given" and options.total_mass is not None:
-        tree = _mended(tree, findings)
-    bones = skeleton(tree, upright=extension is None)
-    findings += bones.findings
-    used = _used(bones, options)
-    findings += judge(tree if used == "none" else _on_a_scale(tree, options), bones, used=used)
-    legs = _legs(bones.chains, extension, options, findings)
-    hips = np.array([leg.plan.X_trunk_hip for leg in legs])
-    # With an extension the file is this project's own, and its root link is the body.
-    X_body_up = np.eye(4)
-    if extension is None:
-        X_body_up = inverse(body_frame(hips[:, :3, 3], findings))
-    mounts = []
-    for number, (leg, X_trunk_hip) in enumerate(zip(legs, hips, strict=True), 1):
-        mount, tilt = mount_of(X_body_up @ X_trunk_hip, leg.said)
-        if tilt:
-            findings.append(_levelled(number, tilt, leg))
-        mounts.append(mount)
-    feet, foot_source = _feet(legs, mounts, tree.file or "FILE", findings)
-    motor = extension.motor if extension else None
-    servo, servo_source = servo_of(bones.chains, options.servo, motor or tree.servo, findings)
-    pieces = _weighed(bones.trunk, legs, X_body_up @ bones.X_up_trunk, mounts, extension)
-    pieces = weighed(pieces, options, findings)
-    name = extension.name if extension else printable(tree.name)
-    facts.append(
-        ImportFacts(
-            name,
-            _names(bones.trunk),
-            tuple(
-                _leg_facts(leg, mount, None if feet is None else feet[i], pieces[_of_leg(i)])
-                for i, (leg, mount) in enumerate(zip(legs, mounts, strict=True))
-            ),
-            sum(piece.inertial.mass for piece in pieces if piece.inertial),
-            _mass_source(options),
-            servo,
-            servo_source,
-            foot_source,
-        )
-    )
-    if feet is None:
-        raise InvalidRobot(
-            "no stance with knees up is within the joint limits.",
-            hint="widen the limits, or check their signs",
-        )
-    if servo is None:
-        raise InvalidRobot(
-            f"the joints have {missing(bones.chains)}, so their servos are not known.",
-            hint="--servo-model AX-12A",
-        )
-    made = tuple(
-        _leg(leg, mount, foot, pieces[_of_leg(i)])
-        for i, (leg, mount, foot) in enumerate(zip(legs, mounts, feet, strict=True))
-    )
-    robot = Robot(
-        name,
-        _body(pieces[0]),
-        made,
-        servo,
-        extension.description if extension else "",
-        _appearance(pieces),
-    )
-    said = all(leg.said is not None for leg in legs)
-    findings += judge_standing(robot, assumed=not said)
-    findings += judge_symmetry(robot, read=True)
-    return robot
-
-
-def printable(name: str) -> str:
-    """Return the name of a foreign robot in the form that robot files accept."""
-    return plain(name).strip()[:LONGEST_NAME] or "robot"
-
-
-def _legs(
-    chains: Sequence[Chain],
-    extension: Extension | None,
-    options: ImportOptions,
-    findings: list[Finding],
-) -> list[FoundLeg]:
-    """Find all legs.
+    Args:
+        number: Number of the leg in the robot, for messages.
+        name: Name of the leg.
+        chain: Its three hinges.
+        foot: Its foot.
+        findings: Receives what was rounded.
 
     Raises:
-        PhasmidError: Some are none of this model; the error is the first one's, and the findings
-            name all of them.
+        InvalidRobot: Axes are not parallel or square, or a length is impossible.
     """
-    named = named_chains(chains, extension, findings)
-    names, ours = [name for name, _, _ in named], [chain for _, chain, _ in named]
-    feet = feet_of(names, ours, options.foot, findings)
-    legs: list[FoundLeg] = []
-    errors: dict[int, PhasmidError] = {}
-    for number, ((name, chain, said), foot) in enumerate(zip(named, feet, strict=True), 1):
-        try:
-            if isinstance(foot, PhasmidError):
-                raise foot
-            legs.append(found_leg(number, name, chain, said, foot, findings))
-            if said is None:
-                findings += _unlimited(chain)
-        except PhasmidError as error:
-            errors[number] = error
-    if not errors:
-        return legs
-    for number, refusal in errors.items():
-        subject = f"leg {number}"
-        what = refusal.what.removeprefix(f"{subject}: ")
-        findings.append(Finding(Severity.IMPOSSIBLE, subject, what, refusal.where, refusal.hint))
-    raise next(iter(errors.values()))
+    axis = chain.axes[0]
+    if abs(axis[2]) >= UPRIGHT:
+        leg = _leg(number, name, chain, foot, math.copysign(1.0, axis[2]))
+    else:
+        # A horizontal coxa axis has no upper end: the end for which knees bend up is taken.
+        leg = _leg(number, name, chain, foot, 1.0)
+        if float(np.mean(leg.limits[2])) > 0:
+            leg = _leg(number, name, chain, foot, -1.0)
+    return _levelled(_in_plane(leg, number, findings), number, findings)
 
 
-def _unlimited(chain: Chain) -> list[Finding]:
-    return [
-        Finding(
-            Severity.NOTE,
-            f"joint {joint.name}",
-            "no limits in the file; ±180° was assumed.",
-            where=joint.where,
-        )
-        for joint in chain.joints
-        if joint.kind == "continuous" or math.isinf(joint.upper - joint.lower)
-    ]
+def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLeg:
+    """Place the frames of Table 1 in a chain; `up` is the sign of the coxa axis that is up."""
+    X_tibia = chain.poses[2]
+    p_foot = X_tibia[:3, :3] @ foot.point + X_tibia[:3, 3]
+    a1, a2, a3 = chain.axes
+    p1, p2, p3 = chain.poses[:, :3, 3]
+    z1 = up * a1
+    _refuse_skew(chain, number)
 
+    # The femur's axis square to the coxa's, and the tibia's like it.
+    across = a2 - (a2 @ z1) * z1
+    across /= np.linalg.norm(across)
+    out = np.cross(across, z1)
+    p_hip = p1 + ((p2 - p1) @ z1) * z1
+    coxa = float((p2 - p_hip) @ out)
+    if abs(coxa) < SHORTEST:
+        # The axes meet: the foot decides which direction is outward.
+        out, coxa = out if (p_foot - p_hip) @ out >= 0 else -out, 0.0
+    elif coxa < 0:
+        out, coxa = -out, -coxa
+    # Right-handed with x out and z up; hinges of Table 1 turn about -y.
+    y1 = np.cross(z1, out)
+    plane = np.array([out, z1])
+    hip_femur = plane @ (p2 - p_hip) * [1, 0]
+    if not coxa:
+        hip_femur = np.zeros(2)
+    knee, tip = plane @ (p3 - p_hip) - hip_femur, plane @ (p_foot - p_hip) - hip_femur
+    lengths = np.array([coxa, np.hypot(*knee), np.hypot(*(tip - knee))])
+    _check_lengths(number, chain, lengths, float(np.linalg.norm(p_hip)))
+    left = float((p_foot - p_hip) @ y1)
 
-def _of_leg(index: int) -> slice:
-    """Return the slice of a leg's links among all, behind the trunk."""
-    return slice(1 + 3 * index, 4 + 3 * index)
-
-
-def _mass_source(options: ImportOptions) -> str:
-    source = {
-        "as-given": "the file",
-        "geometry": "the file's masses, spread over the links' boxes",
-    }.get(options.masses, f"those of {options.masses}, scaled to the lengths")
-    if options.total_mass is None:
-        return source
-    return f"{source}; scaled to {plain_number(options.total_mass)} kg in all"
-
-
-def _servo(facts: ImportFacts) -> tuple[Finding, ...]:
-    """Judge the servo of a robot that is impossible for other reasons."""
-    if facts.servo is None or not facts.legs or not facts.mass > 0:
-        return ()
-    length = max(float(np.sum(leg.lengths)) for leg in facts.legs)
-    return judge_servo(facts.servo, facts.mass, length)
-
-
-def _levelled(number: int, tilt: float, leg: FoundLeg) -> Finding:
-    reach = float(leg.plan.lengths.sum())
-    return Finding(
-        Severity.NOTE,
-        f"leg {number}",
-        f"coxa axis was turned by {plain_number(math.degrees(tilt), 2)}° to be vertical, which "
-        f"moves the foot by {plain_number(1000 * reach * tilt, 2)} mm at most.",
-        where=leg.chain.joints[0].where,
+    e2, e3 = math.atan2(knee[1], knee[0]), math.atan2(tip[1] - knee[1], tip[0] - knee[0])
+    signs = np.array(
+        [up, -math.copysign(1.0, a2 @ y1), -math.copysign(1.0, a3 @ y1)],
+    )
+    # If the file's zero is not within the coxa's limits, the hip is turned and not the leg.
+    turned = float(up * _middle(chain))
+    c, s = math.cos(turned), math.sin(turned)
+    x0 = c * out + s * y1
+    offsets = np.array([-turned, e2, math.remainder(e3 - e2, 2 * math.pi)])
+    links = [_pose(p_hip, out, y1, z1)]
+    for angle, (x, z) in zip((e2, e3), (hip_femur, hip_femur + knee), strict=True):
+        c, s = math.cos(angle), math.sin(angle)
+        origin = p_hip + x * out + z * z1 + left * y1
+        links.append(_pose(origin, c * out + s * z1, -s * out + c * z1, -y1))
+    return FoundLeg(
+        name,
+        chain,
+        foot.source,
+        p_hip,
+        _angles(np.column_stack([x0, np.cross(z1, x0), z1])),
+        np.array(links),
+        lengths,
+        # Positions of frames along parallel axes have no meaning: the coxa has all of the offset.
+        np.array([left, 0.0, 0.0]),
+        signs,
+        offsets,
+        _limits(chain, signs, offsets),
     )
 
 
-def _feet(
-    legs: Sequence[FoundLeg], mounts: Sequence[Mount], file: str, findings: list[Finding]
-) -> tuple[Float[np.ndarray, "legs 3"] | None, str]:
-    """Return neutral feet in the hip frames, and their origin."""
-    said = [leg.said.neutral_foot for leg in legs if leg.said is not None]
-    if len(said) == len(legs):
-        return np.array(said), "the file's phasmid extension"
-    feet = standing_feet([_stance(leg, mount) for leg, mount in zip(legs, mounts, strict=True)])
-    if feet is not None:
-        level = mounts[0].R_level_hip @ feet[0]
-        findings.append(
-            Finding(
-                Severity.NOTE,
-                "neutral feet",
-                f"stand {1000 * level[0]:.0f} mm out from the coxa axes and "
-                f"{-1000 * (level[2] + mounts[0].position[2]):.0f} mm below the body's origin: "
-                "an assumption.",
-                hint=f"phasmid convert {file} robot.toml, and change neutral_foot_mm there",
-            )
-        )
-    return feet, "assumed in proportion to the legs"
+def _pose(origin: np.ndarray, *axes: np.ndarray) -> np.ndarray:
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = np.column_stack(axes), origin
+    return X
 
 
-def _stance(leg: FoundLeg, mount: Mount) -> Stance:
-    plan, height = leg.plan, float(mount.position[2])
-    return Stance(plan.lengths, plan.lateral_offsets, leg.limits, mount.R_level_hip, height)
-
-
-def _leg_facts(
-    leg: FoundLeg,
-    mount: Mount,
-    foot: Float[np.ndarray, "3"] | None,
-    pieces: Sequence[Weighed],
-) -> LegFacts:
-    coxa, femur, tibia = leg.chain.links
-    masses = [piece.inertial.mass if piece.inertial else math.nan for piece in pieces]
-    a, b, c = (joint.name for joint in leg.chain.joints)
-    return LegFacts(
-        leg.name,
-        (a, b, c),
-        (_names(coxa), _names(femur), _names(tibia)),
-        leg.foot,
-        leg.plan.signs,
-        leg.plan.offsets,
-        leg.plan.lengths,
-        mount.position,
-        mount.angles,
-        leg.limits,
-        np.array(masses),
-        foot,
-    )
-
-
-def _names(link: RigidLink) -> tuple[str, ...]:
-    return tuple(piece.name for piece in link.links)
-
-
-def _weighed(
-    trunk: RigidLink,
-    legs: Sequence[FoundLeg],
-    X_body_trunk: Float[np.ndarray, "4 4"],
-    mounts: Sequence[Mount],
-    extension: Extension | None,
-) -> list[Weighed]:
-    """Return the trunk and all links in their frames, with the file's masses."""
-
-    def piece(rigid: RigidLink, X: np.ndarray, leg: str, joint: str, length: float) -> Weighed:
-        return Weighed(
-            f"link {rigid.name}",
-            leg,
-            joint,
-            length,
-            size,
-            possible(rigid.inertial.at(X)) if rigid.inertial else None,
-            tuple(part.at(X) for part in rigid.parts),
-            rigid.links[0].where,
-        )
-
-    hips = np.array([mount.position for mount in mounts])
-    size = np.array(extension.body_size) if extension else body_size(trunk, X_body_trunk, hips)
-    span = float(np.mean(np.linalg.norm(hips, axis=1)))
-    pieces = [piece(trunk, X_body_trunk, "", "body", span)]
-    for leg in legs:
-        for i, (joint, rigid) in enumerate(zip(JOINTS, leg.chain.links, strict=True)):
-            X = inverse(leg.plan.X_trunk_links[i]) @ leg.chain.poses[i]
-            pieces.append(piece(rigid, X, leg.name, joint, float(leg.plan.lengths[i])))
-    return pieces
-
-
-def _leg(
-    leg: FoundLeg, mount: Mount, foot: Float[np.ndarray, "3"], pieces: Sequence[Weighed]
-) -> Leg:
-    links = {}
-    for piece, left in zip(pieces, leg.plan.lateral_offsets, strict=True):
-        inertial = _mass_of(piece)
-        measures = inertial.mass, inertial.com, inertial.inertia, float(left)
-        with _speaking_of(piece):
-            links[piece.joint] = Link(piece.joint, piece.length, *measures)
-    yaw, pitch, roll = mount.angles
-    _, e2, e3 = leg.plan.offsets
-    said = leg.said
-    return Leg(
-        leg.name,
-        **links,
-        mount_position=mount.position,
-        mount_yaw=float(yaw),
-        mount_pitch=float(pitch),
-        mount_roll=float(roll),
-        neutral_foot=foot,
-        joint_limits=leg.limits,
-        femur_bend=said.femur_bend if said else float(e2),
-        tibia_bend=said.tibia_bend if said else float(e2 + e3),
-    )
-
-
-def _body(piece: Weighed) -> Body:
-    inertial = _mass_of(piece)
-    with _speaking_of(piece):
-        return Body(inertial.mass, inertial.com, inertial.inertia, piece.size)
-
-
-def _mass_of(piece: Weighed) -> Inertial:
-    if piece.inertial is None or piece.inertial.mass == 0:
-        moves = "moves but" if piece.leg else "is the trunk and"
+def _refuse_skew(chain: Chain, number: int) -> None:
+    a1, a2, a3 = chain.axes
+    square = math.degrees(math.asin(min(1.0, abs(a1 @ a2))))
+    if square > math.degrees(SNAPPED):
         raise InvalidRobot(
-            f"{piece.subject} {moves} has no mass.",
-            where=piece.where,
-            hint="--masses phantomx-mk4, or geometry with --total-mass-g",
+            f"leg {number}: coxa and femur axes are {plain_number(90 - square, 3)}° apart; this "
+            "model needs them square.",
+            where=chain.joints[1].where,
         )
-    return piece.inertial
+    tilt = math.degrees(_angle_between(a2, a3))
+    if tilt > math.degrees(SNAPPED):
+        raise InvalidRobot(
+            f"leg {number}: femur and tibia axes differ by {plain_number(tilt, 3)}°; this model "
+            "needs them parallel.",
+            where=chain.joints[2].where,
+        )
 
 
-@contextmanager
-def _speaking_of(piece: Weighed) -> Iterator[None]:
-    """Name the file's link in errors of ours."""
-    try:
-        yield
-    except InvalidRobot as error:
-        what = error.what
-        for ours in (f"link {piece.joint}:", "body:"):
-            what = what.replace(ours, f"{piece.subject}:")
-        # Its own hints are about the keys of a TOML file.
-        hint = "--masses geometry, or --masses phantomx-mk4"
-        raise InvalidRobot(what, where=piece.where, hint=hint) from None
+def _angle_between(a: np.ndarray, b: np.ndarray) -> float:
+    """Angle between two lines [rad]."""
+    return math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b)))
 
 
-def body_size(
-    trunk: RigidLink, X_body_trunk: Float[np.ndarray, "4 4"], hips: Float[np.ndarray, "legs 3"]
-) -> Float[np.ndarray, "3"]:
-    """The box about the body's origin that reaches as far forward, aside and down as the trunk.
+def _check_lengths(number: int, chain: Chain, lengths: np.ndarray, hip: float) -> None:
+    for length, ends in zip(
+        lengths[1:], ("femur and tibia axes", "tibia axis and foot"), strict=True
+    ):
+        if length < SHORTEST:
+            raise InvalidRobot(
+                f"leg {number}: {ends} are {plain_number(1000 * length, 2)} mm apart; they must "
+                f"be {1000 * SHORTEST:g} mm or more.",
+                where=chain.joints[2].where,
+                hint="--foot names the link at the foot" if "foot" in ends else "",
+            )
+    for name, length in zip((*JOINTS, "hip's distance"), (*lengths, hip), strict=True):
+        if not length <= LONGEST_LENGTH:
+            raise InvalidRobot(
+                f"leg {number}: its {name} measures {plain_number(length)} m; lengths above "
+                f"{LONGEST_LENGTH:g} m are refused.",
+                where=chain.joints[0].where,
+                hint="give all lengths in metres",
+            )
 
-    The ground must stay clear of it, so parts above the hips do not count. Without
-    meshes it reaches to the hips.
 
-    Args:
-        trunk: The trunk.
-        X_body_trunk: The trunk's frame in the body, shape (4, 4).
-        hips: In the body frame [m], shape (L, 3).
+def _middle(chain: Chain) -> float:
+    """Return the coxa's angle in the file at which its leg points along the hip's x."""
+    coxa = chain.joints[0]
+    if coxa.kind == "continuous" or coxa.lower < 0 < coxa.upper:
+        return 0.0
+    middle = (coxa.lower + coxa.upper) / 2
+    return middle if math.isfinite(middle) else 0.0
 
-    Returns:
-        Length, width and height [m], shape (3,).
+
+def _limits(chain: Chain, signs: np.ndarray, offsets: np.ndarray) -> Float[np.ndarray, "3 2"]:
+    """Convert limits to joint angles.
+
+    A range of more than a turn is one turn; a range without an end ends there at half a turn.
     """
-    points = [part.at(X_body_trunk).vertices for part in trunk.parts] or [hips]
-    low, high = np.concatenate(points).min(axis=0), np.concatenate(points).max(axis=0)
-    size = 2 * np.maximum(-low, [high[0], high[1], 0.0])
-    # Hips of one height do not show that of the trunk.
-    return np.maximum(size, THINNEST)
+    limits = np.empty((3, 2))
+    for row, joint, sign, offset in zip(limits, chain.joints, signs, offsets, strict=True):
+        ends = sorted((sign * joint.lower + offset, sign * joint.upper + offset))
+        bounded = [math.isfinite(end) for end in ends]
+        if joint.kind != "continuous" and bounded[0] != bounded[1]:
+            end = math.remainder(ends[bounded.index(True)], 2 * math.pi)
+            row[:] = (end, math.pi) if bounded[0] else (-math.pi, end)
+            if row[0] < row[1]:
+                continue
+        if joint.kind == "continuous" or not ends[1] - ends[0] < 2 * math.pi:
+            row[:] = -math.pi, math.pi
+            continue
+        # Angles are in (-pi, pi]; a range about another turn's angle is moved there.
+        turns = round((ends[0] + ends[1]) / 2 / (2 * math.pi))
+        row[:] = [end - 2 * math.pi * turns for end in ends]
+    return limits
 
 
-def _appearance(pieces: Sequence[Weighed]) -> Appearance | None:
-    parts = {f"{p.leg}.{p.joint}" if p.leg else "body": p.parts for p in pieces if p.parts}
-    return Appearance.of(parts, MESHES) if parts else None
+def _angles(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3"]:
+    """Return yaw, pitch and roll of a rotation, the pitch within a quarter turn [rad]."""
+    level = math.hypot(R[0, 0], R[1, 0])
+    pitch = math.atan2(-R[2, 0], level)
+    if level < 1e-9:
+        # The hip's x is vertical: yaw and roll turn about one line, and yaw takes all.
+        return np.array([math.atan2(-R[0, 1], R[1, 1]), pitch, 0.0])
+    return np.array([math.atan2(R[1, 0], R[0, 0]), pitch, math.atan2(R[2, 1], R[2, 2])])
+
+
+def _in_plane(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
+    """Move a foot that is nearly in the leg's plane into it, and note axes that were turned."""
+    left, where = leg.lateral_offsets[0], leg.chain.joints[1].where
+    if abs(left) <= OFFSET * leg.lengths.sum():
+        if abs(left) > PRINTED:
+            findings.note(
+                f"leg {number}",
+                f"its foot is {plain_number(1000 * abs(left), 2)} mm off the leg's plane and was "
+                "moved into it.",
+                where,
+            )
+        links = leg.X_trunk_links.copy()
+        links[1:, :3, 3] -= left * links[0, :3, 1]
+        leg = replace(leg, lateral_offsets=np.zeros(3), X_trunk_links=links)
+    arms = (leg.lengths[1] + leg.lengths[2], leg.lengths[2])
+    square = leg.X_trunk_links[0, :3, 1]
+    for i, arm in zip((1, 2), arms, strict=True):
+        angle = _angle_between(leg.chain.axes[i], square)
+        if angle >= PRINTED:
+            findings.note(
+                f"leg {number}",
+                f"{JOINTS[i]} axis was turned by {plain_number(math.degrees(angle), 2)}° to fit "
+                f"the leg's plane, which moves the foot by {plain_number(1000 * arm * angle, 2)} "
+                "mm at most.",
+                leg.chain.joints[i].where,
+            )
+    return leg
+
+
+def _levelled(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
+    """Make a coxa axis vertical that nearly is."""
+    z = leg.X_trunk_links[0, :3, 2]
+    tilt = math.atan2(math.hypot(z[0], z[1]), z[2])
+    if tilt > LEVELLED:
+        return leg
+    if tilt > PRINTED:
+        moved = 1000 * float(leg.lengths.sum()) * tilt
+        findings.note(
+            f"leg {number}",
+            f"coxa axis was turned by {plain_number(math.degrees(tilt), 2)}° to be vertical, "
+            f"which moves the foot by {plain_number(moved, 2)} mm at most.",
+            leg.chain.joints[0].where,
+        )
+    return replace(leg, angles=leg.angles * [1, 0, 0])

@@ -15,9 +15,9 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.formats import meshes
+from phasmid.formats.feet import names_a_foot
 from phasmid.formats.files import named_file, read_bytes
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.foot import names_a_foot
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.origins import ENDLESS
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
@@ -42,25 +42,11 @@ MASSLESS = 1e-14
 INVISIBLE = 3
 """Geoms of this group and above are hidden by the engine's viewers."""
 
-EXTENSION = "phasmid"
-"""Name of the text element with data that MJCF cannot express."""
-
 _OWN_FILES = {"attach", "model", "replicate"}
 """Elements that multiply bodies or load models beyond this file and its includes."""
 
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 """Colour of a geom that takes the colour of its material."""
-
-
-def escaped(extension: str) -> str:
-    """Escape line ends; MuJoCo loses them when it saves the file."""
-    return extension.replace("\\", "\\\\").replace("\n", "\\n").replace("\r", "\\r")
-
-
-def unescaped(data: str) -> str:
-    """Undo `escaped`."""
-    kinds = {"\\n": "\n", "\\r": "\r", "\\\\": "\\"}
-    return re.sub(r"\\[nr\\]", lambda found: kinds[found.group()], data)
 
 
 def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
@@ -213,20 +199,6 @@ class _RobotSpec:
     findings: list[Finding] = field(default_factory=list)
     incomplete: set[str] = field(default_factory=set)
 
-    @property
-    def extension(self) -> str:
-        """The phasmid extension of the file.
-
-        Raises:
-            InvalidInput: It is there twice.
-        """
-        found = [text.data for text in self.spec.texts if text.name == EXTENSION]
-        if len(found) > 1:
-            raise InvalidInput(
-                f'<text name="{EXTENSION}"> is there twice.', where=self.source.path.name
-            )
-        return unescaped(found[0]) if found else ""
-
     def strip(self) -> None:
         """Delete all but bodies, joints, geoms, sites, and actuators of joints.
 
@@ -245,18 +217,22 @@ class _RobotSpec:
             "deformable": [*spec.flexes, *spec.skins],
             "equality": list(spec.equalities),
             "geom": [each for each in spec.geoms if each.type in fields and each not in scenery],
-            "keyframe": list(spec.keys),
-            "sensor": list(spec.sensors),
             "tendon": list(spec.tendons),
         }
         ignored = Counter({tag: len(elements) for tag, elements in counted.items()})
-        if self.extension:
-            # Our export adds them for MuJoCo's users; the robot itself has both.
-            del ignored["sensor"], ignored["keyframe"]
         self._note_ignored(+ignored)
         for material in spec.materials:
             material.textures = [""] * len(material.textures)
-        silent = (scenery, spec.textures, spec.cameras, spec.lights, spec.numerics, spec.tuples)
+        silent = (
+            scenery,
+            spec.keys,
+            spec.sensors,
+            spec.textures,
+            spec.cameras,
+            spec.lights,
+            spec.numerics,
+            spec.tuples,
+        )
         for elements in (*counted.values(), *silent, spec.hfields):
             for element in list(elements):
                 spec.delete(element)
@@ -408,7 +384,6 @@ class _Reader:
             self.links,
             tuple(self.joints),
             file=self.file,
-            extension=self.robot.extension,
             findings=tuple(self.findings),
         )
 

@@ -12,7 +12,6 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.mjcf_in import EXTENSION, escaped
 from phasmid.formats.stl import StlFiles, meshes_of
 from phasmid.formats.tree import HINGES, Tree, TreeJoint, TreeLink
 from phasmid.robot import Part, Servo
@@ -90,7 +89,6 @@ class _Document:
         # Hard friction, so that standing feet hardly creep.
         option = {"timestep": "0.001", "integrator": "implicitfast"}
         ET.SubElement(root, "option", option | {"cone": "elliptic", "impratio": "100"})
-        self._add_custom(root)
         default = ET.SubElement(root, "default")
         asset = ET.SubElement(root, "asset")
         world = ET.SubElement(root, "worldbody")
@@ -111,11 +109,6 @@ class _Document:
         for empty in [child for child in (default, asset, actuator) if not len(child)]:
             root.remove(empty)
         return root
-
-    def _add_custom(self, root: ET.Element) -> None:
-        if self._tree.extension:
-            custom = ET.SubElement(root, "custom")
-            ET.SubElement(custom, "text", name=EXTENSION, data=escaped(self._tree.extension))
 
     def _fill(self, body: ET.Element, link: TreeLink, by: TreeJoint | None = None) -> None:
         """Write a link, moved by a joint, and all that hangs on it."""

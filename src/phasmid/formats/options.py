@@ -17,12 +17,10 @@ class ImportOptions:
     Attributes:
         foot: Where the feet are: name of a link or its ending, such as ``foot_link``; or three
             numbers such as ``0,0,-0.13``, metres in the frame of the last link of each leg; or
-            such a place for each leg by number, range or name, as
-            ``1-3=0,0,-0.13; left_front=foot_link``; empty to find them in the tree or in the last
-            link's mesh.
-        masses: ``as-given``; ``geometry`` keeps each link's mass and spreads it over its box; or a
-            preset or robot file whose links' masses and inertias are taken.
-        total_mass: Mass of the whole robot on a scale [kg]: all masses are scaled to it.
+            such a place for each leg, as ``1-3=0,0,-0.13; 4-6=foot_link``; empty to find them in
+            the file.
+        masses: ``as-given``; or ``geometry``: the mass of each link is spread over its box.
+        total_mass: What the whole robot weighs on a scale [kg]: all masses are scaled to it.
         servo: Name of the servo; empty to take efforts and speeds from the file.
         packages: Folders by the name of the package that ``package://`` names.
         mesh_unit: Unit of mesh files: ``m`` or ``mm``; empty for that of the file.
@@ -41,6 +39,8 @@ class ImportOptions:
     strict: bool = False
 
     def __post_init__(self) -> None:
+        if self.masses not in ("as-given", "geometry"):
+            raise InvalidInput(f'masses is "{self.masses}"; it must be as-given or geometry.')
         if self.mesh_unit not in ("", "m", "mm"):
             raise InvalidInput(
                 f'mesh_unit is "{self.mesh_unit}"; it must be "m" or "mm".',

@@ -12,16 +12,13 @@ from phasmid.robot.inertial import Inertial
 BASE = "base_link"
 
 
-def tree_of(robot: Robot, extension: str = "") -> Tree:
+def tree_of(robot: Robot) -> Tree:
     """Convert a robot to a tree; its links' frames are the body's and those of Table 1.
 
     Links are ``base_link``, ``LEG_coxa_link``, ``LEG_femur_link``, ``LEG_tibia_link`` and the
     massless ``LEG_foot``; joints ``LEG_coxa``, ``LEG_femur``, ``LEG_tibia`` and the fixed
     ``LEG_foot_joint``. Every hinge turns about its child's z, and its angle is that of Table 1.
 
-    Args:
-        robot: The robot.
-        extension: The phasmid extension, TOML.
     """
     body, look = robot.body, robot.appearance
     trunk = Inertial(body.mass, body.com, body.inertia)
@@ -59,7 +56,7 @@ def tree_of(robot: Robot, extension: str = "") -> Tree:
         foot = f"{leg.name}_foot"
         links[foot] = TreeLink(foot)
         joints.append(TreeJoint(f"{foot}_joint", "fixed", parent, foot, _end(leg.tibia)))
-    return Tree(robot.name, links, tuple(joints), extension=extension)
+    return Tree(robot.name, links, tuple(joints))
 
 
 def _link(name: str, link: Link, parts: tuple[Part, ...]) -> TreeLink:

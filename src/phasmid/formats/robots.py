@@ -8,11 +8,9 @@ from pathlib import Path
 
 from phasmid.arguments import described
 from phasmid.errors import AlreadyExists, InvalidInput, InvalidRobot
-from phasmid.formats.extension import extension_of
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.imported import Imported
+from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
-from phasmid.formats.legs import robot_from_tree
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.outgoing import neutral_angles, tree_of
 from phasmid.formats.tree import Tree
@@ -243,7 +241,7 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
         from phasmid.formats.solids import step_files
 
         return dict(step_files(robot, path.name))
-    tree = tree_of(robot, extension_of(robot))
+    tree = tree_of(robot)
     if suffix == ".urdf":
         from phasmid.formats.urdf_out import urdf_files
 
@@ -280,13 +278,16 @@ def _make_folder(folder: Path) -> None:
         raise cannot_write(folder, error) from None
 
 
+_LOST = (
+    "keeps geometry, masses, meshes, limits, effort, speed and friction; neutral feet, names of "
+    "legs and the servos' own laws are lost."
+)
+
 LOST = {
-    ".urdf": "URDF has no words for neutral feet, rotors and the servos' own laws; they stand in a "
-    "<phasmid> element, which other programs pass over.",
-    ".xml": "MJCF has no words for neutral feet and the servos' own laws; they stand in a <custom> "
-    "text, which other programs pass over.",
-    ".step": "STEP holds solids of our own shaping, without joints and densities; those and the "
-    "weighed masses stand in the file beside it.",
+    ".urdf": f"URDF {_LOST}",
+    ".xml": f"MJCF {_LOST}",
+    ".step": "STEP keeps solids of phasmid's shaping; joints, masses and the servo are in the file "
+    "beside it; neutral feet and names of legs are lost.",
 }
 """Properties of a robot that a format cannot hold."""
 
@@ -295,4 +296,4 @@ def _lost(path: Path) -> tuple[Finding, ...]:
     suffix = {".mjcf": ".xml", ".stp": ".step"}.get(path.suffix.lower(), path.suffix.lower())
     if suffix not in LOST:
         return ()
-    return (Finding(Severity.NOTE, path.name, LOST[suffix]),)
+    return (Finding(Severity.NOTE, path.name, LOST[suffix], hint="a .toml file keeps everything"),)

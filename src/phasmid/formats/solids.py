@@ -11,7 +11,6 @@ from phasmid.cad import build, meshes
 from phasmid.cad.step import step_text
 from phasmid.cad.weights import mass_table
 from phasmid.errors import InvalidInput
-from phasmid.formats.extension import extension_of
 from phasmid.formats.step_sidecar import sidecar_of, sidecar_text
 from phasmid.formats.stl import stl
 from phasmid.recording.file import cannot_write, write_whole
@@ -64,7 +63,7 @@ def write_solids(
             raise cannot_write(place, error) from None
     announce("STEP")
     write_whole(step, step_text(assembly))
-    sidecar = sidecar_text(robot, assembly, extension_of(robot))
+    sidecar = sidecar_text(robot, assembly)
     write_whole(sidecar_of(step), sidecar.encode())
     announce("meshes")
     write_whole(folder / f"{name}.glb", glb(looks))
@@ -89,7 +88,7 @@ def step_files(robot: Robot, name: str) -> dict[str, bytes]:
         PhasmidError: build123d is not installed.
     """
     assembly = build(robot)
-    text = sidecar_text(robot, assembly, extension_of(robot), masses="file")
+    text = sidecar_text(robot, assembly, masses="file")
     return {name: step_text(assembly), sidecar_of(Path(name)).name: text.encode()}
 
 

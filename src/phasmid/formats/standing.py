@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.formats.legs import UPRIGHT, FoundLeg
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot.leg import NEAREST_FOOT
 
@@ -19,40 +19,18 @@ PhantomX of this project, 150 and 100 mm with 250 mm of leg."""
 BENEATH = 0.7
 """Depth of a foot below a hip whose coxa axis lies, of the leg's length."""
 
-UPRIGHT = 0.5
-"""Cosine of 60°: coxa axes that lean further lie."""
-
 SPARE = math.radians(5.0)
 """Angle that a standing leg keeps from its limits, where it can."""
 
 
-@dataclass(frozen=True, eq=False)
-class Stance:
-    """Lengths, limits and tilt of a leg, for its neutral foot.
-
-    Attributes:
-        lengths: Of coxa, femur and tibia [m], shape (3,).
-        lateral_offsets: Of the same [m], shape (3,).
-        limits: Lowest and highest joint angles [rad], shape (3, 2).
-        R_level_hip: The hip's tilt, shape (3, 3).
-        height: Of the hip in the body frame [m].
-    """
-
-    lengths: Float[np.ndarray, "3"]
-    lateral_offsets: Float[np.ndarray, "3"]
-    limits: Float[np.ndarray, "3 2"]
-    R_level_hip: Float[np.ndarray, "3 3"]
-    height: float
-
-
-def standing_feet(legs: Sequence[Stance]) -> Float[np.ndarray, "legs 3"] | None:
+def standing_feet(legs: Sequence[FoundLeg]) -> Float[np.ndarray, "legs 3"] | None:
     """Feet on one level ground, straight out from the hips and knees up, within the limits.
 
     All legs stand equally far out; of all stances that every leg can take, the one nearest to
     `OUT` and `DOWN`; beneath the hips, nearest to `BENEATH`, where all coxa axes lie.
 
     Args:
-        legs: The legs.
+        legs: The legs, their hips in the body frame.
 
     Returns:
         Feet in the hip frames [m], shape (L, 3); None where no stance is within the limits.
@@ -87,14 +65,14 @@ def _round_step(length: float) -> float:
     return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= length / 20)
 
 
-def _in_hip(leg: Stance, r: np.ndarray | float, h: np.ndarray | float) -> np.ndarray:
+def _in_hip(leg: FoundLeg, r: np.ndarray | float, h: np.ndarray | float) -> np.ndarray:
     """A place at a distance from the hip and a depth below the body's origin, in the hip frame."""
-    r, z = np.broadcast_arrays(np.asarray(r), -np.asarray(h) - leg.height)
+    r, z = np.broadcast_arrays(np.asarray(r), -np.asarray(h) - float(leg.position[2]))
     left = np.array([0.0, leg.lateral_offsets.sum(), 0.0])
     return np.stack([r, np.zeros(r.shape), z], axis=-1) @ leg.R_level_hip + left
 
 
-def _within(leg: Stance, p_hip_foot: np.ndarray, spare: float) -> np.ndarray:
+def _within(leg: FoundLeg, p_hip_foot: np.ndarray, spare: float) -> np.ndarray:
     angles, margin = angles_and_margin(leg, p_hip_foot)
     low, high = leg.limits.T
     # Of a narrow range a spare angle may leave nothing.

@@ -27,7 +27,7 @@ from phasmid.formats.step_sidecar import (
     sidecar_of,
 )
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
-from phasmid.robot import Part, Servo, load_servo
+from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.tables import Locator, in_file
 
@@ -54,8 +54,7 @@ def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
     """
     options = options or ImportOptions()
     sidecar, content = read_sidecar(path)
-    with located(sidecar_of(path).name):
-        servo = load_servo(sidecar.servo) if sidecar.servo else None
+    servo = Servo(**sidecar.servo.model_dump()) if sidecar.servo else None
     parts = read_drawing(path)
     return tree_of_parts(path, sidecar, content, parts, servo, strict=options.strict)
 
@@ -108,9 +107,7 @@ def tree_of_parts(
         X = np.eye(4)
         X[:3, 3] = (inverse(poses[foot.link]) @ np.array([*foot.point, 1.0]))[:3]
         joints.append(TreeJoint(f"{name}_joint", "fixed", foot.link, name, X, where=where))
-    return Tree(
-        sidecar.name, links, tuple(joints), path.name, sidecar.extension, tuple(findings), servo
-    )
+    return Tree(sidecar.name, links, tuple(joints), path.name, tuple(findings), servo)
 
 
 def _groups(

@@ -16,7 +16,8 @@ from phasmid.cad.step import part_paths
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
-from phasmid.robot.table import Limits, Name, Tensor, Vector
+from phasmid.robot.file import servo_table
+from phasmid.robot.table import Limits, Name, ServoTable, Tensor, Vector
 from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml, toml_key, toml_string
 
@@ -84,8 +85,7 @@ class Sidecar(Table):
     """``NAME.step.toml``."""
 
     name: Name
-    servo: str = ""
-    extension: str = ""
+    servo: ServoTable | None = None
     density: Annotated[Density, Gt(0), Le(30_000)] | None = None
     frame: FrameTable = FrameTable()
     parts: dict[Pattern, PartTable] = {}
@@ -118,9 +118,7 @@ def read_sidecar(path: Path) -> tuple[Sidecar, str]:
     return validate(Sidecar, raw, in_file(file, content)), content
 
 
-def sidecar_text(
-    robot: Robot, assembly: Assembly, extension: str = "", *, masses: str = "solids"
-) -> str:
+def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") -> str:
     """The sidecar of a robot's own assembly, as `phasmid.cad.write_step` writes it.
 
     Links and joints are called as in `phasmid.formats.tree_of`; angles are those of Table 1.
@@ -128,7 +126,6 @@ def sidecar_text(
     Args:
         robot: The robot.
         assembly: Its solids.
-        extension: The phasmid extension, TOML.
         masses: ``solids`` to have them computed, or ``file`` to keep those of the robot.
     """
     lines = [
@@ -136,11 +133,10 @@ def sidecar_text(
         "# what parts weigh, and where the joints' axes are.",
         f"name = {toml_string(robot.name)}",
     ]
-    if robot.servo.name in servo_names():
-        # Servos of no maker stand in the extension alone.
-        lines.append(f"servo = {toml_string(robot.servo.name)}")
-    if extension:
-        lines.append(f"extension = {toml_string(extension)}")
+    known_servo = robot.servo.name in servo_names()
+    lines += (
+        [f"servo = {toml_string(robot.servo.name)}"] if known_servo else servo_table(robot.servo)
+    )
     keep = masses == "file"
     known = _given(robot.body, assembly.poses["body"]) if keep else []
     paths = part_paths(assembly)

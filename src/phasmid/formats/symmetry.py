@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.mounts import MIDDLE
+from phasmid.formats.findings import Finding, Findings
+from phasmid.formats.legs import MIDDLE
 from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.units import plain_number
 
@@ -23,6 +23,9 @@ LENGTHS = 0.01
 DIRECTIONS = math.radians(1.0)
 """Angle by which the directions of a pair may differ from each other's mirror image [rad]."""
 
+LIMITS = math.radians(20.0)
+"""Angle by which limits of femur and tibia may differ in a pair [rad]."""
+
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
@@ -36,38 +39,35 @@ def judge_symmetry(robot: Robot, *, read: bool = False) -> tuple[Finding, ...]:
     hips = np.array([leg.mount_position for leg in robot.legs])
     # An odd leg would move the mean.
     middle = float(np.median(hips[:, 1]))
+    found = Findings()
     across = {leg.name for leg in robot.legs if _points_across(leg, middle)}
-    found = [
-        Finding(
-            Severity.SUSPECT,
-            f"leg {leg.name}",
-            f"points across the body: its hip lies on the "
-            f"{'left' if leg.mount_position[1] > middle else 'right'} and its yaw is "
-            f"{plain_number(math.degrees(leg.mount_yaw))}°.",
-            hint="check the origin and axis of its first joint"
-            if read
-            else f"yaw_deg = {plain_number(-math.degrees(leg.mount_yaw))}",
+    for leg in robot.legs:
+        if leg.name in across:
+            yaw = plain_number(math.degrees(leg.mount_yaw))
+            found.suspect(
+                f"leg {leg.name}",
+                f"points across the body: its hip is on the "
+                f"{'left' if leg.mount_position[1] > middle else 'right'} and its yaw is {yaw}°.",
+                hint="check the origin and axis of its first joint"
+                if read
+                else f"yaw_deg = {plain_number(-math.degrees(leg.mount_yaw))}",
+            )
+    right, left = (
+        sorted(
+            (leg for leg in robot.legs if side * (leg.mount_position[1] - middle) > MIDDLE),
+            key=lambda leg: -leg.mount_position[0],
         )
-        for leg in robot.legs
-        if leg.name in across
-    ]
-    sides = [
-        sorted(legs, key=lambda leg: -leg.mount_position[0])
-        for legs in (
-            [leg for leg in robot.legs if leg.mount_position[1] < middle - MIDDLE],
-            [leg for leg in robot.legs if leg.mount_position[1] > middle + MIDDLE],
-        )
-    ]
-    right, left = sides
+        for side in (-1, 1)
+    )
     if len(right) != len(left):
-        what = f"{len(right)} legs are on its right side and {len(left)} on its left."
-        return (*found, Finding(Severity.NOTE, "robot", what))
+        found.note("robot", f"{len(right)} legs are on its right side and {len(left)} on its left.")
+        return tuple(found)
     for one, other in zip(right, left, strict=True):
         unlike = _unlike(one, other, middle, directions=not across & {one.name, other.name})
         if unlike:
             what = f"is not the mirror image of leg {other.name}: {'; '.join(unlike)}."
             hint = "give both the same measures, unless the robot is built so"
-            found.append(Finding(Severity.SUSPECT, f"leg {one.name}", what, hint=hint))
+            found.suspect(f"leg {one.name}", what, hint=hint)
     return tuple(found)
 
 
@@ -94,6 +94,9 @@ def _unlike(one: Leg, other: Leg, middle: float, *, directions: bool) -> list[st
                 f"its {joint} is {plain_number(1000 * a)} mm long and that one's "
                 f"{plain_number(1000 * b)} mm"
             )
+    ranges = np.abs(one.joint_limits[1:] - other.joint_limits[1:]).max()
+    if ranges > LIMITS:
+        found.append(f"their joint limits differ by {plain_number(math.degrees(ranges), 3)}°")
     foot = float(np.linalg.norm(other.neutral_foot * _MIRROR - one.neutral_foot))
     if foot > PLACES:
         found.append(f"their neutral feet differ by {plain_number(1000 * foot, 3)} mm")

@@ -89,8 +89,7 @@ class Tree:
         links: By name, in the file's order.
         joints: In the file's order.
         file: Name of the file, for messages.
-        extension: The phasmid extension, TOML; empty without one.
-        findings: Data that the reader ignored or assumed.
+        findings: What the reader ignored or assumed.
         servo: The motor of every joint; None where the file names none.
 
     Raises:
@@ -102,7 +101,6 @@ class Tree:
     links: Mapping[str, TreeLink]
     joints: tuple[TreeJoint, ...]
     file: str = ""
-    extension: str = ""
     findings: tuple[Finding, ...] = ()
     servo: Servo | None = None
 

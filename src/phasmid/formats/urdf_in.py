@@ -14,7 +14,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats import meshes
 from phasmid.formats.files import named_file
-from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.findings import Findings
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
@@ -29,7 +29,7 @@ KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 GREY = (0.5, 0.5, 0.5, 1.0)
 
 _KNOWN = {
-    "robot": {"link", "joint", "material", "mujoco", "phasmid"},
+    "robot": {"link", "joint", "material", "mujoco"},
     "link": {"inertial", "visual", "collision"},
     "inertial": {"origin", "mass", "inertia"},
     "visual": {"origin", "geometry", "material"},
@@ -74,7 +74,6 @@ def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
         {link.name: link for link in links},
         joints,
         file=path.name,
-        extension=_extension(root),
         findings=tuple(reader.findings),
     )
 
@@ -93,13 +92,6 @@ def _check_root(root: Element) -> None:
         )
 
 
-def _extension(root: Element) -> str:
-    found = root.all("phasmid")
-    if len(found) > 1:
-        raise InvalidInput("<phasmid> is there twice.", where=found[1].where)
-    return found[0].text + "\n" if found and found[0].text else ""
-
-
 @dataclass
 class _Reader:
     """File being read: its materials, meshes and findings."""
@@ -107,7 +99,7 @@ class _Reader:
     path: Path
     root: Element
     options: ImportOptions
-    findings: list[Finding] = field(default_factory=list)
+    findings: Findings = field(default_factory=Findings)
     files: meshes.MeshFiles = field(init=False)
     colors: dict[str, meshes.Color] = field(default_factory=dict)
     missing: set[tuple[str, str]] = field(default_factory=set)
@@ -127,9 +119,6 @@ class _Reader:
             if color is not None and "name" in material.attributes:
                 self.colors.setdefault(material.attributes["name"], _rgba(color))
 
-    def note(self, severity: Severity, subject: str, what: str, where: str, hint: str = "") -> None:
-        self.findings.append(Finding(severity, subject, what, where, hint))
-
     def link(self, element: Element) -> TreeLink:
         name = element.need_name()
         inertial = element.find("inertial")
@@ -139,7 +128,7 @@ class _Reader:
             if parts:
                 why = "no visual one was read" if element.find("visual") else "it has no visual one"
                 what = f"shows its collision shape, as {why}."
-                self.note(Severity.NOTE, f"link {name}", what, element.where)
+                self.findings.note(f"link {name}", what, element.where)
         return TreeLink(
             name,
             None if inertial is None else self._inertial(inertial, name),
@@ -167,7 +156,7 @@ class _Reader:
             if part is None:
                 what = f"link {link} has an <inertial> without <{tag}>; 0 was taken."
                 hint = "--masses geometry" if tag == "inertia" else ""
-                self.note(Severity.SUSPECT, f"link {link}", what, element.where, hint)
+                self.findings.suspect(f"link {link}", what, element.where, hint)
         X = pose_of(element.find("origin"))
         R = X[:3, :3]
         if not np.array_equal(R, np.eye(3)):
@@ -233,7 +222,7 @@ class _Reader:
         subject = f"link {link.need_name()}"
         if (subject, what) not in self.missing:
             self.missing.add((subject, what))
-            self.note(Severity.SUSPECT, subject, what, where, hint)
+            self.findings.suspect(subject, what, where, hint)
 
     def joint(self, element: Element) -> TreeJoint:
         name = element.need_name()
@@ -276,7 +265,7 @@ class _Reader:
             raise InvalidInput(f"joint {name}: its axis has no direction.", where=where)
         if abs(length - 1) > 1e-3:
             what = f"joint {name}: its axis has length {plain_number(length)}; it was made 1."
-            self.note(Severity.NOTE, f"joint {name}", what, where)
+            self.findings.note(f"joint {name}", what, where)
         # A unit vector stays as it is, to the last digit.
         return axis if abs(length - 1) < 1e-15 else axis / length
 
@@ -291,7 +280,7 @@ class _Reader:
         if kind in {"revolute", "prismatic"}:
             if limit is None:
                 what = f"no <limit>, which {kind} joints must have; it may move without end."
-                self.note(Severity.SUSPECT, f"joint {name}", what, element.where)
+                self.findings.suspect(f"joint {name}", what, element.where)
             else:
                 lower, upper = (
                     limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper")
@@ -320,7 +309,7 @@ class _Reader:
                     f"joint {name}: upper limit {upper:.4g} rad was taken for none; the lower one, "
                     f"{lower:.4g} rad, holds."
                 )
-            self.note(Severity.NOTE, f"joint {name}", what, limit.where)
+            self.findings.note(f"joint {name}", what, limit.where)
             return (
                 lower if lower > -ENDLESS else -math.inf,
                 upper if upper < ENDLESS else math.inf,
@@ -358,7 +347,7 @@ class _Reader:
         what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
         if self.options.strict:
             raise InvalidInput(what, where=self.path.name, hint="leave --strict out")
-        self.note(Severity.NOTE, f"file {self.path.name}", what, self.path.name)
+        self.findings.note(f"file {self.path.name}", what, self.path.name)
 
 
 def _rgba(color: Element) -> meshes.Color:

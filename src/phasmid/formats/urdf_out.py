@@ -28,8 +28,8 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
     A massless link at the end of a chain is a foot; the link that carries it gets a small ball
     there as its collision shape, since simulators take the ball's own mass for that of a massless
     link.
-    A tree without meshes is shown as cylinders from joint to joint. Data that URDF lacks
-    goes into elements ``<phasmid>``, which other readers pass over.
+    A tree without any look is shown as cylinders from joint to joint. The inertia of
+    rotors, which URDF has no word for, is in elements ``<phasmid>``, which other readers ignore.
 
     Args:
         tree: The tree.
@@ -49,8 +49,6 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
         body += _link(tree, link, looks, sticks=not shown)
     for joint in tree.joints:
         body += _joint(joint)
-    if tree.extension.strip():
-        body += ["  <phasmid>", _text(tree.extension.rstrip("\n")), "  </phasmid>"]
     lines = [
         '<?xml version="1.0" encoding="utf-8"?>',
         f"<robot{_attributes(name=tree.name)}>",

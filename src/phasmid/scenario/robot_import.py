@@ -16,16 +16,15 @@ class RobotImportTable(Table):
         foot: Where the feet are: a link's name or its ending, or x,y,z in metres in the frame of
             each leg's last link; or one place for each leg, as 1-3=0,0,-0.13; 4-6=0,0,0.13;
             empty: found in the tree, or else at the end of the last mesh.
-        masses: as-given; geometry, which spreads each link's mass over its box; or a preset or
-            robot file whose links' masses and inertias are taken.
-        total_mass: Mass of the robot on a scale [kg]; all masses are scaled to it.
+        masses: as-given; or geometry, which spreads each link's mass over its box.
+        total_mass: What the robot weighs on a scale [kg]; all masses are scaled to it.
         servo_model: Name of the servo; empty: efforts and speeds of the file.
         package: Folders that package:// names, such as my_robot=../my_robot; commas between.
         mesh_unit: Unit of the mesh files (as-given, m or mm).
     """
 
     foot: str = ""
-    masses: str = "as-given"
+    masses: Literal["as-given", "geometry"] = "as-given"
     total_mass: Annotated[Mass, Gt(0), Le(1000)] | None = None
     servo_model: str = ""
     package: str = ""

@@ -19,9 +19,6 @@ from phasmid.studio.setting import Setting, setting_of
 from phasmid.terrain.height_text import BEGINNING
 from phasmid.toml import read_toml
 
-MASSES = ("as-given", "geometry")
-"""Values of ``robot_import.masses`` that name no robot."""
-
 MOST_FILES = 32
 """Most loaded files: their robots stay in memory."""
 
@@ -83,7 +80,7 @@ def _check_named_files(path: Path) -> None:
     raw, _ = read_toml(path)
     tables = [raw.get(name) for name in ("terrain", "gait", "robot_import")]
     terrain, gait, reading = (table if isinstance(table, dict) else {} for table in tables)
-    robot, masses = raw.get("robot"), reading.get("masses")
+    robot = raw.get("robot")
     gait_name = None if "offsets" in gait else gait.get("name", tables[1])
     if reading.get("package"):
         raise InvalidInput(
@@ -96,7 +93,6 @@ def _check_named_files(path: Path) -> None:
         "robot": robot if robot not in preset_names() else None,
         "terrain.height_map": terrain.get("height_map"),
         "gait": gait_name if is_gait_file(gait_name) else None,
-        "robot_import.masses": masses if masses not in (*MASSES, *preset_names()) else None,
     }
     for what, name in named.items():
         if not isinstance(name, str) or not name or name.startswith(BEGINNING):
@@ -117,9 +113,6 @@ def _with_file(setting: Setting, what: str, path: Path) -> Setting:
     if what == "scenario":
         _check_named_files(path)
         scenario = load_scenario(path)
-        masses = path.parent / scenario.robot_import.masses
-        if masses.is_file():
-            scenario = scenario.replace(masses=str(masses))
         initial = setting_of(scenario)
         robots = {**setting.robots, **initial.robots}
         return replace(initial, walks=setting.walks, robots=robots, grounds=setting.grounds)

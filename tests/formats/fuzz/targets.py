@@ -39,8 +39,8 @@ def targets() -> dict[str, Target]:
     part = Part(CORNERS, FACES, (0.2, 0.4, 0.6, 1.0), "shell")
     robot = load_robot("phantomx-paper")
     looking = replaced(robot, appearance=Appearance.of({"body": (part,), "coxa": (part,)}))
-    exported = urdf_files(tree_of(looking, "[servo]\nname = 'AX-12A'\n"), "robot")
-    modelled = mjcf_files(tree_of(looking, "[servo]\nname = 'AX-12A'\n"), "robot")
+    exported = urdf_files(tree_of(looking), "robot")
+    modelled = mjcf_files(tree_of(looking), "robot")
     ball = trimesh.creation.icosphere(subdivisions=3)
     preset = resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml"
 
