@@ -145,10 +145,6 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     yield urdf("a mass of text", '<mass value="', '<mass value="heavy')
     yield urdf("a mass beyond floats", '<mass value="', '<mass value="1e999')
     yield urdf("a control letter", "<robot", "<robot a='\x01'")
-    # The extension of our own, which carries TOML.
-    yield urdf("extension not TOML", "body_size = ", "body_size = = ")
-    yield urdf("extension of digits", "body_size = ", f"x = {DIGITS}\nbody_size = ")
-    yield urdf("extension of dots", "body_size = ", f"{DOTTED}x = 1\nbody_size = ")
     for name, content in {
         "empty": "",
         "text": "robot",

@@ -57,13 +57,13 @@ def test_a_driven_robot_moves_its_joints_by_its_own_servos_unless_told_otherwise
 
 
 def test_prescribed_joints_are_refused_on_ground_that_the_controller_does_not_know():
-    """Only a plan that knows the ground may prescribe joints on it."""
+    """Only a plan that follows the ground may prescribe joints on it."""
     stairs = PAPER.replace(duration=0.02, drive="prescribed", terrain="stairs")
     with pytest.raises(InvalidInput, match='drive is "prescribed" on terrain "stairs"'):
         drive(stairs, None, Command(velocity=(0.05, 0.0, 0.0)))
     unaware = stairs.replace(planned_on="level")
     player = Player(plan(unaware))
-    with pytest.raises(InvalidInput, match="a plan that knows the ground"):
+    with pytest.raises(InvalidInput, match="a plan that follows the ground"):
         drive(unaware, player)
     known = drive(stairs, Player(plan(stairs)))
     assert known.attrs["ending"] == "COMPLETED"
