@@ -6,8 +6,7 @@ import pytest
 from phasmid.gait import support_margin
 from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.motion import plan
-from phasmid.motion.curves import Path
-from phasmid.motion.rules import arctan, cos_and_sin, inverse, product, root
+from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, product, root
 from phasmid.scenario import load_scenario
 from terrains import TERRAINS
 

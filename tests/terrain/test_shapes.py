@@ -143,7 +143,10 @@ def test_friction_is_that_of_the_last_patch_that_holds_a_point():
         (lambda: Slope(math.radians(80)), "slope of 80° exceeds 45°, the steepest this contact"),
         (lambda: Waves(0.2, 0.4, 0.3), "waves of 200 mm in 400 mm are steeper than 45°"),
         (lambda: Rough(0.05, 0.1, 0.3), "rough ground of 50 mm in waves of 100 mm is steeper"),
-        (lambda: HeightMap(np.eye(3), 0.1, 0.0), "height map has a slope of 84° at row 1, column"),
+        (
+            lambda: HeightMap(np.eye(3), 0.1, 0.0),
+            "height map has a slope of 84° near row 1, column",
+        ),
         # A ramp to h over 0.1 m is as steep as 15/8 h/0.1 m in its middle: atan(1.125).
         (
             lambda: HeightMap(np.full((5, 9), 0.06), 0.01, 0.3),

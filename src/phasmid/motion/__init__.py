@@ -1,9 +1,8 @@
 """Motion of feet, body and joints: the plan of a walk, and trajectories from files."""
 
-from phasmid.motion.course import Course
+from phasmid.motion.course import Course, LevelCourse
 from phasmid.motion.curves import Path, blend, join, lift
 from phasmid.motion.feasibility import fastest
-from phasmid.motion.level import LevelCourse
 from phasmid.motion.trajectory import (
     JointTrajectory,
     Motion,

@@ -1,4 +1,4 @@
-"""The course of a walk over uneven ground: footholds, swings and postures."""
+"""The course of a walk over level or uneven ground: motion of trunk and feet at any time."""
 
 from __future__ import annotations
 
@@ -12,18 +12,54 @@ from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait, sway
 from phasmid.kinematics import neutral_feet, step_pose
 from phasmid.motion.curves import Path, blend
-from phasmid.motion.feet import foothold, in_body, swing_fraction
+from phasmid.motion.feet import (
+    coxa_only_feet,
+    foothold,
+    in_body,
+    straight_feet,
+    swing_fraction,
+)
 from phasmid.motion.footholds import Footholds, choose_footholds, holding_friction
 from phasmid.motion.posture import Postures, fit_postures, leaning_trunk
-from phasmid.motion.sway import swayed
 from phasmid.motion.swing import Swings, plan_swings
-from phasmid.motion.trunk import TrunkMotion, between_events, progress, trunk_motion
+from phasmid.motion.trunk import TrunkMotion, between_events, progress, swayed, trunk_motion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.terrain import Terrain
+from phasmid.scenario.stride import StrideTable
+from phasmid.terrain import Ground
 
 EARLIEST = -2
 """Number of the first planned cycle: a swing at the start may come from its foothold."""
+
+
+@dataclass(frozen=True, eq=False)
+class LevelCourse:
+    """Motion of trunk and feet over level ground.
+
+    Attributes:
+        robot: The robot, L legs.
+        gait: The gait.
+        stride: Heights, times and curves.
+        step: Displacement of one step: forward [m], left [m], turn [rad].
+    """
+
+    robot: Robot
+    gait: Gait
+    stride: StrideTable
+    step: Float[np.ndarray, "3"]
+
+    def motion(self, time: Float[np.ndarray, " time"]) -> tuple[TrunkMotion, Path]:
+        """Return the motion of the trunk, and of the feet in the body frame.
+
+        Args:
+            time: Times [s], shape (N,).
+        """
+        robot, gait, stride, step = self.robot, self.gait, self.stride, self.step
+        height = _body_height(robot)
+        trunk = _level_trunk(robot, gait, stride, step, height, time)
+        if stride.stance_law == "straight":
+            return trunk, straight_feet(robot, gait, stride, step, time, trunk)
+        return trunk, coxa_only_feet(robot, gait, stride, step, time, height)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +102,8 @@ class Course:
         seconds = np.diff(np.append(gait.events, 1.0))[index] * stride.period
         s = Path(s.position, s.velocity / seconds, s.acceleration / seconds**2)
         event = whole.astype(int) * len(gait.events) + index
-        level = trunk_motion(stride.step, 0.0, progress(gait, stride, time))
-        if gait.sway:
-            aside = sway(gait, neutral_feet(self.robot), stride.period, np.asarray(time))
-            level = swayed(level, aside)
-        # Level ground lies under the mean of the neutral feet.
-        height = -float(neutral_feet(self.robot)[:, 2].mean())
-        trunk = leaning_trunk(self.postures, event, s, level, height)
+        level = _level_trunk(self.robot, gait, stride, stride.step, 0.0, time)
+        trunk = leaning_trunk(self.postures, event, s, level, _body_height(self.robot))
         return trunk, in_body(self._feet(time), trunk)
 
     def _feet(self, time: Float[np.ndarray, " time"]) -> Path:
@@ -89,8 +120,28 @@ class Course:
         )
 
 
+def _body_height(robot: Robot) -> float:
+    """Return the height of the body frame over level ground, under the mean neutral foot [m]."""
+    return -float(neutral_feet(robot)[:, 2].mean())
+
+
+def _level_trunk(
+    robot: Robot,
+    gait: Gait,
+    stride: StrideTable,
+    step: Float[np.ndarray, "3"],
+    height: float,
+    time: Float[np.ndarray, " time"],
+) -> TrunkMotion:
+    """Return the motion of a level trunk with its sway."""
+    trunk = trunk_motion(step, height, progress(gait, stride, time))
+    if gait.sway:
+        trunk = swayed(trunk, sway(gait, neutral_feet(robot), stride.period, np.asarray(time)))
+    return trunk
+
+
 def plan_course(
-    scenario: Scenario, robot: Robot, gait: Gait, terrain: Terrain, end: float
+    scenario: Scenario, robot: Robot, gait: Gait, terrain: Ground, end: float
 ) -> Course:
     """Plan footholds, swings and postures of a walk on uneven ground.
 
@@ -152,9 +203,7 @@ def plan_course(
     )
 
 
-def _check_grip(
-    scenario: Scenario, terrain: Terrain, places: Float[np.ndarray, "places 2"]
-) -> None:
+def _check_grip(scenario: Scenario, terrain: Ground, places: Float[np.ndarray, "places 2"]) -> None:
     """Refuse ground on which every foot slides.
 
     Raises:
@@ -183,7 +232,7 @@ def _footholds(
     scenario: Scenario,
     robot: Robot,
     gait: Gait,
-    terrain: Terrain,
+    terrain: Ground,
     cycle: Float[np.ndarray, "cycles 1"],
 ) -> Footholds:
     step, neutral = scenario.stride.step, neutral_feet(robot)

@@ -12,8 +12,7 @@ from jaxtyping import Float
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait, shortfall
 from phasmid.kinematics import hip_from_body, joint_angles, reach, within_reach
-from phasmid.motion.course import Course, place
-from phasmid.motion.level import LevelCourse
+from phasmid.motion.course import Course, LevelCourse, place
 from phasmid.robot import JOINTS, Servo
 from phasmid.scenario import Scenario
 
@@ -28,10 +27,6 @@ def checked_times(
     scenario: Scenario, course: LevelCourse | Course
 ) -> Iterator[Float[np.ndarray, " time"]]:
     """Yield the instants at which a plan is checked: one cycle of a periodic walk, else all.
-
-    Args:
-        scenario: Its duration and period count.
-        course: The plan.
 
     Yields:
         Times of some cycles [s].
@@ -63,11 +58,6 @@ def check_reach(
     scenario: Scenario, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
 ) -> None:
     """Refuse feet out of reach.
-
-    Args:
-        scenario: The scenario.
-        course: The plan.
-        times: Instants that count [s].
 
     Raises:
         InfeasibleWalk: A foot is out of reach, or a joint beyond its limit.
@@ -105,10 +95,9 @@ def check_reach(
 def _out_of_reach(
     course: LevelCourse | Course, p: Float[np.ndarray, "time legs 3"]
 ) -> tuple[int, str]:
-    """Raise the error of the foot farthest out of reach."""
+    """Return the instant of the foot farthest out of reach, and the reason."""
     far = np.hypot(p[..., 0], p[..., 1])
     bad = within_reach(course.robot, p) == 0
-    # Report the foot farthest out of reach.
     t, leg = _first_largest(np.where(bad, far, -1.0), axis=1)
     which, target = course.robot.legs[leg], p[t, leg]
     nearest, farthest = reach(which, float(target[2]))
@@ -158,12 +147,6 @@ def check_speed(
 ) -> None:
     """Refuse joint speeds above the servo's no-load speed.
 
-    Args:
-        scenario: The scenario.
-        course: The plan.
-        times: Instants that count [s].
-        qd: Joint speeds then [rad/s].
-
     Raises:
         InfeasibleWalk: A joint would turn faster than its servo without load.
     """
@@ -210,12 +193,6 @@ def check_support(
 ) -> None:
     """Refuse a centre of mass outside the support polygon.
 
-    Args:
-        scenario: The scenario.
-        course: The plan.
-        times: Instants that count [s].
-        margin: Support margin then [m].
-
     Raises:
         InfeasibleWalk: The robot would topple.
     """
@@ -225,10 +202,7 @@ def check_support(
     when = f"at phase {times[worst] / scenario.stride.period:.2f}"
     if isinstance(course, Course):
         when = place(scenario, times[worst])
-    hint = "a gait with a larger duty factor, a shorter stride, or a wider stance"
-    if not course.gait.sway:
-        hint = "a gait with a larger duty factor or a sway, a shorter stride, or a wider stance"
     raise InfeasibleWalk(
         f"{when} {shortfall(margin[worst])}.",
-        hint=hint,
+        hint="a gait with a larger duty factor or a sway, a shorter stride, or a wider stance",
     )

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.scenario.footing import FootingTable
-from phasmid.terrain import Terrain
+from phasmid.terrain import Ground
 
 DIRECTIONS = 16
 """Directions in which the neighbourhood of a place is sampled."""
@@ -42,7 +42,7 @@ class Footholds(NamedTuple):
 
 
 def choose_footholds(
-    terrain: Terrain,
+    terrain: Ground,
     footing: FootingTable,
     nominal: Float[np.ndarray, "cycles legs 2"],
     ahead: Float[np.ndarray, "cycles legs 2"],
@@ -86,7 +86,7 @@ def choose_footholds(
 
 
 def is_even(
-    terrain: Terrain, footing: FootingTable, places: Float[np.ndarray, "places 2"]
+    terrain: Ground, footing: FootingTable, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
     """Return where the ground around places is even and outside gaps, shape (N,).
 
@@ -109,7 +109,7 @@ def is_even(
 
 
 def has_grip(
-    terrain: Terrain, footing: FootingTable, places: Float[np.ndarray, "places 2"]
+    terrain: Ground, footing: FootingTable, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
     """Return where friction is enough for the slope, and not below the least, shape (N,)."""
     needed = np.maximum(footing.least_friction, holding_friction(terrain, places))
@@ -117,7 +117,7 @@ def has_grip(
 
 
 def holding_friction(
-    terrain: Terrain, places: Float[np.ndarray, "places 2"]
+    terrain: Ground, places: Float[np.ndarray, "places 2"]
 ) -> Float[np.ndarray, " places"]:
     """Return the friction at which a load holds on the slope of places, shape (N,)."""
     n = terrain.normal(places[:, 0], places[:, 1])
@@ -125,7 +125,7 @@ def holding_friction(
 
 
 def _heights(
-    terrain: Terrain, places: Float[np.ndarray, "places 2"], radii: Float[np.ndarray, " rings"]
+    terrain: Ground, places: Float[np.ndarray, "places 2"], radii: Float[np.ndarray, " rings"]
 ) -> Float[np.ndarray, "places rings directions"]:
     """Return the heights of the ground on rings around places [m]."""
     points = places[:, None, None] + radii[:, None, None] * _circle()

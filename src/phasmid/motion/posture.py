@@ -8,8 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.motion.curves import Path
-from phasmid.motion.rules import arctan, cos_and_sin, inverse, product, root, scaled, total
+from phasmid.motion.curves import (
+    Path,
+    arctan,
+    cos_and_sin,
+    inverse,
+    product,
+    root,
+    scaled,
+    total,
+)
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.scenario.footing import FootingTable
 

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from phasmid.motion.curves import Curve, Path, blend
 from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.stride import StrideTable
-from phasmid.terrain import Terrain
+from phasmid.terrain import Ground
 
 PLACES = 161
 """Places along its way at which a swing is held against the ground."""
@@ -86,7 +86,7 @@ class Swings(NamedTuple):
 
 
 def plan_swings(
-    terrain: Terrain,
+    terrain: Ground,
     footing: FootingTable,
     stride: StrideTable,
     start: Float[np.ndarray, "swings 3"],
@@ -123,7 +123,7 @@ def plan_swings(
 
 
 def _ground_along(
-    terrain: Terrain,
+    terrain: Ground,
     footing: FootingTable,
     start: Float[np.ndarray, "swings 3"],
     end: Float[np.ndarray, "swings 3"],

@@ -66,11 +66,63 @@ class JointTrajectory:
             )
         if len(self.time) < 2:
             raise InvalidInput(f"trajectory has {len(self.time)} rows; it needs at least 2.")
-        _check_time(self.time)
-        _check_finite(self.robot, self.q)
-        _check_unit(self.robot, self.q)
-        _check_jumps(self.robot, self.time, self.q)
-        _check_limits(self.robot, self.q)
+        self._check_time()
+        self._check_angles()
+
+    def _check_time(self) -> None:
+        time = self.time
+        if not (np.abs(time) <= LATEST).all():
+            row = int(np.argmin(np.abs(time) <= LATEST))
+            raise InvalidInput(
+                f"trajectory row {row + 1}, column time: {time[row]:g} s is not a finite number, "
+                f"{LATEST:g} s or less.",
+                hint="times in seconds",
+            )
+        if (np.diff(time) < SHORTEST).any():
+            row = int(np.argmax(np.diff(time) < SHORTEST)) + 1
+            raise InvalidInput(
+                f"trajectory row {row + 1}: time {time[row]:g} s does not follow "
+                f"{time[row - 1]:g} s by {SHORTEST:g} s or more."
+            )
+
+    def _check_angles(self) -> None:
+        """Refuse angles that are not finite, in degrees, or beyond the joints' speeds and limits.
+
+        Raises:
+            InvalidInput: An angle is not finite, or in degrees.
+            InfeasibleWalk: A joint would pass its limits or be faster than its servo.
+        """
+        robot, q = self.robot, self.q.reshape(len(self.time), -1)
+        joints, servo = joint_names(robot), robot.servo
+        if not np.isfinite(q).all():
+            row, column = _largest(~np.isfinite(q))
+            raise InvalidInput(
+                f"trajectory row {row + 1}, column {joints[column]}: not a finite number."
+            )
+        if np.abs(q).max() > LARGEST_ANGLE:
+            row, column = _largest(np.abs(q))
+            raise InvalidInput(
+                f"{joints[column]} reaches {abs(q[row, column]):.3g} rad.", hint='unit = "deg"'
+            )
+        jump = np.abs(np.diff(q, axis=0))
+        speed = jump / np.diff(self.time)[:, None]
+        if speed.max() > servo.no_load_speed:
+            row, column = _largest(speed)
+            raise InfeasibleWalk(
+                f"{joints[column]} jumps {jump[row, column]:.2g} rad between rows {row + 1} and "
+                f"{row + 2} ({speed.max():.3g} rad/s; the servo {servo.name} allows "
+                f"{servo.no_load_speed:.3g})."
+            )
+        limits = robot.arrays.joint_limits.reshape(-1, 2)
+        over = np.maximum(q - limits[:, 1], limits[:, 0] - q)
+        # A measured angle at the stop may read slightly beyond it.
+        if over.max() > 1e-3:
+            row, column = _largest(over)
+            low, high = np.degrees(limits[column])
+            raise InfeasibleWalk(
+                f"trajectory row {row + 1} turns {joints[column]} to "
+                f"{math.degrees(q[row, column]):.1f}°; its limits are {low:.4g}° to {high:.4g}°."
+            )
 
     @property
     def is_periodic(self) -> bool:
@@ -205,80 +257,7 @@ def joint_names(robot: Robot) -> tuple[str, ...]:
     return tuple(f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS)
 
 
-def _check_time(time: Float[np.ndarray, " time"]) -> None:
-    if not np.isfinite(time).all():
-        row = int(np.argmin(np.isfinite(time)))
-        raise InvalidInput(f"trajectory row {row + 1}, column time: not a finite number.")
-    far = np.abs(time) > LATEST
-    if far.any():
-        row = int(np.argmax(far))
-        raise InvalidInput(
-            f"trajectory row {row + 1}: time is {time[row]:g} s; it must be at most {LATEST:g} s.",
-            hint="times in seconds",
-        )
-    late = np.diff(time) <= 0
-    if late.any():
-        row = int(np.argmax(late)) + 1
-        raise InvalidInput(
-            f"trajectory row {row + 1}: time {time[row]:.3f} s does not follow "
-            f"{time[row - 1]:.3f} s."
-        )
-    near = np.diff(time) < SHORTEST
-    if near.any():
-        row = int(np.argmax(near)) + 1
-        raise InvalidInput(
-            f"trajectory row {row + 1} follows {time[row] - time[row - 1]:.3g} s after the one "
-            f"before it; it must be at least {SHORTEST:g} s."
-        )
-
-
-def _first(bad: np.ndarray) -> tuple[int, int]:
-    """Return row and column of the first bad value of an array with a row per time."""
-    row, column = np.argwhere(bad.reshape(len(bad), -1))[0]
-    return int(row), int(column)
-
-
-def _check_finite(robot: Robot, q: Float[np.ndarray, "time legs 3"]) -> None:
-    if not np.isfinite(q).all():
-        row, column = _first(~np.isfinite(q))
-        raise InvalidInput(
-            f"trajectory row {row + 1}, column {joint_names(robot)[column]}: not a finite number."
-        )
-
-
-def _check_unit(robot: Robot, q: Float[np.ndarray, "time legs 3"]) -> None:
-    far = np.abs(q)
-    if far.max() > LARGEST_ANGLE:
-        _, column = _first(far == far.max())
-        raise InvalidInput(
-            f"{joint_names(robot)[column]} reaches {far.max():.3g} rad.", hint='unit = "deg"'
-        )
-
-
-def _check_jumps(
-    robot: Robot, time: Float[np.ndarray, " time"], q: Float[np.ndarray, "time legs 3"]
-) -> None:
-    jump, limit = np.diff(q, axis=0), robot.servo.no_load_speed
-    speed = np.abs(jump) / np.diff(time)[:, None, None]
-    if speed.max() > limit:
-        row, column = _first(speed == speed.max())
-        size = abs(float(jump.reshape(len(jump), -1)[row, column]))
-        raise InfeasibleWalk(
-            f"{joint_names(robot)[column]} jumps {size:.2g} rad between rows {row + 1} and "
-            f"{row + 2} ({speed.max():.3g} rad/s; the servo {robot.servo.name} allows "
-            f"{limit:.3g})."
-        )
-
-
-def _check_limits(robot: Robot, q: Float[np.ndarray, "time legs 3"]) -> None:
-    lower, upper = robot.arrays.joint_limits[..., 0], robot.arrays.joint_limits[..., 1]
-    over = np.maximum(q - upper, lower - q)
-    # A measured angle at the stop may read a hair beyond it.
-    if over.max() > 1e-3:
-        row, column = _first(over == over.max())
-        leg, joint = divmod(column, 3)
-        low, high = np.degrees(robot.legs[leg].joint_limits[joint])
-        raise InfeasibleWalk(
-            f"trajectory row {row + 1} turns {joint_names(robot)[column]} to "
-            f"{math.degrees(q[row, leg, joint]):.1f}°; its limits are {low:.4g}° to {high:.4g}°."
-        )
+def _largest(values: np.ndarray) -> tuple[int, int]:
+    """Return row and column of the largest value, the first of equal ones."""
+    row, column = divmod(int(np.argmax(values)), values.shape[1])
+    return row, column

@@ -19,7 +19,7 @@ from phasmid.kinematics import (
     joint_motion,
     rotation_rpy,
 )
-from phasmid.motion.course import Course, plan_course
+from phasmid.motion.course import Course, LevelCourse, plan_course
 from phasmid.motion.feasibility import (
     check_reach,
     check_speed,
@@ -28,7 +28,6 @@ from phasmid.motion.feasibility import (
     fastest,
 )
 from phasmid.motion.feet import rotated
-from phasmid.motion.level import LevelCourse
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.robot import Robot, robot_to_toml
 from phasmid.scenario import Scenario

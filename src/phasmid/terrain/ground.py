@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.flat import Flat
-from phasmid.terrain.shape import Blocky, Places, Shape
+from phasmid.terrain.shapes import Blocky, Flat, Places, Shape
 
 HIGHEST_FRICTION = 10.0
 """Coefficients of friction above this one are refused."""

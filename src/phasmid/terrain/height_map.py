@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from numpy.lib.stride_tricks import sliding_window_view
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import Places, Surface, ramp
+from phasmid.terrain.shapes import Places, Surface, ramp
 
 MOST_SAMPLES = 4096 * 4096
 """Most samples of a height map."""
@@ -33,10 +36,7 @@ MOST_OVER = 1.5 * 1.25
 weights of their differences add up to 1.5 at the most, those across to 1.25."""
 
 MOST_CELLS = 10_000
-"""Most cells whose slope is sampled between the nodes, the steepest ones."""
-
-STRIP = 1 << 18
-"""Samples that are evaluated at once."""
+"""Most cells whose slope is evaluated between the samples, the steepest ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,76 +64,58 @@ class HeightMap:
             raise InvalidInput(
                 f"samples of the height map are {self.cell:g} m apart; it must be greater than 0."
             )
-        steepest = [0.0, 0.0]
         for axis in (0, 1):
-            steepest[axis] = float(np.abs(np.diff(self.heights, axis=axis)).max()) / self.cell
-        if max(steepest) > 1.0:
-            axis = int(np.argmax(steepest))
-            rise = np.abs(np.diff(self.heights, axis=axis))
-            row, column = np.unravel_index(int(np.argmax(rise)), rise.shape)
-            raise InvalidInput(
-                f"height map has a slope of {math.degrees(math.atan(max(steepest))):.0f}° at row "
-                f"{row + 1}, column {column + 1}; 45° is the steepest this contact model is "
-                "verified for.",
-                hint="are these numbers millimetres? a .npy or .csv holds metres"
-                if float(np.ptp(self.heights)) > TALLEST
-                else "a larger map_cell, or of an image a smaller map_height",
-            )
+            slope = np.abs(np.diff(self.heights, axis=axis)) / self.cell
+            self._check_slope(slope, "", lambda at: at)
         self._check_between()
 
     def _check_between(self) -> None:
         """Refuse slopes above 45° between samples, and on the ramp at the start."""
-        rows = self.heights.shape[0]
-        i, j = self._steep_cells()
+        rows, columns = self.heights.shape
+
+        def sample_at(u: np.ndarray, v: np.ndarray, where: str) -> None:
+            u, v = (np.ravel(each) for each in np.broadcast_arrays(u, v))
+            column = np.clip(np.round((u - self.start) / self.cell), 0, columns - 1)
+            row = np.clip(np.round((rows - 1) / 2 - v / self.cell), 0, rows - 1)
+            steep = np.linalg.norm(self.surface(u, v)[1], axis=1)
+            self._check_slope(steep, where, lambda at: (row[at], column[at]))
+
+        # Largest differences of neighbours that affect each cell, from the one before the first.
+        steps = (np.abs(np.diff(self._grid, axis=axis)) for axis in (0, 1))
+        windows = ((3, 4), (4, 3))
+        along, across = (
+            sliding_window_view(step, window).max(axis=(2, 3))
+            for step, window in zip(steps, windows, strict=True)
+        )
+        bound = MOST_OVER / self.cell * np.hypot(along, across)
+        cells = np.argwhere(bound > 1)
+        steepest_first = np.argsort(-bound[tuple(cells.T)], kind="stable")
+        i, j = cells[steepest_first[:MOST_CELLS]].T - 1
         inside = np.linspace(0.0, 1.0, 5)
         u = self.start + self.cell * (i[:, None, None] + inside[:, None])
         v = self.cell * (j[:, None, None] + inside - (rows - 1) / 2)
-        self._check_slope(u, v, "between its samples")
+        sample_at(u, v, " between its samples")
         if self.heights.any():
             u = self.start + np.linspace(0.0, RAMP, 21)[:, None]
             v = self.cell * (np.arange(-2.0, 2 * rows + 1) - (rows - 1)) / 2
-            where = "where it grows out of the level ground before it"
-            self._check_slope(u, v, where)
+            sample_at(u, v, " where it grows out of the level ground before it")
 
-    def _check_slope(self, u: np.ndarray, v: np.ndarray, where: str) -> None:
-        u, v = (np.ravel(each) for each in np.broadcast_arrays(u, v))
-        steepest, at = 1.0, -1
-        for first in range(0, len(u), STRIP):
-            slope = self.surface(u[first : first + STRIP], v[first : first + STRIP])[1]
-            steep = np.hypot(slope[:, 0], slope[:, 1])
-            if steep.max() > steepest:
-                at = first + int(np.argmax(steep))
-                steepest = float(steep.max())
+    def _check_slope(
+        self, slope: np.ndarray, where: str, sample: Callable[[Any], Sequence[Any]]
+    ) -> None:
+        """Refuse slopes above 45°; `sample` returns row and column of one of them."""
         # Allow for round-off.
-        if at < 0 or steepest <= 1 + 1e-9:
+        if slope.max(initial=0.0) <= 1 + 1e-9:
             return
-        rows, columns = self.heights.shape
-        column = min(max(round((u[at] - self.start) / self.cell), 0), columns - 1)
-        row = min(max(round((rows - 1) / 2 - v[at] / self.cell), 0), rows - 1)
+        at = np.unravel_index(np.argmax(slope), slope.shape)
+        row, column = (int(index) + 1 for index in np.ravel(sample(at)))
         raise InvalidInput(
-            f"height map has a slope of {math.degrees(math.atan(steepest)):.0f}° {where} near row "
-            f"{row + 1}, column {column + 1}; 45° is the steepest this contact model is verified "
-            "for.",
-            hint="lower heights, by a smaller map_height where the map is an image",
+            f"height map has a slope of {math.degrees(math.atan(slope[at])):.0f}°{where} near row "
+            f"{row}, column {column}; 45° is the steepest this contact model is verified for.",
+            hint="are these numbers millimetres? a .npy or .csv holds metres"
+            if float(np.ptp(self.heights)) > TALLEST
+            else "a larger map_cell, or of an image a smaller map_height",
         )
-
-    def _steep_cells(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return cells that may be steeper than 45°, numbered along u and v."""
-        grid, (rows, columns) = self._grid, self.heights.shape
-        strip = max(1, STRIP // (rows + 4))
-        steepness, cells = [], []
-        for first in range(0, columns + 1, strip):
-            part = grid[first : min(first + strip, columns + 1) + 3]
-            along = _largest(_largest(np.abs(np.diff(part, axis=0)), 3).T, 4).T
-            across = _largest(_largest(np.abs(np.diff(part, axis=1)), 4).T, 3).T
-            steep = MOST_OVER / self.cell * np.hypot(along, across)
-            found = np.argwhere(steep > 1)
-            steepness.append(steep[tuple(found.T)])
-            # The first window lies around the cell before the first sample.
-            cells.append(found + np.array([first - 1, -1]))
-        most = np.argsort(-np.concatenate(steepness), kind="stable")[:MOST_CELLS]
-        i, j = np.concatenate(cells)[most].T
-        return i, j
 
     @cached_property
     def _grid(self) -> Float[np.ndarray, "along across"]:
@@ -167,15 +149,6 @@ class HeightMap:
         return found[:, 0, 0], found[:, 1, 0] / self.cell, found[:, 0, 1] / self.cell
 
 
-def _largest(values: np.ndarray, width: int) -> np.ndarray:
-    """Return the largest of neighbours along the first axis, where all of them exist."""
-    count = len(values) - width + 1
-    found = values[:count]
-    for k in range(1, width):
-        found = np.maximum(found, values[k : k + count])
-    return found
-
-
 def check_samples(rows: int, columns: int) -> None:
     """Refuse a height map that is too small or too large, before memory is allocated.
 
@@ -188,33 +161,15 @@ def check_samples(rows: int, columns: int) -> None:
     """
     if rows < 2 or columns < 2:
         raise InvalidInput(f"height map is {rows} × {columns}; it needs at least 2 × 2 samples.")
-    check_count(rows * columns)
-
-
-def check_count(samples: int) -> None:
-    """Refuse more samples than a height map may have.
-
-    Raises:
-        InvalidInput: With the memory that they would take.
-    """
-    if samples > MOST_SAMPLES:
-        raise InvalidInput(
-            f"height map of {samples:,} samples needs {8 * samples / 1e9:.3g} GB; the limit is "
-            "4096 × 4096.".replace(",", " ")
-        )
+    if rows * columns > MOST_SAMPLES:
+        raise InvalidInput(f"height map is {rows} × {columns}; the limit is 4096 × 4096 samples.")
 
 
 def check_finite(heights: Float[np.ndarray, "rows columns"]) -> None:
-    """Refuse heights that are not finite; rows and columns are counted from 1.
-
-    Raises:
-        InvalidInput: With their number and the first of them.
-    """
+    """Refuse heights that are not finite; the message has the first, counted from 1."""
     bad = ~np.isfinite(heights)
     if bad.any():
-        row, column = np.unravel_index(int(np.argmax(bad)), bad.shape)
-        many = int(bad.sum())
+        row, column = np.argwhere(bad)[0] + 1
         raise InvalidInput(
-            f"height map has {many} value{'s that are' if many > 1 else ' that is'} not finite, "
-            f"first at row {row + 1}, column {column + 1}."
+            f"height map is not finite in {bad.sum()} places, first at row {row}, column {column}."
         )

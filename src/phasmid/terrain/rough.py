@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from phasmid.errors import InvalidInput
-from phasmid.terrain.shape import Places, Surface, ramp
+from phasmid.terrain.shapes import Places, Surface, ramp
 
 WAVES = 24
 """Number of plane waves that are added up."""
