@@ -1,9 +1,8 @@
 """Gaits: schedules of stance and swing, a library of them, and their support margins."""
 
 from phasmid.gait.cycle import least_margin
-from phasmid.gait.diagram import gait_diagram
 from phasmid.gait.file import is_gait_file, offsets_in_order, read_gait
-from phasmid.gait.gait import Gait
+from phasmid.gait.gait import Gait, gait_diagram
 from phasmid.gait.library import (
     GAITS,
     HEXAPOD_GAITS,

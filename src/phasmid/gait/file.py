@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -50,18 +51,6 @@ class NamedGait(NamedTuple):
 
     gait: Gait
     legs: tuple[str, ...]
-
-    def of_legs(self, names: Sequence[str]) -> Gait:
-        """Return the gait with its offsets in the order of the names.
-
-        Raises:
-            InvalidGait: The file names other legs.
-        """
-        if not self.legs:
-            return self.gait
-        by_leg = dict(zip(self.legs, self.gait.offsets, strict=True))
-        offsets = offsets_in_order(by_leg, names)
-        return Gait(self.gait.name, self.gait.duty_factor, offsets, self.gait.sway)
 
 
 def is_gait_file(source: object) -> bool:
@@ -144,14 +133,16 @@ def gait_from_file(path: Path, leg_count: int | None = None, leg_names: Sequence
         InvalidInput: The file is absent, too large, or not well formed.
         InvalidGait: Too few feet stand, or the file is for other legs.
     """
-    read = read_gait(path)
+    gait, legs = read_gait(path)
     with located(path.name):
-        if read.legs and not leg_names:
+        if legs and not leg_names:
             raise InvalidGait(
                 "gait.offsets go by the names of legs; the robot's are not known here.",
                 hint="leg_names=[leg.name for leg in robot.legs]",
             )
-        gait = read.of_legs(leg_names)
+        if legs:
+            by_leg = dict(zip(legs, gait.offsets, strict=True))
+            gait = replace(gait, offsets=offsets_in_order(by_leg, leg_names))
         if leg_count is not None and len(gait.offsets) != leg_count:
             raise InvalidGait(
                 f"gait.offsets has {len(gait.offsets)} values; one per leg, {leg_count} in all."

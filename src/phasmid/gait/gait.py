@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,12 @@ PHASE_TOLERANCE = 1e-9
 
 LARGEST_SWAY = 0.5
 """A larger sway moves the body beyond the feet of any gait."""
+
+STANDS, LIFTED = "█", "·"
+"""A foot on the ground, and in the air."""
+
+COLUMNS = 48
+"""Parts of a cycle: the fractions of all gaits of four, six and eight legs divide it."""
 
 FEWEST_FEET = 3
 """Smallest number of standing feet that is statically stable."""
@@ -42,10 +47,9 @@ class Gait:
 
     def __post_init__(self) -> None:
         if not 0 < self.duty_factor < 1:
-            finite = "" if math.isfinite(self.duty_factor) else "a finite number "
             raise InvalidGait(
-                f"gait.duty_factor is {self.duty_factor:g}; "
-                f"it must be {finite}greater than 0 and less than 1.",
+                f"gait.duty_factor is {self.duty_factor:g}; it must be greater than 0 and less "
+                "than 1.",
                 hint="duty_factor = 0.5, the tripod gait of the paper",
             )
         for i, offset in enumerate(self.offsets):
@@ -135,3 +139,14 @@ def leg_phase(
     own = (phase[..., None] - lifts) % 1.0
     own[own > 1 - PHASE_TOLERANCE] = 0.0
     return own
+
+
+def gait_diagram(gait: Gait, columns: int = COLUMNS) -> tuple[str, ...]:
+    """Return one line per leg, a cycle from left to right.
+
+    Args:
+        gait: The gait.
+        columns: Characters of a line.
+    """
+    stance = gait.stance((np.arange(columns) + 0.5) / columns)
+    return tuple("".join(STANDS if stands else LIFTED for stands in leg) for leg in stance.T)

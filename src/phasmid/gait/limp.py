@@ -133,108 +133,98 @@ def _limp(
     farthest: float,
     nearest: bool,
 ) -> Limp:
+    """Return a limp, cached: each new command asks for the gait of the remaining legs again."""
+    lost = ", ".join(str(leg) for leg in range(1, len(places) + 1) if leg not in legs)
+    name = f"{gait.name} without {lost}" if lost else gait.name
     feet = np.array(places)[np.array(legs) - 1]
-    lost = [str(leg) for leg in range(1, len(places) + 1) if leg not in legs]
-    name = f"{gait.name} without {', '.join(lost)}" if lost else gait.name
-    best = _kept(gait, legs, feet, com, step, farthest, name)
+    rest = _Remaining(name, legs, feet, np.array(com), np.array(step), farthest)
+    best = rest.kept(gait)
     for share in SWAYS:
         if best is not None and best.margin >= enough:
             break
-        found = _searched(legs, feet, com, step, farthest, name, share)
+        found = rest.searched(share)
         if best is None or found.margin > best.margin:
             best = found
     assert best is not None
     if best.margin <= 0:
         raise InvalidGait(
-            f"without leg{'s' if len(lost) > 1 else ''} {', '.join(lost)} the others do not hold "
-            f"the robot: {shortfall(best.margin)}.",
+            f"without leg{'s' if ',' in lost else ''} {lost} the others do not hold the robot: "
+            f"{shortfall(best.margin)}.",
             hint="feet that stand closer to where the legs are missing",
         )
-    if nearest and best.margin > enough:
-        return _nearer(best, feet, com, step, enough)
-    return best
+    return rest.nearer(best, enough) if nearest and best.margin > enough else best
 
 
-def _kept(
-    gait: Gait,
-    legs: tuple[int, ...],
-    feet: Float[np.ndarray, "remaining 2"],
-    com: tuple[float, float],
-    step: tuple[float, float, float],
-    farthest: float,
-    name: str,
-) -> Limp | None:
-    """Return the gait with unchanged offsets; None where fewer than three feet stand."""
-    offsets = tuple(gait.offsets[leg - 1] for leg in legs)
-    try:
-        rest = replace(gait, name=name, offsets=offsets)
-    except InvalidGait:
-        return None
-    return Limp(rest, legs, *_placed(rest, feet, com, step, farthest))
+@dataclass(frozen=True, eq=False)
+class _Remaining:
+    """Remaining legs, R in number, and the motion of the body over them.
 
+    Attributes:
+        name: Name of their gaits.
+        legs: Their numbers, from 1.
+        feet: Their neutral feet [m], shape (R, 2).
+        com: Centre of mass [m], shape (2,).
+        step: Motion of the body while a foot stands, shape (3,).
+        farthest: Largest shift of the body in either axis [m].
+    """
 
-def _searched(
-    legs: tuple[int, ...],
-    feet: Float[np.ndarray, "remaining 2"],
-    com: tuple[float, float],
-    step: tuple[float, float, float],
-    farthest: float,
-    name: str,
-    share: float,
-) -> Limp:
-    """Return the best gait in which legs lift one by one, with its shift."""
-    count = len(legs)
-    duty = CRAWL if count == FEWEST_FEET + 1 else 1 - 1 / count
-    around = np.arctan2(*(feet - feet.mean(axis=0)).T).argsort(kind="stable").argsort()
-    first = Gait(name, duty, tuple((around / count).tolist()), share)
-    best = Limp(first, legs, *_placed(first, feet, com, step, farthest))
-    if count > MOST_LEGS:
+    name: str
+    legs: tuple[int, ...]
+    feet: Float[np.ndarray, "remaining 2"]
+    com: Float[np.ndarray, "2"]
+    step: Float[np.ndarray, "3"]
+    farthest: float
+
+    def kept(self, gait: Gait) -> Limp | None:
+        """Return the gait with unchanged offsets; None where fewer than three feet stand."""
+        offsets = tuple(gait.offsets[leg - 1] for leg in self.legs)
+        try:
+            return self._shifted(replace(gait, name=self.name, offsets=offsets))
+        except InvalidGait:
+            return None
+
+    def searched(self, share: float) -> Limp:
+        """Return the best gait in which legs lift one by one, with its shift."""
+        feet, count = self.feet, len(self.legs)
+        duty = CRAWL if count == FEWEST_FEET + 1 else 1 - 1 / count
+        around = np.arctan2(*(feet - feet.mean(axis=0)).T).argsort(kind="stable").argsort()
+        best = self._shifted(Gait(self.name, duty, tuple((around / count).tolist()), share))
+        if count > MOST_LEGS:
+            return best
+        for _ in range(TURNS):
+            place = self.com + best.shift
+            found = self._shifted(
+                best_order(
+                    feet, place, duty_factor=duty, step=self.step, sway=share, name=self.name
+                ).gait
+            )
+            if found.margin <= best.margin:
+                break
+            best = found
         return best
-    for _ in range(TURNS):
-        place = np.array(com) + best.shift
-        order = best_order(feet, place, duty_factor=duty, step=step, sway=share, name=name).gait
-        found = Limp(order, legs, *_placed(order, feet, com, step, farthest))
-        if found.margin <= best.margin:
-            break
-        best = found
-    return best
 
+    def nearer(self, limp: Limp, enough: float) -> Limp:
+        """Return the same gait with the smallest sufficient shift."""
+        most = np.array(limp.shift)
+        # Polygons are convex: the margin grows monotonically towards the best place.
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            is_enough = self._margin(limp.gait, middle * most) >= enough
+            low, high = (low, middle) if is_enough else (middle, high)
+        return self._limp(limp.gait, high * most)
 
-def _placed(
-    gait: Gait,
-    feet: Float[np.ndarray, "remaining 2"],
-    com: tuple[float, float],
-    step: tuple[float, float, float],
-    farthest: float,
-) -> tuple[tuple[float, float], float]:
-    """Return the best shift of the body, and the least margin with it."""
-    way = np.array(step)
-    lifts = np.array(gait.offsets, dtype=float)
-    told = timing(lifts, gait.duty_factor, sample_count(way, gait.sway))
-    place = np.array(com) + sway(gait, feet, 1.0, told.phase).way
-    at = foot_way(feet, way, told.share)
-    shift = best_place(at, told.stance, place, farthest)
-    x, y = shift.tolist()
-    return (x, y), least_margin(gait, feet, np.array(com) + shift, way)
+    def _shifted(self, gait: Gait) -> Limp:
+        """Return a gait with the best shift of the body."""
+        lifts = np.array(gait.offsets, dtype=float)
+        cycle = timing(lifts, gait.duty_factor, sample_count(self.step, gait.sway))
+        place = self.com + sway(gait, self.feet, 1.0, cycle.phase).way
+        at = foot_way(self.feet, self.step, cycle.share)
+        return self._limp(gait, best_place(at, cycle.stance, place, self.farthest))
 
+    def _limp(self, gait: Gait, shift: Float[np.ndarray, "2"]) -> Limp:
+        x, y = shift.tolist()
+        return Limp(gait, self.legs, (x, y), self._margin(gait, shift))
 
-def _nearer(
-    limp: Limp,
-    feet: Float[np.ndarray, "remaining 2"],
-    com: tuple[float, float],
-    step: tuple[float, float, float],
-    enough: float,
-) -> Limp:
-    """Return the same gait with the smallest sufficient shift."""
-    most, way = np.array(limp.shift), np.array(step)
-
-    def margin(share: float) -> float:
-        return least_margin(limp.gait, feet, np.array(com) + share * most, way)
-
-    # Polygons are convex: the margin grows monotonically towards the best place.
-    low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        low, high = (low, middle) if margin(middle) >= enough else (middle, high)
-    x, y = (high * most).tolist()
-    return replace(limp, shift=(x, y), margin=margin(high))
+    def _margin(self, gait: Gait, shift: Float[np.ndarray, "2"]) -> float:
+        return least_margin(gait, self.feet, self.com + shift, self.step)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import numbers
 from phasmid.errors import InvalidGait
 from phasmid.gait.cycle import COMFORTABLE_STEP, foot_way, sample_count, timing
 from phasmid.gait.gait import FEWEST_FEET, Gait
@@ -66,7 +64,7 @@ def best_order(
     Raises:
         InvalidGait: No such gait stands on three feet, or there are too many orders.
     """
-    feet = numbers(neutral, "neutral")[:, :2]
+    feet = np.asarray(neutral, dtype=float)[:, :2]
     count = len(feet)
     slots = count if slots is None else slots
     if not FEWEST_FEET < count <= MOST_LEGS:
@@ -79,35 +77,20 @@ def best_order(
     duty_factor = 1 - 1 / slots if duty_factor is None else duty_factor
     # The constructor refuses duty factors and sways that no gait can have.
     Gait(name, duty_factor, tuple(i * slots // count / slots for i in range(count)), sway)
-    forward, left, yaw = numbers(step, "step").tolist()
-    x, y = numbers(centre_of_mass, "centre_of_mass")[:2].tolist()
-    places = tuple((float(p), float(q)) for p, q in feet)
-    return _best(places, (x, y), float(duty_factor), slots, (forward, left, yaw), sway, name)
-
-
-@lru_cache(maxsize=256)
-def _best(
-    places: tuple[tuple[float, float], ...],
-    centre_of_mass: tuple[float, float],
-    duty_factor: float,
-    slots: int,
-    step: tuple[float, float, float],
-    sway: float,
-    name: str,
-) -> SearchedGait:
-    neutral, way, legs = np.array(places), np.array(step), np.arange(len(places))
+    com, way = np.asarray(centre_of_mass, dtype=float)[:2], np.asarray(step, dtype=float)
+    legs = np.arange(count)
     lifts = np.arange(slots) / slots
     cycle = timing(lifts, duty_factor, sample_count(way, sway))
     # Place, stance and share of the sway of each leg if it lifts at each instant.
-    feet = foot_way(neutral, way, np.repeat(cycle.share[:, :, None], len(neutral), axis=2))
+    at = foot_way(feet, way, np.repeat(cycle.share[:, :, None], count, axis=2))
     wave = np.cos(2 * np.pi * (cycle.phase[:, None] - lifts - (1 - duty_factor) / 2))
-    arm = sway * (neutral.mean(axis=0) - neutral)
-    orders = np.array(list(_orders(len(neutral), slots)), dtype=int)
+    arm = sway * (feet.mean(axis=0) - feet)
+    orders = np.array(list(_orders(count, slots)), dtype=int)
     margins = np.empty(len(orders))
     for first in range(0, len(orders), AT_ONCE):
         some = orders[first : first + AT_ONCE]
-        body = np.array(centre_of_mass) + wave[:, some] @ arm
-        margin = support_margin(feet[:, some, legs], cycle.stance[:, some], body)
+        body = com + wave[:, some] @ arm
+        margin = support_margin(at[:, some, legs], cycle.stance[:, some], body)
         margins[first : first + AT_ONCE] = margin.min(axis=0)
     best = int(np.argmax(margins >= margins.max() - EQUAL_MARGIN))
     gait = Gait(name, duty_factor, tuple((orders[best] / slots).tolist()), sway)

@@ -7,8 +7,6 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.arguments import numbers
-from phasmid.errors import InvalidInput
 from phasmid.gait.gait import FEWEST_FEET
 from phasmid.units import plain_number
 
@@ -31,33 +29,18 @@ def support_margin(
     Returns:
         Margin [m], positive inside the polygon, negative outside; minus infinity where fewer
         than three feet stand or they lie on a line, shape (...).
-
-    Raises:
-        InvalidInput: The shapes do not fit.
     """
     # Lazy import: numba takes 0.6 s.
     from phasmid.gait.support_kernels import support_margins
 
-    feet = numbers(feet, "feet")
-    if feet.ndim < 2 or feet.shape[-1] != 2:
-        raise InvalidInput(f"feet has the shape {feet.shape}; it must be (..., legs, 2).")
+    feet = np.asarray(feet, dtype=float)
     legs, batch = feet.shape[-2], feet.shape[:-2]
-    points = _rows("centre_of_mass", numbers(centre_of_mass, "centre_of_mass"), (*batch, 2))
-    standing = _rows("stance", numbers(stance, "stance").astype(bool), (*batch, legs))
+    points = np.ascontiguousarray(np.broadcast_to(centre_of_mass, (*batch, 2)), dtype=float)
+    standing = np.ascontiguousarray(np.broadcast_to(stance, (*batch, legs)), dtype=bool)
+    points, standing = points.reshape(-1, 2), standing.reshape(-1, legs)
     margins = np.empty(len(points))
     support_margins(np.ascontiguousarray(feet.reshape(-1, legs, 2)), standing, points, margins)
     return margins.reshape(batch)
-
-
-def _rows(name: str, values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """Return values with one row for each sample of the feet."""
-    try:
-        rows = np.broadcast_to(values, shape).reshape(-1, shape[-1])
-    except ValueError:
-        raise InvalidInput(
-            f"{name} has the shape {values.shape}; it must be {shape}, as feet has."
-        ) from None
-    return np.ascontiguousarray(rows)
 
 
 def shortfall(margin: float) -> str:

@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import numbers
-from phasmid.errors import InvalidInput
 from phasmid.gait.gait import Gait
 
 
@@ -42,18 +40,8 @@ def sway(
         neutral: Neutral feet in the body frame, x and y first [m], shape (L, 2) or (L, 3).
         period: Time of a cycle [s].
         time: Times [s], shape (N,).
-
-    Raises:
-        InvalidInput: The shapes do not fit.
     """
-    neutral, time = numbers(neutral, "neutral"), numbers(time, "time")
-    if neutral.ndim != 2 or neutral.shape[0] != len(gait.offsets) or neutral.shape[1] < 2:
-        raise InvalidInput(
-            f"neutral has the shape {neutral.shape}; it must be one place for each of "
-            f"{len(gait.offsets)} legs."
-        )
-    if time.ndim != 1:
-        raise InvalidInput(f"time has the shape {time.shape}; it must be a list of times.")
+    neutral = np.asarray(neutral, dtype=float)
     arm = gait.sway * (neutral[:, :2].mean(axis=0) - neutral[:, :2])
     middle = np.asarray(gait.offsets) + gait.swing_fraction / 2
     angle = 2 * np.pi * (np.asarray(time, dtype=float)[:, None] / period - middle)
