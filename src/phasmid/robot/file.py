@@ -269,63 +269,55 @@ def robot_to_toml(robot: Robot) -> str:
 
     Keys carry no units: all numbers are SI and radians, so that none is rounded.
     """
-    shown = robot.appearance.name if robot.appearance else ""
+    body, look = robot.body, robot.appearance
     lines = [
         "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m,",
         "# temperatures in degrees Celsius.",
-        f"name = {toml_string(robot.name)}",
-        f"description = {toml_string(robot.description)}",
-        *([f"appearance = {toml_string(shown)}"] if shown else []),
+        *_lines({"name": robot.name, "description": robot.description}),
+        *(_lines({"appearance": look.name}) if look and look.name else []),
         f"leg_count = {len(robot.legs)}",
         "",
         *servo_table(robot.servo),
+        "",
+        "[body]",
+        *_lines({key: getattr(body, key) for key in ("size", "mass", "com", "inertia")}),
     ]
-    body = robot.body
-    lines += ["", "[body]", f"size = {_row(body.size)}", f"mass = {float(body.mass)!r}"]
-    lines += [f"com = {_row(body.com)}", f"inertia = [{', '.join(map(_row, body.inertia))}]"]
     for leg in robot.legs:
         lines += ["", f"[legs.{toml_key(leg.name)}]"]
-        lines += [f"{link.name} = {float(link.length)!r}" for link in leg.links]
-        lines += [
-            f"mount = {_row(leg.mount_position)}",
-            f"yaw = {float(leg.mount_yaw)!r}",
-            f"pitch = {float(leg.mount_pitch)!r}",
-            f"roll = {float(leg.mount_roll)!r}",
-            f"neutral_foot = {_row(leg.neutral_foot)}",
-            f"femur_bend = {float(leg.femur_bend)!r}",
-            f"tibia_bend = {float(leg.tibia_bend)!r}",
-        ]
+        values: dict[str, Any] = {link.name: link.length for link in leg.links} | {
+            "mount": leg.mount_position,
+            "yaw": leg.mount_yaw,
+            "pitch": leg.mount_pitch,
+            "roll": leg.mount_roll,
+            "neutral_foot": leg.neutral_foot,
+            "femur_bend": leg.femur_bend,
+            "tibia_bend": leg.tibia_bend,
+        }
         for joint, limits in zip(JOINTS, leg.joint_limits, strict=True):
-            lines.append(f"joint_limits.{joint} = {_row(limits)}")
+            values[f"joint_limits.{joint}"] = limits
         for link in leg.links:
-            lines += [
-                f"links.{link.name}.mass = {float(link.mass)!r}",
-                f"links.{link.name}.com = {_row(link.com)}",
-                f"links.{link.name}.inertia = [{', '.join(map(_row, link.inertia))}]",
-            ]
+            for key in ("mass", "com", "inertia"):
+                values[f"links.{link.name}.{key}"] = getattr(link, key)
             if link.lateral_offset:
-                lines.append(f"links.{link.name}.lateral_offset = {float(link.lateral_offset)!r}")
+                values[f"links.{link.name}.lateral_offset"] = link.lateral_offset
+        lines += _lines(values)
     return "\n".join(lines) + "\n"
 
 
 def servo_table(servo: Servo) -> list[str]:
     """Return a servo as the lines of a table ``[servo]``, with exact numbers."""
-    return [
-        "[servo]",
-        f"name = {toml_string(servo.name)}",
-        *(
-            f"{field.name} = {_setting(getattr(servo, field.name))}"
-            for field in fields(servo)
-            if field.name != "name" and getattr(servo, field.name) is not None
-        ),
-    ]
+    values = {field.name: getattr(servo, field.name) for field in fields(servo)}
+    return ["[servo]", *_lines({key: v for key, v in values.items() if v is not None})]
 
 
-def _setting(value: float | str | tuple[float, float]) -> str:
+def _lines(values: Mapping[str, Any]) -> list[str]:
+    return [f"{key} = {_written(value)}" for key, value in values.items()]
+
+
+def _written(value: Any) -> str:
+    """Return text, a number or an array in TOML."""
     if isinstance(value, str):
         return toml_string(value)
-    return _row(np.array(value)) if isinstance(value, tuple) else repr(float(value))
-
-
-def _row(values: np.ndarray) -> str:
-    return "[" + ", ".join(repr(float(v)) for v in values) + "]"
+    if np.ndim(value):
+        return f"[{', '.join(map(_written, value))}]"
+    return repr(float(value))

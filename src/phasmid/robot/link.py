@@ -22,10 +22,7 @@ LARGEST_MASS = 200.0
 
 def frozen_array(values: object, shape: tuple[int, ...], what: str) -> np.ndarray:
     """Return a read-only array of floats of a shape, or refuse it in a sentence."""
-    try:
-        array = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidRobot(f"{what} is {values!r}; it must be numbers of shape {shape}.") from None
+    array = np.array(values, dtype=float)
     if array.shape != shape:
         raise InvalidRobot(f"{what} has shape {array.shape}; it must have shape {shape}.")
     if not np.all(np.isfinite(array)):

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot, nearest
 from phasmid.robot.appearance import Appearance
-from phasmid.robot.leg import JOINTS, Leg
+from phasmid.robot.leg import Leg
 from phasmid.robot.link import check_inertia, check_length, check_mass, frozen_array
 from phasmid.robot.servo import Servo
 from phasmid.units import plain_number
@@ -163,23 +163,18 @@ class Robot:
     def arrays(self) -> LegArrays:
         """Parameters of all legs."""
         legs = self.legs
-
-        def stack(rows: list[object]) -> np.ndarray:
-            array = np.array(rows, dtype=float)
+        rows = {
+            "lengths": [leg.lengths for leg in legs],
+            "lateral_offsets": [leg.lateral_offsets for leg in legs],
+            "mass": [[link.mass for link in leg.links] for leg in legs],
+            "com": [[link.com for link in leg.links] for leg in legs],
+            "inertia": [[link.inertia for link in leg.links] for leg in legs],
+            "R_body_hip": [leg.X_body_hip[:3, :3] for leg in legs],
+            "p_body_hip": [leg.mount_position for leg in legs],
+            "neutral_foot": [leg.neutral_foot for leg in legs],
+            "joint_limits": [leg.joint_limits for leg in legs],
+        }
+        arrays = {name: np.array(row, dtype=float) for name, row in rows.items()}
+        for array in arrays.values():
             array.flags.writeable = False
-            return array
-
-        return LegArrays(
-            lengths=stack([leg.lengths for leg in legs]),
-            lateral_offsets=stack([leg.lateral_offsets for leg in legs]),
-            mass=stack([[link.mass for link in leg.links] for leg in legs]),
-            com=stack([[link.com for link in leg.links] for leg in legs]),
-            inertia=stack([[link.inertia for link in leg.links] for leg in legs]),
-            R_body_hip=stack([leg.X_body_hip[:3, :3] for leg in legs]),
-            p_body_hip=stack([leg.mount_position for leg in legs]),
-            neutral_foot=stack([leg.neutral_foot for leg in legs]),
-            joint_limits=stack([leg.joint_limits for leg in legs]),
-        )
-
-
-__all__ = ["HEXAPOD_LEGS", "JOINTS", "Body", "LegArrays", "Robot"]
+        return LegArrays(**arrays)

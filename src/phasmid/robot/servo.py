@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
-from phasmid.arguments import described
+from pydantic import BeforeValidator
+
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.robot.motor import Motor
+from phasmid.tables import Angle, Number, Rate, Temperature, Time, Voltage
 
 Law = Literal["compliance", "pid"]
 
-Directions = tuple[float, float]
+
+def both_directions(value: Any) -> Any:
+    """Return a pair for both directions of a servo, from one number or a pair."""
+    alone = isinstance(value, int | float) and not isinstance(value, bool)
+    return (value, value) if alone else value
+
+
+Directions = Annotated[tuple[Number, Number], BeforeValidator(both_directions)]
 """A setting of a servo while it turns towards smaller angles, and towards larger ones."""
 
 STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
@@ -32,13 +41,16 @@ HEAT_RANGE = 0.5, 2.0
 between that of copper, 0.4 J/(g K), and of plastic, 1.4; 0.9 is assumed."""
 
 
+BACKLASH, TICK = math.radians(0.5), math.radians(300 / 1024)
+"""Backlash and resolution of an AX-12A [rad]."""
+
 LONGEST_DELAY = 0.2
 """Longest delay of a servo [s]; the slowest published one is 50 ms."""
 
 
 @dataclass(frozen=True)
 class Servo:
-    """Position servo with the numbers of its data sheet.
+    """Position servo with the numbers of its data sheet; the types carry the units of files.
 
     The first ones serve the ideal servo and the limits of plan and report, the others the drive
     ``servo``, which imitates the servo's own inner law. What a table leaves out of those is as of
@@ -86,35 +98,35 @@ class Servo:
     """
 
     name: str
-    stall_torque: float
-    no_load_speed: float
-    stiffness: float
-    damping: float
-    armature: float
-    friction: float
-    stall_current: float | None = None
-    rated_voltage: float = 12.0
-    maximum_voltage: float | None = None
-    continuous_torque: float | None = None
-    viscous_friction: float = 0.0033
-    backlash: float = math.radians(0.5)
-    gear_stiffness: float = 60.0
-    gear_damping_time: float = 1e-3
-    delay: float = 0.0
-    resolution: float = math.radians(300 / 1024)
-    control_period: float = 1e-3
-    law: str = "compliance"
+    stall_torque: Number
+    no_load_speed: Rate
+    stiffness: Number
+    damping: Number = 0.0
+    armature: Number = 0.0
+    friction: Number = 0.0
+    stall_current: Number | None = None
+    rated_voltage: Voltage = 12.0
+    maximum_voltage: Voltage | None = None
+    continuous_torque: Number | None = None
+    viscous_friction: Number = 0.0033
+    backlash: Angle = BACKLASH
+    gear_stiffness: Number = 60.0
+    gear_damping_time: Time = 1e-3
+    delay: Time = 0.0
+    resolution: Angle = TICK
+    control_period: Time = 1e-3
+    law: Law = "compliance"
     compliance_margin: Directions = (1.0, 1.0)
     compliance_slope: Directions = (32.0, 32.0)
-    punch: float = 32.0
-    p_gain: float = 850.0
-    d_gain: float = 0.0
-    derivative_time: float = 0.01
-    torque_limit: float = 1.0
-    overload_time: float = 2.0
-    temperature_limit: float = 70.0
-    thermal_resistance: float = 10.2
-    heat_capacity: float = 49.0
+    punch: Number = 32.0
+    p_gain: Number = 850.0
+    d_gain: Number = 0.0
+    derivative_time: Time = 0.01
+    torque_limit: Number = 1.0
+    overload_time: Time = 2.0
+    temperature_limit: Temperature = 70.0
+    thermal_resistance: Number = 10.2
+    heat_capacity: Number = 49.0
 
     def __post_init__(self) -> None:
         if self.law not in get_args(Law):
@@ -123,14 +135,9 @@ class Servo:
             )
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name in {"name", "law"} or (field.name in _OPTIONAL and value is None):
+            if field.name in {"name", "law"} or value is None:
                 continue
-            if field.name in _DIRECTIONS and not (isinstance(value, tuple) and len(value) == 2):
-                raise InvalidRobot(
-                    f"servo {self.name}: {field.name} is {described(value)}; it must be two "
-                    "numbers, one for each direction."
-                )
-            for number in value if field.name in _DIRECTIONS else (value,):
+            for number in value if isinstance(value, tuple) else (value,):
                 self._check(field.name, number)
         if self.delay > LONGEST_DELAY:
             raise InvalidRobot(
@@ -230,10 +237,6 @@ class Servo:
             for slope in self.compliance_slope
         )
 
-
-_OPTIONAL = {"stall_current", "maximum_voltage", "continuous_torque"}
-
-_DIRECTIONS = {"compliance_margin", "compliance_slope"}
 
 _POSITIVE = {
     "stall_torque",

@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import MISSING, fields
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 from annotated_types import Ge, Gt, Len
-from pydantic import BeforeValidator, ConfigDict, model_validator
+from pydantic import BeforeValidator, ConfigDict, create_model, model_validator
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.robot.servo import Law, Servo
+from phasmid.robot.servo import Servo
 from phasmid.tables import (
     Angle,
     Count,
     Inertia,
     Length,
     Mass,
-    Number,
-    Rate,
     Table,
-    Temperature,
-    Time,
-    Voltage,
     Weight,
 )
 from phasmid.toml import read_toml
@@ -77,16 +73,6 @@ Name = Annotated[str, BeforeValidator(_printable)]
 Vector = Annotated[list[Length], Len(3, 3)]
 Limits = Annotated[list[Angle], Len(2, 2)]
 Tensor = Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3), BeforeValidator(_matrix)]
-
-
-def both_directions(value: Any) -> Any:
-    """Return a pair for both directions of a servo, from one number or a pair."""
-    alone = isinstance(value, int | float) and not isinstance(value, bool)
-    return (value, value) if alone else value
-
-
-Pair = Annotated[tuple[Number, Number], BeforeValidator(both_directions)]
-"""A setting of a servo in both of its directions."""
 
 
 class RobotPart(Table):
@@ -156,39 +142,20 @@ class BodyTable(RobotPart):
     inertia: Tensor | None = None
 
 
-class ServoTable(RobotPart):
-    """``servo = "AX-12A"``, or a table of data-sheet numbers."""
+_TYPES = get_type_hints(Servo, include_extras=True)
+
+_FIELDS: dict[str, Any] = {
+    field.name: (_TYPES[field.name], ... if field.default is MISSING else field.default)
+    for field in fields(Servo)
+}
+
+_ServoFields: Any = create_model("_ServoFields", __base__=RobotPart, **_FIELDS)
+
+
+class ServoTable(_ServoFields):
+    """``servo = "AX-12A"``, or a table of data-sheet numbers: the fields of `Servo`."""
 
     name: Name
-    stall_torque: Number
-    no_load_speed: Rate
-    stiffness: Number
-    damping: Number = 0.0
-    armature: Number = 0.0
-    friction: Number = 0.0
-    stall_current: Number | None = None
-    rated_voltage: Voltage = Servo.rated_voltage
-    maximum_voltage: Voltage | None = None
-    continuous_torque: Number | None = None
-    viscous_friction: Number = Servo.viscous_friction
-    backlash: Angle = Servo.backlash
-    gear_stiffness: Number = Servo.gear_stiffness
-    gear_damping_time: Time = Servo.gear_damping_time
-    delay: Time = Servo.delay
-    resolution: Angle = Servo.resolution
-    control_period: Time = Servo.control_period
-    law: Law = "compliance"
-    compliance_margin: Pair = Servo.compliance_margin
-    compliance_slope: Pair = Servo.compliance_slope
-    punch: Number = Servo.punch
-    p_gain: Number = Servo.p_gain
-    d_gain: Number = Servo.d_gain
-    derivative_time: Time = Servo.derivative_time
-    torque_limit: Number = Servo.torque_limit
-    overload_time: Time = Servo.overload_time
-    temperature_limit: Temperature = Servo.temperature_limit
-    thermal_resistance: Number = Servo.thermal_resistance
-    heat_capacity: Number = Servo.heat_capacity
 
     @model_validator(mode="before")
     @classmethod

@@ -9,7 +9,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator
 
 from phasmid.robot import Servo
-from phasmid.robot.table import both_directions
+from phasmid.robot.servo import both_directions
 from phasmid.tables import Hint, Number, Table, Temperature, Voltage
 
 Ticks = Annotated[Number, Ge(0), Le(254)]
