@@ -74,7 +74,7 @@ class JointTrajectory:
         if not (np.abs(time) <= LATEST).all():
             row = int(np.argmin(np.abs(time) <= LATEST))
             raise InvalidInput(
-                f"trajectory row {row + 1}, column time: {time[row]:g} s is not a finite number, "
+                f"trajectory row {row + 1}: time is {time[row]:g} s; it must be a finite number, "
                 f"{LATEST:g} s or less.",
                 hint="times in seconds",
             )

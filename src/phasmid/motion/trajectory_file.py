@@ -85,9 +85,11 @@ def _read_csv(path: Path, robot: Robot, scale: float) -> Table:
             frame = pandas.read_csv(path, index_col=False, encoding="utf-8-sig", low_memory=False)
     except pandas.errors.EmptyDataError:
         frame = pandas.DataFrame()
+    except pandas.errors.ParserWarning:
+        raise InvalidInput("trajectory has rows of more cells than the heading.") from None
     except Exception as error:
         # A damaged file can raise any exception.
-        reason = " ".join(str(error).split())[:120]
+        reason = " ".join(str(error).split())[:120].rstrip(".")
         raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
     if len(frame) > MOST_ROWS:
         raise InvalidInput(f"trajectory has more than {MOST_ROWS} rows.")
@@ -152,7 +154,7 @@ def _read_npy(path: Path, robot: Robot, scale: float) -> Table:
         table = np.load(path, mmap_mode="r", allow_pickle=False)
     except Exception as error:
         # A damaged header can raise any exception.
-        reason = " ".join(str(error).split())[:120]
+        reason = " ".join(str(error).split())[:120].rstrip(".")
         raise InvalidInput(f"{path.name} is not an array that can be read: {reason}.") from None
     needed = 1 + len(joint_names(robot))
     if not isinstance(table, np.ndarray) or table.dtype.kind not in "fiu" or table.ndim != 2:

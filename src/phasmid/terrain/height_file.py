@@ -57,7 +57,8 @@ def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns
         # A damaged file can raise any exception in its reader.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput(
-            f"{name} cannot be read: {reason[:120]}.", hint="a grey .png, a .npy or a .csv"
+            f"{name} cannot be read: {reason[:120].rstrip('.')}.",
+            hint="a grey .png, a .npy or a .csv",
         ) from None
     check_finite(heights)
     return heights
