@@ -70,7 +70,7 @@ def main():
     page = HERE / "gaits.md"
     top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
     words = (
-        "Written by `make gaits`: margins for a step of 40 mm ahead, and the largest speeds straight "
+        "Written by `make gaits`: margins for a step of 40 mm ahead, and largest speeds straight "
         "ahead. `--diagram` draws each gait.\n"
     )
     text = "\n".join([f"{top}\n", f"{HEADING}\n", words, *map(section, ROBOTS)])

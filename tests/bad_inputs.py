@@ -172,7 +172,6 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     yield mjcf("entities", "<mujoco", '<!DOCTYPE r [<!ENTITY a "b">]>\n<mujoco')
     yield mjcf("includes itself", "</worldbody>", '<include file="a.xml"/></worldbody>')
     yield mjcf("includes elsewhere", "</worldbody>", '<include file="/etc/passwd"/></worldbody>')
-    yield mjcf("extension of digits", "body_size = ", f"x = {DIGITS}\\nbody_size = ")
     for name, content in {
         "empty": "",
         "empty world": "<mujoco/>",
