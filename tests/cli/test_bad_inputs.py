@@ -11,7 +11,7 @@ CHOSEN = (
     "robot toml: values times legs",
     "robot toml: limits of many turns",
     "urdf: limits in degrees",
-    "urdf: extension of dots",
+    "urdf: a mass of text",
     "urdf: deep",
     "mjcf: limits of many turns",
     "mjcf: includes itself",
