@@ -270,7 +270,7 @@ def test_a_model_from_the_wild_keeps_limits_motors_looks_and_feet(tmp_path: Path
     assert [finding.what for finding in tree.findings] == [
         "1 <equality>, 1 <tendon> were ignored.",
         "crate beside the robot was ignored.",
-        "4 links had no <inertial>; their masses were computed from shapes.",
+        "links without <inertial>: 4; masses were computed from shapes.",
     ]
 
 

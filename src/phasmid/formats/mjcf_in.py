@@ -17,7 +17,7 @@ from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
 from phasmid.formats.files import named_file, read_bytes
-from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.findings import Findings
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.origins import ENDLESS
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
@@ -196,7 +196,7 @@ class _RobotSpec:
 
     source: _Source
     spec: mujoco.MjSpec
-    findings: list[Finding] = field(default_factory=list)
+    findings: Findings = field(default_factory=Findings)
     incomplete: set[str] = field(default_factory=set)
 
     def strip(self) -> None:
@@ -263,7 +263,7 @@ class _RobotSpec:
         what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
         if self.source.options.strict:
             raise InvalidInput(what, where=file, hint="leave --strict out")
-        self.findings.append(Finding(Severity.NOTE, f"file {file}", what, file))
+        self.findings.note(f"file {file}", what, file)
 
     def name_elements(self) -> None:
         """Give names to bodies and joints without one."""
@@ -291,9 +291,7 @@ class _RobotSpec:
                         self._load_mesh(mesh, reader)
                     continue
             except meshes.UnreadMesh as error:
-                subject = f"mesh {short(mesh.name)}"
-                finding = Finding(Severity.SUSPECT, subject, error.what, where, error.hint)
-                self.findings.append(finding)
+                self.findings.suspect(f"mesh {short(mesh.name)}", error.what, where, error.hint)
             for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
                 self.incomplete.add(geom.parent.name)
                 spec.delete(geom)
@@ -393,7 +391,7 @@ class _Reader:
     def _note(self, subject: str, what: str) -> None:
         noun, _, name = subject.partition(" ")
         where = self.where("body" if noun == "link" else noun, name)
-        self.findings.append(Finding(Severity.NOTE, subject, what, where))
+        self.findings.note(subject, what, where)
 
     def _below(self, body: int) -> list[int]:
         """A body and all that hang on it, in the file's order."""
@@ -437,11 +435,7 @@ class _Reader:
             and (inferred or not self.robot.spec.body(self._body(body)).explicitinertial)
         ]
         if shaped:
-            one = len(shaped) == 1
-            what = (
-                f"{len(shaped)} link{'' if one else 's'} had no <inertial>; "
-                f"{'its mass was' if one else 'their masses were'} computed from shapes."
-            )
+            what = f"links without <inertial>: {len(shaped)}; masses were computed from shapes."
             self._note(f"link {shaped[0]}", what)
 
     def _read_body(self, body: int, root: int) -> None:

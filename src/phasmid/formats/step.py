@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
-from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.findings import Findings
 from phasmid.formats.options import ImportOptions
 from phasmid.formats.rigid import inverse
 from phasmid.formats.solids import step_files
@@ -83,7 +83,7 @@ def tree_of_parts(
         InvalidRobot: The links and joints form no tree.
     """
     locate = in_file(sidecar_of(path), content)
-    findings: list[Finding] = []
+    findings = Findings()
     groups = _groups(sidecar, parts, locate, findings, strict=strict)
     poses = _frames(sidecar, parts, locate)
     links = {}
@@ -114,7 +114,7 @@ def _groups(
     sidecar: Sidecar,
     parts: tuple[DrawnPart, ...],
     locate: Locator,
-    findings: list[Finding],
+    findings: Findings,
     *,
     strict: bool,
 ) -> dict[str, list[DrawnPart]]:
@@ -144,7 +144,7 @@ def _groups(
         what = f"{len(lost)} of {len(parts)} parts belong to no link and were left out: {shown}."
         if strict:
             raise InvalidInput(what, where=locate(("links",))[1])
-        findings.append(Finding(Severity.SUSPECT, "parts", what, hint='parts = ["*"] in a link'))
+        findings.suspect("parts", what, hint='parts = ["*"] in a link')
     return groups
 
 
@@ -167,7 +167,7 @@ def _mass(
     name: str,
     parts: list[DrawnPart],
     X_drawing_link: Float[np.ndarray, "4 4"],
-    findings: list[Finding],
+    findings: Findings,
 ) -> Inertial | None:
     """Mass of a link's parts in its frame; None where none of them encloses anything."""
     table = sidecar.links[name]
@@ -179,7 +179,7 @@ def _mass(
     for part in parts:
         if part.solid is None:
             what = "is a surface that encloses nothing; it has no mass."
-            findings.append(Finding(Severity.SUSPECT, f"part {part.path}", what))
+            findings.suspect(f"part {part.path}", what)
             continue
         scale = _density(sidecar, part, known=weighed is not None)
         masses.append(part.solid.scaled(scale).at(X_link_drawing @ part.X_drawing_part))
