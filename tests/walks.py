@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from phasmid.gait import GAITS
+from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import Leg, Link, Robot, load_robot, preset_names, with_neutral_foot
 
 GAITS_OF = {name: tuple(GAITS[len(load_robot(name).legs)]) for name in preset_names()}
@@ -27,6 +28,13 @@ WALKS = [(name, gait) for name in preset_names() for gait in _different(len(load
 
 HEXAPODS = [name for name, gaits in GAITS_OF.items() if "tripod" in gaits]
 """Presets of six legs."""
+
+
+def neutral_and_mass(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Neutral feet and centre of mass of a preset, in the body's x and y [m]."""
+    robot = load_robot(name)
+    q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
+    return neutral_feet(robot)[:, :2], centre_of_mass(robot, q)[:2]
 
 
 def tilted_robot() -> Robot:

@@ -33,14 +33,6 @@ def test_legs_lift_at_the_phases_of_the_table(gait):
         assert gait.stance(np.array(offset - 1e-6))[leg]
 
 
-@pytest.mark.parametrize(
-    ("name", "feet"), [("tripod", 3), ("wave", 5), ("ripple", 4), ("amble", 4)]
-)
-def test_as_many_feet_stand_as_the_gait_promises(name, feet):
-    phase = np.linspace(0, 1, 1001)[:-1] + 1e-4
-    assert (load_gait(name).stance(phase).sum(axis=1) == feet).all()
-
-
 @pytest.mark.parametrize(("preset", "name"), WALKS)
 def test_every_gait_holds_every_preset_up(preset, name):
     robot = load_robot(preset)
@@ -82,11 +74,6 @@ def test_the_sway_is_the_mean_of_waves_away_from_each_foot():
     np.testing.assert_allclose((ahead - behind) / (2 * step), speed, rtol=0, atol=1e-9)
 
 
-def test_an_octopods_tetrapods_are_legs_1357_and_2468():
-    stance = load_gait("tetrapod", 8).stance(np.array([0.25, 0.75]))
-    assert stance.tolist() == [[False, True] * 4, [True, False] * 4]
-
-
 @pytest.mark.parametrize(
     ("name", "legs", "what", "hint"),
     [
@@ -95,24 +82,6 @@ def test_an_octopods_tetrapods_are_legs_1357_and_2468():
             4,
             'gait "tripod" has no meaning for 4 legs; it is one of 6 legs.',
             'gait = "crawl"',
-        ),
-        (
-            "ripple",
-            4,
-            'gait "ripple" has no meaning for 4 legs; it is one of 6 or 8 legs.',
-            'gait = "crawl"',
-        ),
-        (
-            "crawl",
-            8,
-            'gait "crawl" has no meaning for 8 legs; it is one of 4 legs.',
-            "one of tetrapod, wave, ripple, metachronal",
-        ),
-        (
-            "tripod",
-            5,
-            'gait "tripod" has no meaning for 5 legs; it is one of 6 legs.',
-            "one of wave, ripple",
         ),
         (
             "trot",
@@ -136,72 +105,6 @@ def test_a_sway_beyond_the_feet_is_refused(amount):
         InvalidGait, match=r"gait.sway is .*; it must be at least 0 and at most 0.5"
     ):
         Gait("mine", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=amount)
-
-
-def test_tripods_are_legs_135_and_246():
-    stance = load_gait("tripod").stance(np.array([0.25, 0.75]))
-    assert stance.tolist() == [
-        [False, True, False, True, False, True],
-        [True, False, True, False, True, False],
-    ]
-
-
-def test_margin_of_a_square_is_the_distance_to_its_nearest_side():
-    # Corners (+-1, +-1), centre of mass at (0.25, 0): nearest side x = 1; then outside at x = 1.5.
-    feet = np.array([[1.0, 1], [-1, 1], [-1, -1], [1, -1]])[None]
-    stance = np.ones((1, 4), dtype=bool)
-    assert support_margin(feet, stance, np.array([[0.25, 0.0]])) == pytest.approx([0.75])
-    assert support_margin(feet, stance, np.array([[1.5, 0.0]])) == pytest.approx([-0.5])
-    # Beyond a corner it is the distance of the corner.
-    assert support_margin(feet, stance, np.array([[2.0, 2.0]])) == pytest.approx([-np.sqrt(2)])
-
-
-def test_lifting_a_foot_of_a_square_leaves_the_diagonal_as_the_edge():
-    # The triangle's side runs through the centre: (0.25, 0) lies 0.25/sqrt(2) outside or inside.
-    feet = np.array([[1.0, 1], [-1, 1], [-1, -1], [1, -1]])[None]
-    com = np.array([[0.25, 0.0]])
-    without = support_margin(feet, np.array([[False, True, True, True]]), com)
-    assert without == pytest.approx([-0.25 / np.sqrt(2)])
-    without = support_margin(feet, np.array([[True, True, False, True]]), com)
-    assert without == pytest.approx([0.25 / np.sqrt(2)])
-
-
-def test_two_feet_and_feet_on_a_line_do_not_hold():
-    feet = np.array([[0.0, 0], [1, 0], [2, 0], [5, 5]])[None]
-    com = np.array([[1.0, 0.0]])
-    assert support_margin(feet, np.array([[True, True, True, False]]), com) == -np.inf
-    assert support_margin(feet, np.array([[True, True, False, False]]), com) == -np.inf
-
-
-@pytest.mark.parametrize(
-    ("duty", "offsets", "message", "hint"),
-    [
-        (  # G1
-            1.4,
-            (0, 0.5, 0, 0.5, 0, 0.5),
-            "gait.duty_factor is 1.4; it must be greater than 0 and less than 1.",
-            "duty_factor = 0.5, the tripod gait of the paper",
-        ),
-        (  # G2
-            0.3,
-            (0, 0.5, 0, 0.5, 0, 0.5),
-            'gait "custom" leaves 0 to 3 feet on the ground, 0 at phase 0.10; '
-            "at least 3 are needed.",
-            "duty_factor = 0.5 or more",
-        ),
-        (  # G4
-            0.5,
-            (0, 0.5, 1.7, 0.5, 0, 0.5),
-            "gait.offsets[2] is 1.7; offsets are phases in [0, 1).",
-            "",
-        ),
-    ],
-)
-def test_a_gait_that_cannot_be_says_why(duty, offsets, message, hint):
-    with pytest.raises(InvalidGait) as caught:
-        Gait("custom", duty, offsets)
-    assert caught.value.what == message
-    assert caught.value.hint == hint
 
 
 def test_the_hint_for_a_gait_that_falls_does_hold():

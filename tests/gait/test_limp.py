@@ -9,14 +9,7 @@ from phasmid.errors import InvalidGait
 from phasmid.gait import Gait, load_gait, support_margin, sway, without_legs
 from phasmid.gait.cycle import COMFORTABLE_STEP, foot_way, timing
 from phasmid.gait.shift import best_place
-from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
-from phasmid.robot import load_robot
-
-
-def neutral_and_mass(name):
-    robot = load_robot(name)
-    q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
-    return neutral_feet(robot)[:, :2], centre_of_mass(robot, q)[:2]
+from walks import neutral_and_mass
 
 
 def margin_of(limp, feet, com):

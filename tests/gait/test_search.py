@@ -8,16 +8,9 @@ import pytest
 from phasmid.errors import InvalidGait
 from phasmid.gait import Gait, best_order, least_margin, load_gait, support_margin, sway
 from phasmid.gait.cycle import foot_way
-from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
-from phasmid.robot import load_robot
+from walks import neutral_and_mass
 
 SAMPLES = 720
-
-
-def neutral_and_mass(name):
-    robot = load_robot(name)
-    q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
-    return neutral_feet(robot)[:, :2], centre_of_mass(robot, q)[:2]
 
 
 def sampled_margin(gait, feet, com, step):

@@ -16,9 +16,7 @@ from phasmid.gait import (
     load_gait,
     wave_gait,
 )
-from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
-from phasmid.robot import load_robot
-from walks import HEXAPODS
+from walks import HEXAPODS, neutral_and_mass
 
 # Phases at which legs 1 to 6 lift, and the duty factor: RF, RM, RR, LR, LM, LF.
 PHASES = {
@@ -118,9 +116,7 @@ def test_of_the_firmwares_gaits_only_the_ripple_is_another_than_ours():
 @pytest.mark.parametrize("preset", HEXAPODS)
 def test_offsets_read_as_an_order_hold_less(preset):
     # The field's recurring mistake: a leg with a large multiplier lifts early, not late.
-    robot = load_robot(preset)
-    q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
-    feet, com = neutral_feet(robot), centre_of_mass(robot, q)[:2]
+    feet, com = neutral_and_mass(preset)
     stance, swing, offset, multipliers = MULTIPLIERS["wave"]
     wrong = tuple(m * offset / (stance + swing) for m in multipliers)
     misread = Gait("misread", stance / (stance + swing), wrong)

@@ -246,5 +246,5 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
         if make is None:
             return
         make(tmp_path / name)
-        with pytest.raises(InvalidInput, match="is not a file"):
+        with pytest.raises(InvalidInput, match="does not exist or is not a file"):
             load_trajectory(tmp_path / name, ROBOT)

@@ -154,10 +154,6 @@ def test_a_file_without_a_map_is_refused(tmp_path, name, content, what):
     assert refusal(tmp_path / name).what.startswith(what)
 
 
-def test_a_height_map_needs_a_file():
-    assert refusal("").what == "a height map needs a file; terrain.height_map names none."
-
-
 @pytest.mark.parametrize(
     "text", ["map:", "map:1x1:", "map:2x2:!!!", "map:99999x99999:0", height_text(SMALL)[:-9]]
 )

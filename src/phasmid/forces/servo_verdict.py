@@ -18,9 +18,8 @@ from jaxtyping import Bool, Float
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.sharing import share_load
-from phasmid.gait import Gait, support_margin
+from phasmid.gait import Gait, support_margin, sway
 from phasmid.gait.cycle import foot_way, timing
-from phasmid.gait.sway import sway
 from phasmid.kinematics import (
     hip_from_body,
     jacobian,

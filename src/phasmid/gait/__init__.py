@@ -1,6 +1,6 @@
 """Gaits: schedules of stance and swing, a library of them, and their support margins."""
 
-from phasmid.gait.cycle import least_margin
+from phasmid.gait.cycle import Sway, least_margin, sway
 from phasmid.gait.file import is_gait_file, offsets_in_order, read_gait
 from phasmid.gait.gait import Gait, gait_diagram
 from phasmid.gait.library import (
@@ -16,7 +16,6 @@ from phasmid.gait.limp import Limp, without_legs
 from phasmid.gait.pace import choose_gait, choose_period
 from phasmid.gait.search import SearchedGait, best_order
 from phasmid.gait.support import shortfall, support_margin
-from phasmid.gait.sway import Sway, sway
 
 __all__ = [
     "GAITS",

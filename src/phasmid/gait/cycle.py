@@ -1,4 +1,4 @@
-"""One cycle of a gait in the body frame: stance, feet and the least support margin."""
+"""One cycle of a gait in the body frame: stance, feet, sway and the least support margin."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from jaxtyping import Bool, Float
 
 from phasmid.gait.gait import Gait, events, leg_phase
 from phasmid.gait.support import support_margin
-from phasmid.gait.sway import sway
 
 COMFORTABLE_STEP = (0.04, 0.0, 0.0)
 """Step of the paper's length: forward, left [m], yaw [rad]."""
@@ -76,13 +75,57 @@ def foot_way(
     return np.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
-def sample_count(step: Float[np.ndarray, "3"], sway: float) -> int:
+class Sway(NamedTuple):
+    """Displacement of the body from its path, forward and left.
+
+    Attributes:
+        way: Displacement [m], shape (N, 2).
+        speed: Its first derivative by time [m/s], shape (N, 2).
+        acceleration: Its second derivative by time [m/s²], shape (N, 2).
+    """
+
+    way: Float[np.ndarray, "time 2"]
+    speed: Float[np.ndarray, "time 2"]
+    acceleration: Float[np.ndarray, "time 2"]
+
+
+def sway(
+    gait: Gait,
+    neutral: Float[np.ndarray, "legs axes"],
+    period: float,
+    time: Float[np.ndarray, " time"],
+) -> Sway:
+    """Return the sway of the body in a gait.
+
+    Each foot adds a cosine of one cycle: away from the foot at mid-swing, by a share of its
+    distance from the centroid of all feet, and towards it half a cycle later.
+
+    Args:
+        gait: The gait; its sway is that share.
+        neutral: Neutral feet in the body frame, x and y first [m], shape (L, 2) or (L, 3).
+        period: Time of a cycle [s].
+        time: Times [s], shape (N,).
+    """
+    neutral = np.asarray(neutral, dtype=float)
+    arm = gait.sway * (neutral[:, :2].mean(axis=0) - neutral[:, :2])
+    middle = np.asarray(gait.offsets) + gait.swing_fraction / 2
+    angle = 2 * np.pi * (np.asarray(time, dtype=float)[:, None] / period - middle)
+    rate = 2 * np.pi / period
+    # Summed in one order whatever the shapes, so that single samples are the same bits.
+    c, s = (
+        np.stack([sum((wave[:, i] * p[k] for i, p in enumerate(arm)), 0.0) for k in (0, 1)], -1)
+        for wave in (np.cos(angle), np.sin(angle))
+    )
+    return Sway(c, -rate * s, -(rate**2) * c)
+
+
+def sample_count(step: Float[np.ndarray, "3"], share: float) -> int:
     """Return the number of samples between two events that contain the least margin.
 
     Where the body neither turns nor sways, the centre of mass moves straight over the feet. The
     margin is a concave function of its position, so that both ends are enough.
     """
-    return BENT_SAMPLES if sway or step[2] else 2
+    return BENT_SAMPLES if share or step[2] else 2
 
 
 def least_margin(

@@ -11,12 +11,18 @@ from jaxtyping import Float, Int
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidGait
-from phasmid.gait.cycle import COMFORTABLE_STEP, foot_way, least_margin, sample_count, timing
+from phasmid.gait.cycle import (
+    COMFORTABLE_STEP,
+    foot_way,
+    least_margin,
+    sample_count,
+    sway,
+    timing,
+)
 from phasmid.gait.gait import FEWEST_FEET, Gait
 from phasmid.gait.search import MOST_LEGS, best_order
 from phasmid.gait.shift import best_place
 from phasmid.gait.support import shortfall
-from phasmid.gait.sway import sway
 
 ENOUGH = 0.1
 """Sufficient margin, as a share of the mean distance of the feet from their centroid."""

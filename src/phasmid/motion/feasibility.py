@@ -155,15 +155,15 @@ def check_speed(
     if peak <= limit:
         return
     t, leg, joint = _first_largest(speed, axis=1)
-    told, hint = "", "a higher voltage"
+    advice, hint = "", "a higher voltage"
     # Below some voltage friction stops the servo at any speed.
     if limit > 0:
         shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
-        told, hint = f" Shortest period: {shortest:.2f} s.", ""
+        advice, hint = f" Shortest period: {shortest:.2f} s.", ""
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} "
-        f"rad/s; the servo {servo.name} allows {limit:.3g} rad/s{supply}.{told}",
+        f"rad/s; the servo {servo.name} allows {limit:.3g} rad/s{supply}.{advice}",
         hint=hint,
     )
 

@@ -44,9 +44,9 @@ def fit_postures(
     """Fit planes to the feet by least squares of the heights.
 
     Args:
-        footing: Whether the trunk leans with the planes, and how far.
+        footing: Attitude of the trunk and its largest lean.
         feet: In world axes [m].
-        trunk: The trunk's x and y [m].
+        trunk: x and y of the trunk [m], at which the planes' points are given.
     """
     rows = np.concatenate([feet[..., :2] - trunk[:, None], np.ones((*feet.shape[:2], 1))], axis=-1)
     turned = np.swapaxes(rows, -1, -2)

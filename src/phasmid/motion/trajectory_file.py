@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import re
-import stat
 import warnings
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
 
+from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.motion.trajectory import MOST_ROWS, JointTrajectory, joint_names
 from phasmid.recording import load_recording
 from phasmid.robot import Robot, load_robot
+from phasmid.toml import is_file
 from phasmid.units import UNITS, split_unit
 
 LARGEST_FILE = 200_000_000
@@ -41,26 +42,16 @@ def load_trajectory(
     """
     if isinstance(robot, str | Path):
         robot = load_robot(robot)
-    path = Path(path)
+    path = path_of("path", path)
     if unit not in ("rad", "deg"):
         raise InvalidInput(f'unit is "{unit}"; it must be "rad" or "deg".')
-    try:
-        status = path.stat()
-        # A pipe has no end that could be waited for.
-        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
-            raise InvalidInput(f"{path} is not a file.")
-        size = status.st_size
-        with path.open("rb"):
-            pass
-    except FileNotFoundError:
-        raise InvalidInput(f"trajectory {path} does not exist.") from None
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InvalidInput(f"cannot read {path}: {reason}.") from None
+    if not is_file(path):
+        raise InvalidInput(f"trajectory {path} does not exist or is not a file.")
     if path.suffix not in _READERS:
         raise InvalidInput(
             f"{path} is no trajectory that can be read.", hint="a .csv, .npy, .nc or .rec file"
         )
+    size = path.stat().st_size
     if size > LARGEST_FILE:
         raise InvalidInput(f"{path} holds {size} bytes; a trajectory holds at most {LARGEST_FILE}.")
     with located(path.name):

@@ -24,7 +24,7 @@ def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"])
     """Return the number of steps of the body; one step lasts for the stance of a foot.
 
     Args:
-        gait: Gives the times of lift-off and touchdown.
+        gait: The times of lift-off and touchdown.
         stride: Its timing and curve; ``rest-to-rest`` stops the body at each of these events.
         time: Time [s].
 
@@ -52,7 +52,7 @@ def between_events(
     """Return the progress from the gait's last event, 0, to its next one, 1.
 
     Args:
-        gait: Gives the times of lift-off and touchdown.
+        gait: The times of lift-off and touchdown.
         stride: Its curve.
         cycles: Time in cycles, shape (...).
 

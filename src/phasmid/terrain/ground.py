@@ -110,7 +110,7 @@ class Ground:
         low_u, high_u, low_v, high_v, coefficients = self._patches
         inside = (low_u <= u) & (u < high_u) & (low_v <= v) & (v < high_v)
         # The last patch that contains a point, or the ground itself, which is first.
-        last = np.where(inside, self._order, 0).max(axis=1, initial=0)
+        last = np.where(inside, np.arange(1, len(coefficients)), 0).max(axis=1, initial=0)
         return coefficients[last].reshape(shape)
 
     @cached_property
@@ -118,10 +118,6 @@ class Ground:
         """Return bounds of the patches, each of shape (P,), and coefficients, shape (1 + P,)."""
         bounds = np.array([(*patch.x, *patch.y) for patch in self.patches]).reshape(-1, 4).T
         return *bounds, np.array([self.coefficient, *(p.coefficient for p in self.patches)])
-
-    @cached_property
-    def _order(self) -> np.ndarray:
-        return np.arange(1, len(self.patches) + 1)
 
     def _own(self, x: np.ndarray, y: np.ndarray) -> tuple[Places, Places]:
         """Return coordinates in the terrain's axes [m], in one row."""

@@ -17,16 +17,14 @@ WIDEST = 4.0
 """Length of the longest wave, in lengths of the shortest."""
 
 RAMP = 0.1
-"""Way over which rough ground grows out of the level [m]."""
-
+"""Distance over which rough ground grows out of the level [m]."""
 
 CHUNK = 1 << 14
 """Points that are evaluated at once."""
 
-
-SEEN, LOOKS = 2.4, 96
-"""Side of the square behind the start whose slopes are looked at [m], at so many places each way,
-25 mm apart: a sixth of the default's shortest wave."""
+CHECKED, SAMPLES = 2.4, 96
+"""Side of the square behind the start whose slopes are checked [m], and samples along it: 25 mm
+apart, a sixth of the default's shortest wave."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class Rough:
                 "must be 0 or more, the second greater than 0."
             )
         # Each of the waves adds its share to the mean square of the slope, which three standard
-        # deviations seldom exceed; where it does near the start, and on the ramp, is looked up.
+        # deviations seldom exceed; the slopes near the start and on the ramp are sampled.
         k, _, amplitude = self._waves
         steep = 3 * float(np.linalg.norm(amplitude * np.linalg.norm(k, axis=0))) / 2
         steep = max(steep, self._steepest())
@@ -69,10 +67,10 @@ class Rough:
     def _steepest(self) -> float:
         """Return the steepest slope on the ramp and behind it."""
         steepest = 0.0
-        for length in (RAMP, SEEN):
-            u = self.start + np.linspace(0.0, length, LOOKS)
-            v = np.linspace(-SEEN / 2, SEEN / 2, LOOKS)
-            slope = self.surface(np.repeat(u, LOOKS), np.tile(v, LOOKS))[1]
+        for length in (RAMP, CHECKED):
+            u = self.start + np.linspace(0.0, length, SAMPLES)
+            v = np.linspace(-CHECKED / 2, CHECKED / 2, SAMPLES)
+            slope = self.surface(np.repeat(u, SAMPLES), np.tile(v, SAMPLES))[1]
             steepest = max(steepest, float(np.hypot(slope[:, 0], slope[:, 1]).max()))
         return steepest
 
@@ -88,23 +86,17 @@ class Rough:
 
     def surface(self, u: Places, v: Places) -> Surface:
         """Return height [m], and slope along u and v."""
+        k, phase, amplitude = self._waves
         hills, slope = np.empty(len(u)), np.empty((len(u), 2))
         for start in range(0, len(u), CHUNK):
             part = slice(start, start + CHUNK)
-            self._set_hills(u[part], v[part], hills[part], slope[part])
+            angle = u[part, None] * k[0] + v[part, None] * k[1] + phase
+            # The sum along the last axis of a point does not depend on the others.
+            hills[part] = (amplitude * np.sin(angle)).sum(axis=-1)
+            leaning = amplitude * np.cos(angle)
+            slope[part, 0] = (k[0] * leaning).sum(axis=-1)
+            slope[part, 1] = (k[1] * leaning).sum(axis=-1)
         share, growth = ramp(u, self.start, RAMP)
         slope *= share[..., None]
         slope[..., 0] += growth * hills
         return share * hills, slope
-
-    def _set_hills(
-        self, u: np.ndarray, v: np.ndarray, hills: np.ndarray, slope: np.ndarray
-    ) -> None:
-        """Write height without the ramp, and its slopes, to the last two arguments."""
-        k, phase, amplitude = self._waves
-        angle = u[:, None] * k[0] + v[:, None] * k[1] + phase
-        # The sum along the last axis of a point does not depend on the others.
-        hills[:] = (amplitude * np.sin(angle)).sum(axis=-1)
-        leaning = amplitude * np.cos(angle)
-        slope[:, 0] = (k[0] * leaning).sum(axis=-1)
-        slope[:, 1] = (k[1] * leaning).sum(axis=-1)
