@@ -111,13 +111,7 @@ class Course:
         stride = self.scenario.stride
         cycle, u = swing_fraction(self.gait, stride, time)
         swings = self.swings.at((cycle - EARLIEST - 1).astype(int))
-        path, seconds = swings.path(stride.curve, u), self.gait.swing_fraction * stride.period
-        moving = (u < 1.0)[..., None]
-        return Path(
-            np.where(moving, path.position, swings.end),
-            moving * path.velocity / seconds,
-            moving * path.acceleration / seconds**2,
-        )
+        return swings.feet(stride.curve, u, self.gait.swing_fraction * stride.period)
 
 
 def _body_height(robot: Robot) -> float:

@@ -8,7 +8,8 @@ from jaxtyping import Float
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet, step_pose
-from phasmid.motion.curves import Path, blend, join, lift
+from phasmid.motion.curves import Path, join, lift
+from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
 from phasmid.scenario.stride import StrideTable
@@ -42,25 +43,13 @@ def straight_feet(
     # The stance after the swing: mid-stance is half a step later.
     landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
     neutral = neutral_feet(robot)
-    p1, p0 = (
-        foothold(step, landing, neutral),
-        foothold(step, landing - 1 / gait.duty_factor, neutral),
+    ground = np.zeros((*u.shape, 1))
+    start, end = (
+        np.concatenate([foothold(step, steps, neutral), ground], axis=-1)
+        for steps in (landing - 1 / gait.duty_factor, landing)
     )
-    s, h = blend(stride.curve, u), lift(stride.curve, u)
-    swing = gait.swing_fraction * stride.period
-    way = p1 - p0
-    moving = (u < 1.0).astype(float)
-
-    def world(k: int, per: float) -> Float[np.ndarray, "time legs 3"]:
-        xy = way * s[k][..., None]
-        return (
-            np.stack([xy[..., 0], xy[..., 1], stride.step_height * h[k]], axis=-1)
-            * (moving / per)[..., None]
-        )
-
-    grounded = np.where(u[..., None] < 1.0, p0, p1)
-    position = np.stack([grounded[..., 0], grounded[..., 1], np.zeros(u.shape)], axis=-1)
-    return in_body(Path(position + world(0, 1.0), world(1, swing), world(2, swing**2)), trunk)
+    swings = Swings.over_level_ground(start, end, stride.step_height)
+    return in_body(swings.feet(stride.curve, u, gait.swing_fraction * stride.period), trunk)
 
 
 def swing_fraction(
@@ -212,7 +201,7 @@ def _coxa_half_angle(
         if sine > 0 and sine > 0.95 * share:
             raise InfeasibleWalk(
                 f"leg {leg.name} cannot make this stride with its coxa alone: its foot moves "
-                f"{np.degrees(np.arccos(min(share, 1.0))):.0f}° off the way that is asked.",
+                f"{np.degrees(np.arccos(min(share, 1.0))):.0f}° off the commanded direction.",
                 hint='stance_law = "straight"',
             )
     return -np.arcsin(np.where(length > 0, needed / np.where(length > 0, along, 1.0), 0.0))

@@ -49,6 +49,14 @@ class Swings(NamedTuple):
     after: Float[np.ndarray, "*batch"]
     clear: Bool[np.ndarray, "*batch"]
 
+    @classmethod
+    def over_level_ground(
+        cls, start: Float[np.ndarray, "*batch 3"], end: Float[np.ndarray, "*batch 3"], height: float
+    ) -> Swings:
+        """Return swings without obstacles up to a height above their start [m]."""
+        none = np.zeros(start.shape[:-1])
+        return cls(start, end, start[..., 2] + height, none, none, none == 0)
+
     def at(self, rows: Int[np.ndarray, "time legs"]) -> Swings:
         """Return the swings of each leg in some cycles, shape (N, L)."""
         legs = np.arange(rows.shape[1])
@@ -83,6 +91,21 @@ class Swings(NamedTuple):
         along = [way * (s[k] / share**k)[..., None] for k in range(3)]
         along[0] = self.start[..., :2] + along[0]
         return Path(*(np.stack([*np.moveaxis(along[k], -1, 0), ups[k]], -1) for k in range(3)))
+
+    def feet(self, curve: Curve, u: Float[np.ndarray, "*batch"], duration: float) -> Path:
+        """Return the feet in world axes with time derivatives; after its swing a foot stands.
+
+        Args:
+            curve: Polynomial of the blends.
+            u: Fraction of the swing in time, 1 for standing feet, shape (...).
+            duration: Duration of a swing [s].
+        """
+        path, moving = self.path(curve, u), (u < 1.0)[..., None]
+        return Path(
+            np.where(moving, path.position, self.end),
+            moving * path.velocity / duration,
+            moving * path.acceleration / duration**2,
+        )
 
 
 def plan_swings(
