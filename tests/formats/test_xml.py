@@ -55,8 +55,8 @@ def test_i2_the_file_ends_inside_an_element() -> None:
         (" \n", "robot.urdf is empty."),
         ("solid cube", "robot.urdf line 1: this is no XML."),
         ("\x00\x01\x02", "robot.urdf line 1: this is no XML."),
-        ("<a>\n<b>\n</a>", "robot.urdf line 3: <b> of line 2 is not closed before this."),
-        ('<a\nx="1" x="2"/>', "robot.urdf line 2: an element has the same attribute twice."),
+        ("<a>\n<b>\n</a>", "robot.urdf line 3: not well formed (mismatched tag)."),
+        ('<r>\n<a x="1" x="2"/></r>', "robot.urdf line 2: not well formed (duplicate attribute)."),
         ("<a/>\n<b/>", "robot.urdf line 2: not well formed (junk after document element)."),
         ("<a x=1/>", "robot.urdf line 1: this is no XML."),
         (

@@ -1,12 +1,10 @@
-"""Mesh files: STL by our own reader, as trimesh takes a second to load; OBJ and PLY by trimesh."""
+"""Mesh files: STL, OBJ and PLY by trimesh, and GLB."""
 
 from __future__ import annotations
 
 import io
-import re
 import warnings
-from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -148,17 +146,12 @@ def read_meshes(path: Path) -> tuple[Mesh, ...]:
         InvalidInput: The file cannot be read, is damaged, empty or too large.
     """
     kind = path.suffix.lower()
-    readers: dict[str, Callable[[bytes, str], Mesh]] = {
-        ".stl": _stl,
-        ".obj": _by_trimesh,
-        ".ply": _by_trimesh,
-    }
     if kind == ".glb":
         parts = [part for found in read_glb(path).values() for part in found]
         if not parts:
             raise InvalidInput(f"mesh {path.name} is empty.")
         return tuple(Mesh(part.vertices, part.faces, part.color) for part in parts)
-    if kind not in readers:
+    if kind not in (".stl", ".obj", ".ply"):
         what = "COLLADA files" if kind == ".dae" else f'files of the kind "{kind}"'
         raise UnreadMesh(
             f"mesh {path.name} was left out: {what} are not read.",
@@ -167,45 +160,7 @@ def read_meshes(path: Path) -> tuple[Mesh, ...]:
     raw = read_bytes(path, LARGEST_FILE if kind == ".stl" else LARGEST_OTHER)
     if not raw:
         raise InvalidInput(f"mesh {path.name} is empty.")
-    return (readers[kind](raw, path.name),)
-
-
-def _stl(raw: bytes, name: str) -> Mesh:
-    """Read an STL file, binary or ASCII; its first word does not decide which."""
-    claimed = int.from_bytes(raw[80:84], "little") if len(raw) >= 84 else 0
-    held, rest = divmod(len(raw) - 84, 50)
-    ascii_ = raw[:512].lstrip()[:5].lower() == b"solid" and (claimed != held or rest)
-    if ascii_ and re.search(rb"\bfacet\b|\bendsolid\b", raw):
-        corners = _ascii_corners(raw, name)
-    elif len(raw) < 84:
-        raise InvalidInput(f"mesh {name} is no STL file: it holds {len(raw)} bytes.")
-    elif claimed != held:
-        raise InvalidInput(
-            f"mesh {name}: header claims {_grouped(claimed)} faces, file holds {_grouped(held)}."
-        )
-    else:
-        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", 9), ("extra", "<u2")])
-        faces = np.frombuffer(raw, record, count=held, offset=84)
-        corners = np.ascontiguousarray(faces["corners"]).reshape(-1, 3)
-    return _merged(corners, name)
-
-
-def _ascii_corners(raw: bytes, name: str) -> Float[np.ndarray, "corners 3"]:
-    numbers = array("d")
-    try:
-        for found in re.finditer(rb"\bvertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", raw):
-            numbers.extend(map(float, found.groups()))
-    except ValueError:
-        line = raw.count(b"\n", 0, found.start()) + 1
-        raise InvalidInput(f"mesh {name} line {line}: a corner must be three numbers.") from None
-    corners = np.array(numbers).reshape(-1, 3)
-    facets = len(re.findall(rb"\bendfacet\b", raw))
-    if len(corners) != 3 * facets:
-        raise InvalidInput(
-            f"mesh {name}: {_grouped(len(corners))} corners make no {_grouped(facets)} triangles; "
-            "the file is damaged or cut short."
-        )
-    return corners
+    return (_by_trimesh(raw, path.name),)
 
 
 def _merged(corners: Float[np.ndarray, "corners 3"], name: str) -> Mesh:

@@ -298,32 +298,15 @@ class _Reader:
     def _angles(self, limit: Element, name: str, lower: float, upper: float) -> tuple[float, float]:
         largest = max(-lower, upper)
         if largest >= ENDLESS:
-            what = f"joint {name}: limits {lower:.4g} to {upper:.4g} rad were taken for none."
-            if upper < ENDLESS:
-                what = (
-                    f"joint {name}: lower limit {lower:.4g} rad was taken for none; the upper one, "
-                    f"{upper:.4g} rad, holds."
-                )
-            elif lower > -ENDLESS:
-                what = (
-                    f"joint {name}: upper limit {upper:.4g} rad was taken for none; the lower one, "
-                    f"{lower:.4g} rad, holds."
-                )
+            what = f"joint {name}: limits beyond {ENDLESS:g} rad were taken for none."
             self.findings.note(f"joint {name}", what, limit.where)
-            return (
-                lower if lower > -ENDLESS else -math.inf,
-                upper if upper < ENDLESS else math.inf,
-            )
+            lower = lower if lower > -ENDLESS else -math.inf
+            return lower, upper if upper < ENDLESS else math.inf
         if largest > WHOLE_TURN:
-            if lower == -upper:
-                shown, hint = f"±{upper:g}", f"{math.radians(upper):.5g}"
-            else:
-                shown = f"{lower:g} to {upper:g}"
-                hint = f"{math.radians(lower):.5g} and {math.radians(upper):.5g}"
             raise InvalidInput(
-                f"joint {name}: limits {shown} rad; URDF angles are radians.",
+                f"joint {name}: limits {lower:g} to {upper:g} rad; URDF angles are radians.",
                 where=limit.where,
-                hint=hint,
+                hint=f"{math.radians(lower):.5g} and {math.radians(upper):.5g}",
             )
         return lower, upper
 

@@ -227,8 +227,6 @@ _ENDS = frozenset(
         expat.errors.XML_ERROR_UNCLOSED_CDATA_SECTION,
     )
 )
-_MISMATCH = expat.errors.codes[expat.errors.XML_ERROR_TAG_MISMATCH]
-_TWICE = expat.errors.codes[expat.errors.XML_ERROR_DUPLICATE_ATTRIBUTE]
 
 
 class _Reader:
@@ -284,14 +282,7 @@ class _Reader:
             named = [element for element in self.open if "name" in element.attributes]
             inside = (named or self.open)[-1]
             return self._refuse(f"the file ends inside {inside.shown}.", error.lineno)
-        if error.code == _TWICE:
-            return self._refuse("an element has the same attribute twice.", error.lineno)
         if self.root is None:
             return self._refuse("this is no XML.", error.lineno)
-        if error.code == _MISMATCH and self.open:
-            element = self.open[-1]
-            return self._refuse(
-                f"{element.shown} of line {element.line} is not closed before this.", error.lineno
-            )
         reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
         return self._refuse(f"not well formed ({reason}).", error.lineno)
