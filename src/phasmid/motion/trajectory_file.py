@@ -9,7 +9,6 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from phasmid.arguments import path_of
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.motion.trajectory import MOST_ROWS, JointTrajectory, joint_names
 from phasmid.recording import load_recording
@@ -42,7 +41,7 @@ def load_trajectory(
     """
     if isinstance(robot, str | Path):
         robot = load_robot(robot)
-    path = path_of("path", path)
+    path = Path(path)
     if unit not in ("rad", "deg"):
         raise InvalidInput(f'unit is "{unit}"; it must be "rad" or "deg".')
     if not is_file(path):
