@@ -8,11 +8,13 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.report import told_damage
+from phasmid.cli.report import print_damage
 from phasmid.cli.walk import leg_numbers
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError, nearest, plain
 
 if TYPE_CHECKING:
+    from phasmid.reporting.catalogue import FigureKind
+    from phasmid.reporting.runs import Run
     from phasmid.reporting.style import Figure
 
 KINDS = ("svg", "png", "pdf")
@@ -69,13 +71,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw figures, and return the exit status."""
     from phasmid.recording import load_recording
-    from phasmid.reporting.catalogue import (
-        CATALOGUE,
-        can_be_plotted,
-        check_figure,
-        draw_groups,
-        find_figure,
-    )
+    from phasmid.reporting.catalogue import CATALOGUE, check_figure, draw_groups, find_figure
     from phasmid.reporting.layout import NARROWEST, WIDEST, laid_out, page_layout
     from phasmid.reporting.runs import gather
 
@@ -91,19 +87,11 @@ def run(options: argparse.Namespace) -> int:
     page = page_layout(None if wide is None else wide / 1000, title=not options.no_title)
     labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
     folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
-    with told_damage():
+    with print_damage():
         recordings = [load_recording(path) for path in paths]
     runs = gather(recordings, labels)
     legs = leg_numbers(options.legs, runs[0].source.robot)
-    if "all" in names:
-        fitting = [{kind.name for kind in can_be_plotted(one.recording)} for one in runs]
-        chosen = [
-            kind
-            for kind in CATALOGUE.values()
-            if all(kind.name in found for found in fitting) and (kind.several or len(runs) == 1)
-        ]
-    else:
-        chosen = [find_figure(name) for name in names]
+    chosen = _all_figures(runs) if "all" in names else [find_figure(name) for name in names]
     count = min(len(one.source.robot.legs) for one in runs)
     targets = {
         kind.name: _files(folder, kind.name, 1 if legs else len(kind.groups(count)), kinds)
@@ -121,6 +109,18 @@ def run(options: argparse.Namespace) -> int:
                 if not options.quiet:
                     print("\n".join(plain(str(path)) for path in files))
     return 0
+
+
+def _all_figures(runs: Sequence[Run]) -> list[FigureKind]:
+    """Return all figures that can be drawn of each run."""
+    from phasmid.reporting.catalogue import CATALOGUE, can_be_plotted
+
+    fitting = [{kind.name for kind in can_be_plotted(one.recording)} for one in runs]
+    return [
+        kind
+        for kind in CATALOGUE.values()
+        if all(kind.name in found for found in fitting) and (kind.several or len(runs) == 1)
+    ]
 
 
 def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path], list[str]]:

@@ -108,6 +108,30 @@ def raise_foot(state: State, leg: int) -> None:
 
 
 @internal
+def soft_limit(
+    depth: float, velocity: float, acceleration: float, width: float
+) -> tuple[float, float, float]:
+    """Return by how much a joint yields in the zone before its limit, with time derivatives.
+
+    At the depth d > 0 in a zone of width w it yields d - d (1 + (d/w)³)^(-1/3). It never passes w.
+
+    Args:
+        depth: Depth in the zone [rad].
+        velocity: First time derivative of the depth [rad/s].
+        acceleration: Second time derivative [rad/s²].
+        width: Width of the zone [rad].
+    """
+    base = 1.0 + (depth / width) ** 3
+    slope = 1.0 - base ** (-4 / 3)
+    curvature = 4 * depth * depth / width**3 * base ** (-7 / 3)
+    return (
+        depth - depth * base ** (-1 / 3),
+        slope * velocity,
+        curvature * velocity * velocity + slope * acceleration,
+    )
+
+
+@internal
 def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg: int) -> bool:
     """Let the joints of a swinging leg yield near their limits; return whether they keep them.
 
@@ -118,31 +142,26 @@ def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg:
     part = state.swing_elapsed[leg] / time
     # A curve without lift, straight down or back, began in the air.
     begun = part if state.swing_height[leg] > 0.0 or state.manoeuvre[leg] == Manoeuvre.RISE else 1.0
-    end = min(min(begun, 1.0 - part) / FREE, 1.0)
-    w, wd, wdd = blend(end, FREE * time)
+    to_end = min(min(begun, 1.0 - part) / FREE, 1.0)
+    share, share_rate, share_acceleration = blend(to_end, FREE * time)
     if part > 0.5:
-        wd = -wd
+        share_rate = -share_rate
     for k in range(3):
         low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
-        edge = min(parameters.joint_margin, (high - low) / 8)
-        soft = min(SOFT, (high - low) / 8)
+        margin = min(parameters.joint_margin, (high - low) / 8)
+        width = min(SOFT, (high - low) / 8)
         for sign in (-1.0, 1.0):
-            # y: depth of the joint in the soft zone; e: its deviation back from there.
-            y = sign * q[k] - (sign * (high if sign > 0 else low) - edge / 4 - soft)
-            if y <= 0.0:
+            limit = high if sign > 0 else low
+            depth = sign * q[k] - (sign * limit - margin / 4 - width)
+            if depth <= 0.0:
                 continue
-            yd, ydd = sign * qd[k], sign * qdd[k]
-            u = 1.0 + (y / soft) ** 3
-            e, ed, edd = (
-                y - y * u ** (-1 / 3),
-                1.0 - u ** (-4 / 3),
-                4 * y * y / soft**3 * u ** (-7 / 3),
+            yielded, rate, acceleration = soft_limit(depth, sign * qd[k], sign * qdd[k], width)
+            q[k] -= sign * share * yielded
+            qd[k] -= sign * (share * rate + share_rate * yielded)
+            qdd[k] -= sign * (
+                share * acceleration + 2 * share_rate * rate + share_acceleration * yielded
             )
-            edd, ed = edd * yd * yd + ed * ydd, ed * yd
-            q[k] -= sign * w * e
-            qd[k] -= sign * (w * ed + wd * e)
-            qdd[k] -= sign * (w * edd + 2 * wd * ed + wdd * e)
-        if not (low + edge / 5 <= q[k] <= high - edge / 5):
+        if not (low + margin / 5 <= q[k] <= high - margin / 5):
             return False
     return True
 

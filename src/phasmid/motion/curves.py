@@ -11,11 +11,30 @@ Curve = Literal["quintic", "cubic-spline"]
 
 
 class Path(NamedTuple):
-    """Position and its first two derivatives, of one shape."""
+    """Function of time: its values and its first two derivatives, of one shape.
+
+    Sums, differences and products are those of functions, with their derivatives.
+    """
 
     position: Float[np.ndarray, "*batch"]
     velocity: Float[np.ndarray, "*batch"]
     acceleration: Float[np.ndarray, "*batch"]
+
+    def __add__(self, other: Path) -> Path:  # type: ignore[override]
+        return Path(*(x + y for x, y in zip(self, other, strict=True)))
+
+    def __sub__(self, other: Path) -> Path:
+        return Path(*(x - y for x, y in zip(self, other, strict=True)))
+
+    def __mul__(self, other: Path | float) -> Path:  # type: ignore[override]
+        if not isinstance(other, Path):
+            return Path(*(x * other for x in self))
+        p, v, a = other
+        return Path(
+            self.position * p,
+            self.velocity * p + self.position * v,
+            self.acceleration * p + 2 * self.velocity * v + self.position * a,
+        )
 
 
 def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
@@ -92,25 +111,6 @@ def join(
         rate = rate + n * c * u ** (n - 1)
         bend = bend + n * (n - 1) * c * u ** (n - 2)
     return Path(position, rate, bend)
-
-
-def total(a: Path, b: Path) -> Path:
-    """Return the sum of two functions."""
-    return Path(*(x + y for x, y in zip(a, b, strict=True)))
-
-
-def scaled(a: Path, factor: float) -> Path:
-    """Return a function times a constant."""
-    return Path(*(factor * x for x in a))
-
-
-def product(a: Path, b: Path) -> Path:
-    """Return the product of two functions."""
-    return Path(
-        a.position * b.position,
-        a.velocity * b.position + a.position * b.velocity,
-        a.acceleration * b.position + 2 * a.velocity * b.velocity + a.position * b.acceleration,
-    )
 
 
 def composed(

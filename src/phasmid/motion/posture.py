@@ -8,16 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.motion.curves import (
-    Path,
-    arctan,
-    cos_and_sin,
-    inverse,
-    product,
-    root,
-    scaled,
-    total,
-)
+from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.scenario.footing import FootingTable
 
@@ -79,9 +70,8 @@ def leaning_trunk(
     """
     x = Path(level.position[:, :2], level.velocity[:, :2], level.acceleration[:, :2])
     yaw = Path(level.yaw, level.attitude_rate[:, 2], level.attitude_acceleration[:, 2])
-    over = [_height_over(postures, before + k, x) for k in (0, 1)]
-    rise = total(over[1], scaled(over[0], -1.0))
-    ground = total(over[0], product(rise, s))
+    last, following = (_height_over(postures, before + k, x) for k in (0, 1))
+    ground = last + (following - last) * s
 
     first, change = postures.lean[before], postures.lean[before + 1] - postures.lean[before]
     lean = [
@@ -89,7 +79,7 @@ def leaning_trunk(
         for i in (0, 1)
     ]
     pitch, roll, stretch = _attitude(lean[0], lean[1], yaw)
-    up = total(ground, scaled(stretch, height))
+    up = ground + stretch * height
     position = [np.stack([*x[k].T, up[k]], axis=-1) for k in range(3)]
     attitude = [np.stack([roll[k], pitch[k], yaw[k]], axis=-1) for k in range(3)]
     return TrunkMotion(*position, *attitude)
@@ -110,10 +100,9 @@ def _attitude(slope_x: Path, slope_y: Path, yaw: Path) -> tuple[Path, Path, Path
     length 1 it is (sin pitch cos roll, -sin roll, cos pitch cos roll).
     """
     c, s = cos_and_sin(yaw)
-    ahead = total(product(slope_x, c), product(slope_y, s))
-    left = total(product(slope_y, c), scaled(product(slope_x, s), -1.0))
-    square = product(ahead, ahead)
-    run = root(Path(1 + square[0], square[1], square[2]))
-    roll = arctan(product(left, inverse(run)))
-    stretch = root(total(product(run, run), product(left, left)))
-    return arctan(scaled(ahead, -1.0)), roll, stretch
+    ahead = slope_x * c + slope_y * s
+    left = slope_y * c - slope_x * s
+    square = ahead * ahead
+    run = root(Path(1 + square.position, square.velocity, square.acceleration))
+    pitch, roll = arctan(ahead * -1.0), arctan(left * inverse(run))
+    return pitch, roll, root(run * run + left * left)
