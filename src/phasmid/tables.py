@@ -291,7 +291,7 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
         if isinstance(m, annotated_types.Le):
             bounds.append(f"{scale(m.le):g} or less")  # type: ignore[arg-type]
     if not bounds:
-        # The bounds of a number that may also be absent stand inside, and are told by its error.
+        # Bounds of an optional number stand in its error only.
         within = detail.get("ctx", {})
         forms = {"gt": "greater than {:g}", "ge": "{:g} or more"}
         forms |= {"lt": "less than {:g}", "le": "{:g} or less"}

@@ -77,38 +77,38 @@ CASES = {
     "no angle of a joint": (
         lambda t: {"joint_position": ONE_BAD if t > 1 else HOME},
         Mode.SLOW,
-        "no angle is known of left_rear.tibia: the robot stops.",
+        "no valid joint angle of left_rear.tibia: the robot stops.",
     ),
     "no angles at all": (
         lambda t: {"joint_position": NAN if t > 1 else HOME},
         Mode.SLOW,
-        "no angle is known of right_front.coxa, right_front.femur, right_front.tibia and others: "
-        "the robot stops.",
+        "no valid joint angle of right_front.coxa, right_front.femur, right_front.tibia and "
+        "others: the robot stops.",
     ),
     "an orientation that is not finite": (
         lambda t: {"orientation": np.full(4, math.nan) if t > 1 else None},
         Mode.FREE,
-        "orientation is not valid and is left out.",
+        "orientation is not valid and is not used.",
     ),
     "speeds that are not finite": (
         lambda t: {"joint_velocity": NAN if t > 1 else None},
         Mode.FREE,
-        "joint velocity is not valid and is left out.",
+        "joint velocity is not valid and is not used.",
     ),
     "a body that tilts": (
         lambda t: {"orientation": tilted(40 if t > 1 else 0)},
         Mode.SLOW,
-        "the body tilts, soon by 40°, and tips over at 66°: the robot stops.",
+        "the predicted tilt of the body is 40°; it tips over at 66°: the robot stops.",
     ),
     "a body that falls": (
         lambda t: {"orientation": tilted(58 if t > 1 else 0)},
         Mode.HOLD,
-        "the body tilts, soon by 58°, and tips over at 66°: the robot holds still.",
+        "the predicted tilt of the body is 58°; it tips over at 66°: the robot holds still.",
     ),
     "a servo at its limit": (
         lambda t: {"joint_load": np.full((6, 3), 0.95 if t > 1 else 0.1)},
         Mode.SLOW,
-        "servo right_front.coxa gives more than 90% for 1 s: the robot walks slower.",
+        "the output of servo right_front.coxa exceeds 90% for 1 s: the robot walks slower.",
     ),
 }
 
@@ -152,7 +152,7 @@ def test_a_velocity_is_taken_back_over_the_set_time_and_given_back_likewise():
     assert height[-1] == 0
     # Let go when the reason has been gone for the clear time.
     (start, _), (end, text) = monitor.events
-    assert text == "the body tilts no more: all is well again."
+    assert text == "the body is level enough again: the restriction ends."
     assert end - start == pytest.approx(0.5 + SETTINGS.clear_time, abs=3 * DT)
 
 
@@ -169,7 +169,7 @@ def test_old_commands_stop_the_robot_and_then_make_it_sit_until_there_are_new_on
     assert [text for _, text in monitor.events] == [
         "no command for 0.5 s: the robot stops.",
         "no command for 5 s: the robot sits down.",
-        "there are commands again: all is well again.",
+        "commands arrive again: the restriction ends.",
     ]
 
 
@@ -178,7 +178,7 @@ def test_a_gap_in_what_sensors_tell_stops_the_robot():
     monitor.reset(Observation(0.0, HOME))
     monitor.check(Observation(0.3, HOME), AHEAD)
     assert monitor.mode is Mode.SLOW
-    assert monitor.events == [(0.3, "sensors told nothing for 0.3 s: the robot stops.")]
+    assert monitor.events == [(0.3, "no observation for 0.3 s: the robot stops.")]
 
 
 def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
@@ -194,7 +194,7 @@ def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
     )
     # Looked at every tenth of a second, by steps of the Euler method.
     assert first(seen, Mode.SIT) == pytest.approx(expected, rel=0.01)
-    assert "servo right_front.coxa is as warm as 65 °C: the robot sits down." in [
+    assert "the temperature of servo right_front.coxa is 65 °C: the robot sits down." in [
         text for _, text in monitor.events
     ]
 

@@ -54,8 +54,8 @@ def test_a_trajectory_of_joint_angles_cannot_be_driven_by_torque() -> None:
     with pytest.raises(InvalidInput) as caught:
         phasmid.simulate(scenario, trajectory)
     assert caught.value.what == (
-        'drive is "torque" and the joints follow a trajectory, which does not tell which feet '
-        "stand; it must be another drive."
+        'drive is "torque" and the joints follow a trajectory without foot '
+        "contacts; it must be another drive."
     )
 
 

@@ -130,7 +130,7 @@ def _deck(
     board = (0.55 * room[0], 0.52 * room[1], 0.10 * w)
     card = shop.part("controller", parts.box, board, 0.2 * board[2], of=BOARD)
     found.append(Placed("controller", card, pose(-0.06 * room[0], 0, top + rise + thick)))
-    # A bright sensor at the front tells which way is forward.
+    # A bright sensor marks the front.
     ahead = max(x for x, _ in outline)
     eye = shop.part("sensor", parts.box, (0.35 * w, 1.3 * w, 0.36 * w), 0.05 * w, of=NYLON)
     found.append(Placed("sensor", eye, pose(ahead - 0.1 * w, 0, top)))

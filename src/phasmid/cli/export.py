@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 
 from phasmid.cli.plot import run_name
-from phasmid.cli.report import told_damage
+from phasmid.cli.report import print_damage
 from phasmid.errors import InvalidInput, plain
 
 
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     kind = options.format or (None if options.out else "csv")
     target = Path(options.out or _beside(given, ENDINGS.get(kind or "", "")))
     rate = _rate(options.rate)
-    with told_damage() as damage:
+    with print_damage() as damage:
         recording = load_recording(given)
     source = given / "recording.nc" if given.is_dir() else given
     if target.resolve() == source.resolve():

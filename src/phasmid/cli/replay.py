@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from phasmid.cli.report import told_damage
+from phasmid.cli.report import print_damage
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -18,7 +18,7 @@ def run(options: argparse.Namespace) -> int:
     """Replay a recording, and return the exit status."""
     from phasmid.recording import load_recording
 
-    with told_damage():
+    with print_damage():
         recording = load_recording(options.file)
     # Lazy import: the engine takes 0.3 s.
     from phasmid.simulation import replay

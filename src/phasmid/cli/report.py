@@ -36,7 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def told_damage() -> Iterator[list[DamagedRecording]]:
+def print_damage() -> Iterator[list[DamagedRecording]]:
     """Print the damages of a recording that is read in the body, and yield them."""
     from phasmid.recording import DamagedRecording
 
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     path = Path(options.file)
     # Only a file has a suffix.
     folder = Path(options.out or (path if path.is_dir() else path.with_suffix("")))
-    with told_damage() as damage:
+    with print_damage() as damage:
         recording = load_recording(path)
     check_folder(folder, force=options.force)
     check_film(options)

@@ -146,8 +146,10 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
             if finding.severity is not Severity.NOTE:
                 print(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
         if notes:
-            told = f"phasmid check {plain(str(source))}"
-            print(f"phasmid: {len(notes)} notes on the robot; {told} lists them.", file=sys.stderr)
+            command = f"phasmid check {plain(str(source))}"
+            print(
+                f"phasmid: {len(notes)} notes on the robot; {command} lists them.", file=sys.stderr
+            )
     return scenario.replace(robot=robot)
 
 

@@ -249,7 +249,7 @@ class LocomotionEngine:
         phase, slow, margin = clock.phase, clock.time_scale, clock.support_margin
         return {
             "stance": state.leg_phase == LegPhase.STANCE,
-            "velocity_command": np.array(self._asked),
+            "velocity_command": np.array(self._commanded),
             "velocity_reference": slow * state.velocity_filter[2],
             "slow_down": slow,
             "support_margin": margin,
@@ -332,7 +332,7 @@ class LocomotionEngine:
         return bool(self._update.place(memory.states, memory.models, memory.parameter_records))
 
     def _start(self) -> None:
-        self._asked: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        self._commanded: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._command, self._observed = None, 0.0
         self._resting, self._changing = True, False
         if self.feed_forward is not None:
@@ -361,7 +361,7 @@ class LocomotionEngine:
                 raise
             # A robot that cannot walk any more stands still.
             self._log.set("lame", True, f"stands: {error.what}")
-            self._asked = command.velocity
+            self._commanded = command.velocity
             reference.velocity[:] = next_reference.velocity[:] = 0.0
             return
         self._log.set("lame", False, "")
@@ -381,26 +381,28 @@ class LocomotionEngine:
         )
         reference.gait_pending = int(differs)
         self._changing = differs
-        asked = np.array(command.velocity, dtype=float)
-        self._asked = command.velocity
+        commanded = np.array(command.velocity, dtype=float)
+        self._commanded = command.velocity
         share = 1.0
-        blocking = self._blocked.blocking_leg(asked)
+        blocking = self._blocked.blocking_leg(commanded)
         leg = self.robot.leg_names[blocking or 0]
         sentence = f"goes no farther: leg {leg} finds no ground there"
         self._log.set("edge", blocking is not None, sentence)
         if blocking is not None:
             share = 0.0
-        elif asked.any():
-            share, limit = self._scale(next_reference, asked)
+        elif commanded.any():
+            share, limit = self._scale(next_reference, commanded)
             if differs:
                 # The present gait limits the velocity until the change.
-                share, limit = min((share, limit), self._scale(reference, asked), key=itemgetter(0))
+                share, limit = min(
+                    (share, limit), self._scale(reference, commanded), key=itemgetter(0)
+                )
             reason = limit.sentence(self.robot)
             self._log.set(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
         reference.velocity[:] = next_reference.velocity[:] = self.feasible_velocity[:] = (
-            share * asked
+            share * commanded
         )
         self.applied_scale = math.nan
 

@@ -144,11 +144,11 @@ _ACTION = {
 }
 
 _ENDED = {
-    "gap": "sensors tell again",
-    "tilt": "the body tilts no more",
-    "command": "there are commands again",
-    "joints": "joint angles are known again",
-    "load": "no servo is overloaded any more",
+    "gap": "observations arrive again",
+    "tilt": "the body is level enough again",
+    "command": "commands arrive again",
+    "joints": "all joint angles are valid again",
+    "load": "no servo is overloaded",
     "heat": "the servos have cooled down",
 }
 
@@ -231,7 +231,7 @@ class SafetyMonitor:
         # Observations may repeat, or arrive out of order.
         self.time, self.dt = time, max(0.0, gap)
         if gap > self.settings.observation_time:
-            self._restrict("gap", Mode.SLOW, 0.0, f"sensors told nothing for {gap:.2g} s")
+            self._restrict("gap", Mode.SLOW, 0.0, f"no observation for {gap:.2g} s")
         load, rate = observation.joint_load, observation.angular_velocity
         signals = self._check_signals(
             self._states,
@@ -262,26 +262,28 @@ class SafetyMonitor:
             finite = np.isfinite(observation.joint_position)
             names = [name for name, good in zip(self._names, finite.flat, strict=True) if not good]
             shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
-            self._restrict("joints", Mode.SLOW, 0.0, f"no angle is known of {shown}")
+            self._restrict("joints", Mode.SLOW, 0.0, f"no valid joint angle of {shown}")
             changes["joint_position"] = np.where(finite, observation.joint_position, self._q)
         for name in OPTIONAL:
             if Signal[name.upper()] in signals:
                 words = name.replace("_", " ")
-                self._restrict(name, Mode.FREE, 1.0, f"{words} is not valid and is left out")
+                self._restrict(name, Mode.FREE, 1.0, f"{words} is not valid and is not used")
                 changes[name] = None
         if Signal.TILT in signals:
             mode = Mode.HOLD if state.tilt > set_.hold_share * self.tip_angle else Mode.SLOW
             now, most = math.degrees(state.tilt), math.degrees(self.tip_angle)
-            what = f"the body tilts, soon by {now:.0f}°, and tips over at {most:.0f}°"
+            what = f"the predicted tilt of the body is {now:.0f}°; it tips over at {most:.0f}°"
             self._restrict("tilt", mode, 0.0, what)
         if Signal.OVERLOAD in signals:
             name = self._names[int(np.argmax(state.overload_time))]
-            what = f"servo {name} gives more than {set_.load_share:.0%} for {set_.load_time:g} s"
+            what = (
+                f"the output of servo {name} exceeds {set_.load_share:.0%} for {set_.load_time:g} s"
+            )
             self._restrict("load", Mode.SLOW, set_.slow_factor, what)
         if Signal.HEAT in signals:
             worst = int(np.argmax(state.temperature))
             temperature = state.temperature.flat[worst]
-            what = f"servo {self._names[worst]} is as warm as {temperature:.0f} °C"
+            what = f"the temperature of servo {self._names[worst]} is {temperature:.0f} °C"
             self._restrict("heat", Mode.SIT, 0.0, what)
         return replace(observation, **changes)  # type: ignore[arg-type]
 
@@ -324,7 +326,7 @@ class SafetyMonitor:
         set_ = self.settings
         for cause in [key for key, one in self._restrictions.items() if self.time > one.until]:
             if self._restrictions.pop(cause).mode is not Mode.FREE:
-                self.events.append((self.time, f"{_ENDED[cause]}: all is well again."))
+                self.events.append((self.time, f"{_ENDED[cause]}: the restriction ends."))
         present = self._restrictions.values()
         self.mode = max((one.mode for one in present), default=Mode.FREE)
         goal = min((one.factor for one in present), default=1.0)

@@ -230,15 +230,15 @@ def change_gait(
     if not reference.gait_pending:
         return
     phase, share = best_phase(state, model, next_reference)
-    speed, asked = 0.0, 0.0
+    speed, commanded = 0.0, 0.0
     for i in range(3):
         scale = model.radius if i == 2 else 1.0
         speed += (scale * state.velocity_filter[2, i]) ** 2
-        asked += (scale * next_reference.velocity[i]) ** 2
+        commanded += (scale * next_reference.velocity[i]) ** 2
     ready = state.clock.gait_running == 0 or share >= 1.0 - 1e-9 or speed < 1e-8
     if not ready and not share > 0:
         return
-    if ready or math.sqrt(speed) <= share * math.sqrt(asked):
+    if ready or math.sqrt(speed) <= share * math.sqrt(commanded):
         reference.duty_factor, reference.period, reference.sway = (
             next_reference.duty_factor,
             next_reference.period,

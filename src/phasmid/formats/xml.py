@@ -278,7 +278,7 @@ class _Reader:
     def speak(self, error: expat.ExpatError) -> InvalidInput:
         """Convert an error of expat to a sentence."""
         if error.code in _ENDS and self.open:
-            # The innermost element that has a name tells more than an <inertia> does.
+            # The innermost element that has a name says more than an <inertia>.
             named = [element for element in self.open if "name" in element.attributes]
             inside = (named or self.open)[-1]
             return self._refuse(f"the file ends inside {inside.shown}.", error.lineno)

@@ -67,8 +67,8 @@ CHANNELS: dict[str, Channel] = {
         ("time", "quaternion"), "1", "orientation of the body in the world, w x y z"
     ),
     "body_angular_velocity": Channel(_BODY, "rad/s", "angular velocity of the body, world axes"),
-    "joint_position_measured": Channel(_JOINT, "rad", "joint angle as its encoder tells it"),
-    "joint_load_measured": Channel(_JOINT, "1", "output of the servo as it tells it itself"),
+    "joint_position_measured": Channel(_JOINT, "rad", "joint angle that the encoder reports"),
+    "joint_load_measured": Channel(_JOINT, "1", "output that the servo reports"),
     "imu_angular_velocity": Channel(_BODY, "rad/s", "angular velocity by the gyro, body axes"),
     "imu_acceleration": Channel(_BODY, "m/s²", "specific force by the accelerometer, body axes"),
     "imu_orientation": Channel(
@@ -76,7 +76,7 @@ CHANNELS: dict[str, Channel] = {
     ),
     "foot_normal_force_measured": Channel(_LEG, "N", "normal force by the foot's sensor"),
     "contact_measured": Channel(_LEG, "1", "whether the foot's sensor feels the ground", "bool"),
-    "velocity_command": Channel(_WAY, "m/s, rad/s", "velocity that was asked of the body"),
+    "velocity_command": Channel(_WAY, "m/s, rad/s", "commanded velocity of the body"),
     "velocity_reference": Channel(_WAY, "m/s, rad/s", "velocity that the engine gives the body"),
     "slow_down": Channel(("time",), "1", "rate at which the engine's own time passes"),
     "support_margin": Channel(("time",), "m", "centre of mass from the edge of the planned stance"),

@@ -49,7 +49,7 @@ _MESSAGES = {
 }
 """Standard message types by the fields that they are made of."""
 
-TOLD: tuple[set[str], ...] = (
+MESSAGE_GROUPS: tuple[set[str], ...] = (
     {"joint_position"},
     {"joint_position_target"},
     {"body_position", "body_orientation"},
@@ -94,7 +94,7 @@ def save_mcap(
     path = Path(path)
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
-    if not any(group <= {str(name) for name in recording.data_vars} for group in TOLD):
+    if not any(group <= {str(name) for name in recording.data_vars} for group in MESSAGE_GROUPS):
         raise InvalidInput(
             "none of these channels has a message of its own.",
             hint="joint_position, foot_force, or body_position with body_orientation",

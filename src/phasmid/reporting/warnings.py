@@ -88,20 +88,20 @@ def _way(summary: dict[str, Any]) -> list[str]:
     found = []
     if "distance" in way:
         ahead = math.hypot(way["commanded_forward"], way["commanded_sideways"])
-        made, asked = way["distance"], way["commanded_distance"]
+        made, planned = way["distance"], way["commanded_distance"]
         # A way that is not nearly a circle has a direction, and what lies across it is no part.
-        if ahead > asked / 2:
+        if ahead > planned / 2:
             along = way["commanded_forward"] * way["forward"]
             along += way["commanded_sideways"] * way["sideways"]
-            made, asked = along / ahead, ahead
-        found.append(("walked", "way", made, asked))
+            made, planned = along / ahead, ahead
+        found.append(("walked", "way", made, planned))
     if "heading_change" in way:
         found.append(("turned", "turn", way["heading_change"], way["commanded_turn"]))
     allowed = NOTABLE_LAG + WITHIN_STEP / max(way["commanded_steps"], 1e-9)
     return [
-        f"The robot {verb} {100 * made / asked:.0f} % of its {noun}: it does not follow its plan."
-        for verb, noun, made, asked in found
-        if abs(asked) > SHORTEST_DISTANCE and abs(made / asked - 1) > allowed
+        f"The robot {verb} {100 * made / planned:.0f} % of its {noun}: it does not follow its plan."
+        for verb, noun, made, planned in found
+        if abs(planned) > SHORTEST_DISTANCE and abs(made / planned - 1) > allowed
     ]
 
 

@@ -234,8 +234,8 @@ def check_feed_forward(scenario: Scenario, walk: Motion) -> None:
     """
     if scenario.simulation.drive == "torque" and not isinstance(walk, Walk):
         raise InvalidInput(
-            'drive is "torque" and the joints follow a trajectory, which does not tell which feet '
-            "stand; it must be another drive.",
+            'drive is "torque" and the joints follow a trajectory without foot '
+            "contacts; it must be another drive.",
             hint='"ideal-servo"',
         )
 

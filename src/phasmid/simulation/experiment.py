@@ -250,8 +250,8 @@ def new_run(
     Arguments as in `simulate`; the robot stops settling as soon as `interrupted` is not empty.
 
     Raises:
-        InvalidInput: The simulator cannot do what the scenario asks for, or the start is none of
-            its states.
+        InvalidInput: The simulator does not support the scenario, or the start is none of its
+            states.
     """
     if scenario.contact.contact_law != "simscape":
         return Run(scenario, walk, start=start, interrupted=interrupted)

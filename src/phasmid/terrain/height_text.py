@@ -40,7 +40,7 @@ def heights_from_text(text: str) -> Float[np.ndarray, "rows columns"]:
     """
     found = re.fullmatch(rf"{BEGINNING}(\d{{1,9}})x(\d{{1,9}}):(.*)", text)
     if not found:
-        raise InvalidInput("the height map's text does not tell its size.")
+        raise InvalidInput("the height map's text has no size.")
     rows, columns = int(found.group(1)), int(found.group(2))
     check_samples(rows, columns)
     size = 4 * rows * columns

@@ -25,8 +25,8 @@ def round_trip(laboratory: Laboratory) -> list[Reading]:
         q = _random_angles()
         coxa, femur, tibia = leg.lengths
         r = coxa + femur * np.cos(q[:, 1]) + tibia * np.cos(q[:, 1] + q[:, 2])
-        # A leg reaches outwards. Near its own axis, stretch and fold, angles tell the foot's place
-        # better than the foot tells them.
+        # Near the coxa axis, and where the leg is stretched or folded, the inverse kinematics is
+        # ill-conditioned.
         q = q[(r > 0.01) & (np.abs(np.sin(q[:, 2])) > 0.05)]
         p = foot_position(leg, q)
         found = joint_angles(leg, p)

@@ -42,8 +42,8 @@ than the project's charter of physics tests asks for.
 ## What the rows do not claim
 
 - **Rows without a tolerance are reported.** The model's torques differ from the simulated ones by
-  row 30, because statics does not tell how feet squeeze each other ([forces](forces.md)). How a
-  real robot's torques differ from either no row can tell: nothing here was measured on one.
+  row 30, because statics does not determine internal forces of the feet ([forces](forces.md)).
+  No row compares with the torques of a real robot: nothing here was measured on one.
 - **Servo limits.** Row 21 walks with 4 kg more at a period of 0.6 s and sweeps the coxas in the
   air, so that the servos saturate. Ideal servos and joints driven by torque take any goal: the plan
   keeps their joints in range. The servo's own law clamps the goal, not the joint, which passes it
@@ -61,7 +61,7 @@ than the project's charter of physics tests asks for.
 - **Bouncing feet.** What that mass gives at a touchdown askew, the damper must take: with 20 N·s/m
   and more no impact gained energy (row 20, 30 N·s/m), with 15 and less some did.
 - **The engine's solver** stops by its own tolerance, which leaves up to 1 mN unbalanced at single
-  instants (row 12 tells it for four); solved to the end, forces and accelerations agree to
+  instants (row 12 reports it for four); solved to the end, forces and accelerations agree to
   round-off.
 - **Time step.** Row 28 is for the paper's walk. `phasmid walk --check-time-step` makes the same
   comparison for any other.

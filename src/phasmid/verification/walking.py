@@ -97,8 +97,8 @@ def model_against_simulation(laboratory: Laboratory) -> list[Reading]:
                 Reading(
                     float(value),
                     None,
-                    "Reported: how the feet squeeze each other no statics tells, so nothing is "
-                    "claimed beyond this number.",
+                    "Reported: statics does not determine the internal forces of the feet, so "
+                    "nothing is claimed beyond this number.",
                     unit="N·m",
                     case=f"{joint}, {name}, worst leg",
                 )
