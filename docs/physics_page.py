@@ -20,7 +20,7 @@ from phasmid.simulation.simscape.run import substeps
 from phasmid.simulation.simscape.trunk import KINETIC_FROM
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent / "benchmarks"))
+sys.path.append(str(HERE.parent / "benchmarks"))
 
 from contact_laws import (  # noqa: E402, needs the path above
     LAWS,

@@ -8,7 +8,7 @@ import pytest
 from phasmid.paper.misprints import MISPRINTS
 
 DOCS = Path(__file__).parents[2] / "docs"
-sys.path.insert(0, str(DOCS))
+sys.path.append(str(DOCS))
 from errata_page import errata  # noqa: E402, needs the path above
 
 PAGE = DOCS / "errata.md"

@@ -10,7 +10,7 @@ import pytest
 from phasmid.scenario import load_scenario
 
 DOCS = Path(__file__).parents[2] / "docs"
-sys.path[:0] = [str(DOCS), str(DOCS.parent / "benchmarks")]
+sys.path += [str(DOCS), str(DOCS.parent / "benchmarks")]
 from contact_laws import LAWS, POINT_FOOT, Comparison, squeeze, trial  # noqa: E402
 from physics_page import contact_figure, document  # noqa: E402, needs the path above
 
