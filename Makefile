@@ -100,7 +100,7 @@ reference: $(DEVELOP) ## compare 45 runs with their reference figures (ARGS=--wr
 bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --samples 20000)
 	@"$(BIN)/python" benchmarks/run.py
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
-	@"$(BIN)/python" benchmarks/forces.py
+	@"$(BIN)/python" benchmarks/force_solver.py
 	@"$(BIN)/python" benchmarks/update.py
 	@"$(BIN)/python" benchmarks/drive.py
 	@"$(BIN)/python" benchmarks/page.py

@@ -1,12 +1,12 @@
 """The live page's robot for some minutes: pace, frames a second, share of a core, memory.
 
-    python benchmarks/studio.py --minutes 10 [--scenario paper] [--set robot=octopod ...]
+    python benchmarks/studio_load.py --minutes 10 [--scenario paper] [--set robot=octopod ...]
 
 Everything but the browser: the simulation walks as for three browsers, which now and then drive it,
 change its gait and its ground, push it and let it fall. Memory is that of the process after the
 first minute, or a fifth of the time, against that at the end.
 
-    python benchmarks/studio.py --browsers 1
+    python benchmarks/studio_load.py --browsers 1
 
 The command itself with so many pages in Chromium, which nobody sees and the processor draws: what
 each page's own strip says, each half second. It needs playwright.
