@@ -13,7 +13,7 @@ from phasmid.control.feed_forward import feed_forward
 from phasmid.control.feed_forward.feed_forward import FeedForward
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.feed_forward.state import Motion, State
-from phasmid.control.memory import Records
+from phasmid.control.memory import MEMORY
 from phasmid.control.records import fill
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, MinimumTorque, share_load
@@ -30,8 +30,8 @@ class Instant(FeedForward):
     """Feed-forward of single motions, whatever the gait of an engine."""
 
     def __init__(self, robot: Robot, settings=None, armature: float | None = None) -> None:
-        self.records = Records.zeros(1).of(0)
-        super().__init__(robot, settings, records=self.records)
+        self.memory = np.zeros(1, MEMORY)
+        super().__init__(robot, settings, memory=self.memory)
         if armature is not None:
             self.parameters.armature = armature
 

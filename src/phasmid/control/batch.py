@@ -11,7 +11,7 @@ import numpy as np
 
 from phasmid.control.command import Command
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.memory import Records
+from phasmid.control.memory import MEMORY
 from phasmid.control.observation import Observation
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
@@ -21,12 +21,12 @@ from phasmid.robot import Robot
 
 
 class EngineBatch:
-    """Locomotion engines whose records lie side by side.
+    """Locomotion engines whose memories lie side by side.
 
     Attributes:
         engines: The engines; each is also a controller of its own.
-        records: Records of all engines.
-        results: What `phasmid.control.update.update` returned for each, shape (N, 2).
+        memories: Records of all engines, shape (N,).
+        results: Of `phasmid.control.update.update`, shape (N, 2).
     """
 
     def __init__(
@@ -55,17 +55,15 @@ class EngineBatch:
                 continue
             if value < 1:
                 raise InvalidInput(f"{name} is {value}; it must be 1 or more.")
-        self.records = Records.zeros(count)
+        self.memories = np.zeros(count, MEMORY)
         self.engines = [
-            LocomotionEngine(robot, settings, records=self.records.of(i), **keywords)
+            LocomotionEngine(robot, settings, memory=self.memories[i : i + 1], **keywords)
             for i in range(count)
         ]
         self.results = np.zeros((count, 2), np.int64)
         threads = min(cores() if threads is None else threads, count)
         bounds = pairwise(np.linspace(0, count, threads + 1).astype(int))
-        self._parts = [
-            (Records(*(array[i:j] for array in self.records)), self.results[i:j]) for i, j in bounds
-        ]
+        self._parts = [(self.memories[i:j], self.results[i:j]) for i, j in bounds]
         # The calling thread takes the first part.
         self._threads = ThreadPoolExecutor(max(threads - 1, 1))
 
@@ -97,13 +95,13 @@ class EngineBatch:
         ]
 
     def advance(self) -> None:
-        """Advance the records of all engines by an update period, each thread a part of them."""
+        """Advance all engines by an update period, each thread a part of them."""
         # Lazy import: numba takes 0.6 s.
-        from phasmid.control.update import update_range
+        from phasmid.control.update import update
 
         dt = self.engines[0].settings.update_period
-        (records, results), *others = self._parts
-        running = [self._threads.submit(update_range, part, dt, out) for part, out in others]
-        update_range(records, dt, results)
+        (memories, results), *others = self._parts
+        running = [self._threads.submit(update, part, dt, out) for part, out in others]
+        update(memories, dt, results)
         for part in running:
             part.result()

@@ -8,8 +8,11 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.body_kernels import rotation
-from phasmid.control.types import Model, Parameters, Reference, State
+from phasmid.control.types import Model, Reference, State
 from phasmid.kinematics.leg_kernels import Triple
+
+VELOCITY_BANDWIDTH, POSE_BANDWIDTH, SWAY_BANDWIDTH = 20.0, 15.0, 15.0
+"""Bandwidths of the filters of velocity, pose and ground, and sway [1/s]."""
 
 Path = np.ndarray | Triple
 """Place and heading in odom [m, rad]."""
@@ -175,7 +178,7 @@ def place_body(
 
 
 @internal
-def set_body_motion(state: State, model: Model, parameters: Parameters) -> None:
+def set_body_motion(state: State, model: Model) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
     path, v, a = state.path, state.velocity_filter[2], np.empty(3)
     c, s = math.cos(path[2]), math.sin(path[2])
@@ -183,12 +186,12 @@ def set_body_motion(state: State, model: Model, parameters: Parameters) -> None:
     b, bd, bdd = np.empty(6), np.empty(6), np.empty(6)
     g, gd, gdd = np.empty(3), np.empty(3), np.empty(3)
     for i in range(3):
-        _, a[i], _ = lag_motion(state.velocity_filter, parameters.velocity_bandwidth, i)
-        g[i], gd[i], gdd[i] = lag_motion(state.ground_filter, parameters.pose_bandwidth, i)
+        _, a[i], _ = lag_motion(state.velocity_filter, VELOCITY_BANDWIDTH, i)
+        g[i], gd[i], gdd[i] = lag_motion(state.ground_filter, POSE_BANDWIDTH, i)
     for i in range(6):
-        b[i], bd[i], bdd[i] = lag_motion(state.pose_filter, parameters.pose_bandwidth, i)
+        b[i], bd[i], bdd[i] = lag_motion(state.pose_filter, POSE_BANDWIDTH, i)
     for i in range(2):
-        sway, rate, acceleration = lag_motion(state.sway_filter, parameters.sway_bandwidth, i)
+        sway, rate, acceleration = lag_motion(state.sway_filter, SWAY_BANDWIDTH, i)
         b[i], bd[i], bdd[i] = b[i] + sway, bd[i] + rate, bdd[i] + acceleration
     w, wd = v[2], a[2]
     # d/dt of R(yaw) b is R (b' + w J b), with J a quarter turn to the left.

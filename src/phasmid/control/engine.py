@@ -17,12 +17,12 @@ from phasmid.control.command import Command
 from phasmid.control.constraints import Constraint, VelocityLimit
 from phasmid.control.event_log import EventLog
 from phasmid.control.gait_selection import GaitSelector
-from phasmid.control.memory import Memory, Records, clear, new_reference
+from phasmid.control.memory import MEMORY, clear, new_reference
 from phasmid.control.observation import Observation
-from phasmid.control.records import MAX_LEGS, record_behind
+from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
-from phasmid.control.types import LegPhase, Reference, State, model_of, parameters_of
+from phasmid.control.types import STATE, LegPhase, Model, Reference, State, model_of
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
 from phasmid.kinematics import body_from_hip, foot_position
@@ -40,11 +40,12 @@ class LocomotionEngine:
     Args:
         robot: The robot, four to eight legs.
         settings: Settings of the engine.
-        records: Records of one engine of a batch; None for new ones.
+        memory: Record of one engine of a batch, shape (1,); None for a new one.
         keywords: Fields of the settings that replace those of `settings`.
 
     Attributes:
-        memory: Records of the engine, and views of them.
+        memory: Record that compiled functions work on, shape (1,).
+        model: The robot.
         state: State of the engine.
         reference: Feasible reference of the present command.
         gait: Gait of the engine.
@@ -63,7 +64,7 @@ class LocomotionEngine:
         robot: Robot,
         settings: EngineSettings | None = None,
         *,
-        records: Records | None = None,
+        memory: np.ndarray | None = None,
         **keywords: Any,
     ) -> None:
         settings = replace(settings or EngineSettings(), **keywords)
@@ -81,34 +82,36 @@ class LocomotionEngine:
         self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
-        memory = self.memory = Memory(model_of(robot, settings), parameters_of(settings), records)
-        self._model = memory.model
-        # What compiled functions take.
-        self._records = memory.models[0], memory.parameter_records[0]
-        self.state: State = memory.state
-        self.reference: Reference = memory.reference
-        self._next_reference = memory.next_reference
+        legs = len(robot.legs)
+        self.memory = memory = np.zeros(1, MEMORY) if memory is None else memory
+        self._result = np.zeros((1, 2), np.int64)
+        self.model = view_of(memory["model"], Model, legs)
+        fill(self.model, model_of(robot, settings))
+        self.state = view_of(memory["states"][0], State, legs)
+        self.reference, self._next_reference = (
+            view_of(memory["references"][0, i:], Reference, legs) for i in range(2)
+        )
         self._log = EventLog(self.state, robot.leg_names)
         self._blocked = BlockedDirections(self.state)
-        self._gaits = GaitSelector(robot, settings, self._model)
+        self._gaits = GaitSelector(robot, settings, self.model)
         self.gait = self._gaits.gait
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
-        self._clearance = BodyClearance(robot, self._model.height)
+        self._clearance = BodyClearance(robot, self.model.height)
         # The last poses, since every change of the command needs the regions.
-        self._regions = lru_cache(maxsize=8)(partial(foothold_regions, memory.models[0]))
+        self._regions = lru_cache(maxsize=8)(partial(foothold_regions, record_behind(self.model)))
         self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
             self.feed_forward = FeedForward(
-                robot, settings.feed_forward, settings.update_period, records=memory.records
+                robot, settings.feed_forward, settings.update_period, memory=memory
             )
-            memory.records.stages[1] = 1
+            memory["computes_torque"] = 1
         self.estimator: GroundEstimator | None = None
         if settings.ground_sensing:
             from phasmid.control.estimation.estimator import GroundEstimator
 
             self.estimator = GroundEstimator(
-                robot, settings.estimator, settings.update_period, memory.records
+                robot, settings.estimator, settings.update_period, memory
             )
         self.feasible_velocity, self.applied_scale = np.zeros(3), math.nan
         self._start()
@@ -129,7 +132,7 @@ class LocomotionEngine:
         self.stand(feet, time=observation.time)
         if self.estimator is not None:
             self.estimator.reset(observation)
-            self.memory.records.stages[0] = 1
+            self.memory["estimates_ground"] = 1
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
         """Return the joint targets until the next update.
@@ -139,9 +142,8 @@ class LocomotionEngine:
             command: Velocity, pose and gait.
         """
         self.prepare(observation, command)
-        dt = self.settings.update_period
-        result, events = self._update.update(self.memory.records, dt)
-        return self.finish(command, result, events)
+        self._update.update(self.memory, self.settings.update_period, self._result)
+        return self.finish(command, *self._result[0].tolist())
 
     def prepare(self, observation: Observation, command: Command) -> None:
         """Write observation and command into the records, before `phasmid.control.update.update`.
@@ -156,7 +158,7 @@ class LocomotionEngine:
         self._observed = clock.time
         if command is not self._command:
             self._take(command)
-        if self.estimator is not None and self.memory.records.stages[0]:
+        if self.estimator is not None and self.memory["estimates_ground"][0]:
             self.estimator.measure(observation)
         if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
             self.applied_scale = self.feed_forward.velocity_scale
@@ -224,7 +226,7 @@ class LocomotionEngine:
             InvalidInput: The direction is zero or not finite.
         """
         velocity = np.array(Command(velocity=direction).velocity, dtype=float)
-        size = math.hypot(velocity[0], velocity[1], self._model.radius * velocity[2])
+        size = math.hypot(velocity[0], velocity[1], self.model.radius * velocity[2])
         if not size > 0:
             raise InvalidInput(
                 "direction is (0, 0, 0), which is none; it must be ahead, left and turn.",
@@ -266,12 +268,13 @@ class LocomotionEngine:
             time: Time of the engine's clock [s].
         """
         state, feet = self.state, np.asarray(feet, dtype=float)
-        self.memory.clear_state()
+        self.memory["states"] = np.zeros((), STATE)
+        self.memory["states"]["leg_count"] = len(self.robot.legs)
         clock = state.clock
         clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
         # The ground is where the feet are on average; odom begins under the body.
         ground = float(feet[:, 2].mean())
-        state.pose_filter[:, 2] = -ground - self._model.height
+        state.pose_filter[:, 2] = -ground - self.model.height
         self.reference.ground_normal[:] = 0.0, 0.0, 1.0
         self.reference.ground_height = 0.0
         state.foot[:] = feet - [0.0, 0.0, ground]
@@ -286,7 +289,7 @@ class LocomotionEngine:
             leg: Its index.
             q: Its joint angles [rad], shape (3,).
         """
-        self._model.folded[leg] = q
+        self.model.folded[leg] = q
 
     def hold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
         """Set a leg as lost and held in the air already, at rest.
@@ -328,8 +331,7 @@ class LocomotionEngine:
 
     def _place(self) -> bool:
         """Solve body motion and joint angles at rest; return whether all feet are reachable."""
-        memory = self.memory
-        return bool(self._update.place(memory.states, memory.models, memory.parameter_records))
+        return bool(self._update.place(self.memory))
 
     def _start(self) -> None:
         self._commanded: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -340,7 +342,7 @@ class LocomotionEngine:
         self._log.clear()
         self._blocked.clear()
         # The first observation has the sensors of the robot.
-        self.memory.records.stages[0] = 0
+        self.memory["estimates_ground"] = 0
         for reference in (self.reference, self._next_reference):
             clear(reference)
             self._gaits.write(reference, None, None, frozenset())
@@ -412,11 +414,11 @@ class LocomotionEngine:
         share, base = 1.0, np.zeros(6)
         base[:2] = shift
         if pose.any():
-            stepping = self.memory.references[1].copy()
+            stepping = self.memory["references"][0, 1].copy()
             if standing:
                 stepping["duty_factor"], stepping["sway"] = 1.0, 0.0
             share, limit = min(
-                self._limits.feasible_pose_scale(*self._records, stepping, base, pose),
+                self._limits.feasible_pose_scale(record_behind(self.model), stepping, base, pose),
                 self._clearance.feasible_pose_scale(base, pose),
                 key=itemgetter(0),
             )
@@ -429,7 +431,7 @@ class LocomotionEngine:
     ) -> tuple[float, Constraint]:
         """Return the feasible share of a velocity, and the constraint that limits it."""
         return self._limits.feasible_velocity_scale(
-            *self._records,
+            record_behind(self.model),
             self._regions(tuple(reference.pose)),
             record_behind(reference),
             reference.pose,

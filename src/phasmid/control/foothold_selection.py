@@ -18,7 +18,7 @@ from phasmid.control.body_motion import (
 from phasmid.control.foothold_region import region_share
 from phasmid.control.foothold_search import is_returning, is_searching
 from phasmid.control.reach import AT_ENOUGH, is_within, to_hip_frame
-from phasmid.control.types import Model, Parameters, Reference, State
+from phasmid.control.types import Model, Reference, State
 from phasmid.kinematics.leg_kernels import Triple
 
 STOPS = 0.08
@@ -51,7 +51,7 @@ def is_foothold(
 
 @internal
 def choose_foothold(
-    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int, left: float
+    state: State, model: Model, reference: Reference, leg: int, left: float
 ) -> None:
     """Write where a foot lands after a time [s], within its foothold region.
 
@@ -64,7 +64,7 @@ def choose_foothold(
         if is_returning(state, leg):
             # So does the body.
             goal[i] = state.velocity_filter[0, i]
-    approach(v, goal, 0, model.radius, parameters.acceleration * left)
+    approach(v, goal, 0, model.radius, model.acceleration * left)
     for i in range(3):
         mean[i] = (v[i] + now[i]) / 2
     there = integrate_twist(state.path, mean, left)

@@ -18,7 +18,7 @@ from phasmid.control.body_motion import (
 from phasmid.control.foothold_search import is_searching
 from phasmid.control.leg_phases import lift_off, reaches_height
 from phasmid.control.reach import is_reachable
-from phasmid.control.types import LegPhase, Model, Parameters, Reference, SearchStage, State
+from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, SearchStage, State
 from phasmid.control.velocity_limits import region_speed_share
 from phasmid.gait.support_kernels import edge_margin, support_edges
 
@@ -190,15 +190,13 @@ def end_lean(state: State, h: float) -> None:
 
 
 @internal
-def step_to_neutral(
-    state: State, model: Model, reference: Reference, parameters: Parameters, time: float
-) -> None:
+def step_to_neutral(state: State, model: Model, reference: Reference, time: float) -> None:
     """Lift the foot that leaves the largest support margin, to step to its neutral place.
 
     Only one foot at a time is in the air. The swing takes a time [s].
     """
     lifted = np.zeros(state.leg_count, dtype=np.int64)
-    best, most = -1, parameters.support_margin
+    best, most = -1, SUPPORT_MARGIN
     for leg in range(state.leg_count):
         if state.leg_phase[leg] == LegPhase.HELD:
             continue
@@ -243,9 +241,7 @@ def update_running(
 
 
 @internal
-def advance_phase(
-    state: State, model: Model, reference: Reference, parameters: Parameters, h: float
-) -> None:
+def advance_phase(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance the gait's clock by a time step, and lift the feet that are due.
 
     The clock waits while a due foot cannot be spared, or a foot is late.
@@ -270,7 +266,7 @@ def advance_phase(
             if stands:
                 lifted[leg] = 1
                 margin = margin_without_legs(state, model, reference, lifted, 0.5 * period, 0.0)
-                if margin > parameters.support_margin:
+                if margin > SUPPORT_MARGIN:
                     lift_off(state, model, reference, leg, 0.0, 0.3)
                 lifted[leg] = 0
             continue
@@ -293,16 +289,16 @@ def advance_phase(
     if due > 0 and not wait:
         turn = 1.0 - reference.duty_factor
         margin = margin_without_legs(state, model, reference, lifted, time, turn)
-        short = margin < parameters.support_margin
+        short = margin < SUPPORT_MARGIN
         wait = short or clock.pose_hinders == 1
     if wait:
         clock.lift_wait += h
         if clock.pose_hinders == 0 and short:
             lean(state, model, lifted, h)
-        if clock.lift_wait > parameters.patience:
-            step_to_neutral(state, model, reference, parameters, time)
+        if clock.lift_wait > model.patience:
+            step_to_neutral(state, model, reference, time)
         return
-    if clock.support_margin > 4 * parameters.support_margin + 0.01:
+    if clock.support_margin > 4 * SUPPORT_MARGIN + 0.01:
         end_lean(state, h)
     clock.lift_wait = 0.0
     for leg in range(legs):

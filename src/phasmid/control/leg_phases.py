@@ -23,11 +23,16 @@ from phasmid.control.types import (
     LegPhase,
     Manoeuvre,
     Model,
-    Parameters,
     Reference,
     SearchStage,
     State,
 )
+
+LOWEST_LIFT = 0.5
+"""Part of the swing before which a contact does not count as a landing."""
+
+PROBING_SPEED = 0.2
+"""Speed at which a foot without contact goes on down [m/s]."""
 
 FROZEN = 0.7
 """Part of the swing after which the touchdown no longer changes."""
@@ -96,7 +101,7 @@ def lift_off(
 
 
 @internal
-def probe_down(state: State, model: Model, parameters: Parameters, leg: int, depth: float) -> None:
+def probe_down(state: State, model: Model, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down by a depth [m], or as far as its leg reaches."""
     foot = state.foot[leg]
     for _ in range(4):
@@ -107,13 +112,11 @@ def probe_down(state: State, model: Model, parameters: Parameters, leg: int, dep
         depth = 0.0
     state.touchdown[leg, 2] = foot[2] - depth
     state.time_without_contact[leg] = 0.0
-    set_times(state, leg, max(1.875 * depth / parameters.landing_speed, 0.05), 0.0)
+    set_times(state, leg, max(1.875 * depth / PROBING_SPEED, 0.05), 0.0)
 
 
 @internal
-def land_here(
-    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int
-) -> None:
+def land_here(state: State, model: Model, reference: Reference, leg: int) -> None:
     """Let a foot go straight down from rest, with contact sensing below the estimated ground."""
     stop_foot(state, leg)
     state.leg_phase[leg] = LegPhase.PROBING
@@ -121,8 +124,8 @@ def land_here(
     set_search(state, leg, SearchStage.LAND_HERE)
     depth = height_above_ground(state, leg)
     if reference.contact[leg] != Contact.UNKNOWN:
-        depth += parameters.landing_depth
-    probe_down(state, model, parameters, leg, max(depth, 0.0))
+        depth += model.landing_depth
+    probe_down(state, model, leg, max(depth, 0.0))
 
 
 @internal
@@ -135,19 +138,17 @@ def stand(state: State, leg: int) -> None:
 
 
 @internal
-def end_curve(
-    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int
-) -> None:
+def end_curve(state: State, model: Model, reference: Reference, leg: int) -> None:
     """Let a foot at the end of its curve stand; without contact it goes on down or searches."""
     for i in range(3):
         state.foot[leg, i] = state.touchdown[leg, i]
     phase, in_air = state.leg_phase[leg], reference.contact[leg] == Contact.AIR
-    if phase == LegPhase.SWING and in_air and parameters.landing_depth > 0:
+    if phase == LegPhase.SWING and in_air and model.landing_depth > 0:
         stop_foot(state, leg)
         state.leg_phase[leg] = LegPhase.PROBING
         # After hitting obstacles a foot aims above the estimated ground.
-        depth = max(height_above_ground(state, leg), 0.0) + parameters.landing_depth
-        probe_down(state, model, parameters, leg, depth)
+        depth = max(height_above_ground(state, leg), 0.0) + model.landing_depth
+        probe_down(state, model, leg, depth)
         return
     if (
         phase == LegPhase.PROBING
@@ -191,9 +192,7 @@ def stop_at_contact(state: State, leg: int) -> None:
 
 
 @internal
-def has_lost_ground(
-    state: State, model: Model, reference: Reference, parameters: Parameters, leg: int, h: float
-) -> bool:
+def has_lost_ground(state: State, model: Model, reference: Reference, leg: int, h: float) -> bool:
     """Return whether a stance foot has had no contact for `LOST_AFTER` and can be lowered."""
     if reference.contact[leg] != Contact.AIR or state.clock.gait_running == 0:
         state.time_without_contact[leg] = 0.0
@@ -201,15 +200,13 @@ def has_lost_ground(
     state.time_without_contact[leg] += h
     if state.time_without_contact[leg] < LOST_AFTER:
         return False
-    if height_above_ground(state, leg) < -parameters.landing_depth:
+    if height_above_ground(state, leg) < -model.landing_depth:
         return False
     return reaches_height(state, model, leg, -LEAST_DEPTH)
 
 
 @internal
-def move_feet(
-    state: State, model: Model, reference: Reference, parameters: Parameters, h: float
-) -> None:
+def move_feet(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance the feet that are not at rest by a time step."""
     for leg in range(state.leg_count):
         phase, contact = state.leg_phase[leg], reference.contact[leg]
@@ -221,11 +218,11 @@ def move_feet(
         if phase == LegPhase.HELD:
             continue
         if phase == LegPhase.STANCE and state.swing_elapsed[leg] >= state.swing_duration[leg]:
-            if not has_lost_ground(state, model, reference, parameters, leg, h):
+            if not has_lost_ground(state, model, reference, leg, h):
                 continue
             stop_foot(state, leg)
-            depth = height_above_ground(state, leg) + parameters.landing_depth
-            probe_down(state, model, parameters, leg, depth)
+            depth = height_above_ground(state, leg) + model.landing_depth
+            probe_down(state, model, leg, depth)
             state.manoeuvre[leg] = Manoeuvre.LOWER
         before = state.swing_elapsed[leg]
         state.swing_elapsed[leg] += h
@@ -251,7 +248,7 @@ def move_feet(
             # Without contact sensing a stance foot goes no deeper.
             lands = contact != Contact.AIR or state.clock.gait_running == 0
         else:
-            late = phase == LegPhase.PROBING or (swings and part > parameters.lowest_lift)
+            late = phase == LegPhase.PROBING or (swings and part > LOWEST_LIFT)
             lands = contact == Contact.GROUND and late and not retreats
         if lands:
             stop_at_contact(state, leg)
@@ -260,9 +257,9 @@ def move_feet(
                 state.leg_phase[leg] = LegPhase.SETTLING
         elif swings and part < FROZEN and not retreats:
             left = state.swing_duration[leg] - state.swing_elapsed[leg]
-            choose_foothold(state, model, reference, parameters, leg, left)
+            choose_foothold(state, model, reference, leg, left)
         if state.swing_elapsed[leg] > state.swing_duration[leg] - 1e-9:
-            end_curve(state, model, reference, parameters, leg)
+            end_curve(state, model, reference, leg)
             continue
         advance_quintic(
             state.line_position[leg],

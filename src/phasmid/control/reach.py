@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import inlined, internal
-from phasmid.control.types import Model, Parameters, State
+from phasmid.control.types import Model, State
 from phasmid.kinematics.leg_kernels import Triple, inverse_kinematics
 
 PLANNED, ENOUGH, HARD = 1.0, 0.5, 0.2
@@ -97,9 +97,7 @@ def is_within(model: Model, row: int, leg: int, x: float, y: float, z: float) ->
 
 
 @internal
-def joint_limit_margin(
-    model: Model, parameters: Parameters, leg: int, p: np.ndarray, q: np.ndarray
-) -> float:
+def joint_limit_margin(model: Model, leg: int, p: np.ndarray, q: np.ndarray) -> float:
     """Write the joint angles of a foot in the hip frame, and return its least margin.
 
     Margins to stretch and joint limits are shares of the settings'; minus infinity out of reach.
@@ -112,10 +110,10 @@ def joint_limit_margin(
     beside = p[0] * p[0] + p[1] * p[1] - lengths[3] * lengths[3]
     out = math.sqrt(max(beside, 0.0)) - lengths[0]
     length = math.sqrt(out * out + p[2] * p[2]) / (lengths[1] + lengths[2])
-    share = (1 - length) / max(1 - parameters.stretch, 1e-9)
+    share = (1 - length) / max(1 - model.stretch, 1e-9)
     for k in range(3):
         low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
-        width = max(min(parameters.joint_margin, (high - low) / 8), 1e-9)
+        width = max(min(model.joint_margin, (high - low) / 8), 1e-9)
         share = min(share, (q[k] - low) / width, (high - q[k]) / width)
     return share
 

@@ -12,6 +12,8 @@ import numpy as np
 
 from phasmid.compiled import inlined, internal
 from phasmid.control.body_motion import (
+    POSE_BANDWIDTH,
+    VELOCITY_BANDWIDTH,
     approach,
     follow,
     integrate_twist,
@@ -19,7 +21,7 @@ from phasmid.control.body_motion import (
     sway_wave,
 )
 from phasmid.control.reach import AT_ENOUGH, ENOUGH, is_within, joint_limit_margin, to_hip_frame
-from phasmid.control.types import LegPhase, Model, Parameters, Reference, State
+from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, State
 from phasmid.gait.support_kernels import edge_margin, support_edges
 
 LOOKS, SPAN = 5, 0.07
@@ -41,7 +43,6 @@ def is_settled(stages: np.ndarray, goal: np.ndarray, close: float) -> bool:
 @inlined
 def leg_margin(
     model: Model,
-    parameters: Parameters,
     leg: int,
     R: np.ndarray,
     body: np.ndarray,
@@ -54,7 +55,7 @@ def leg_margin(
     if is_within(model, AT_ENOUGH, leg, x, y, z):
         return ENOUGH
     p, q = np.array((x, y, z)), np.empty(3)
-    return min(joint_limit_margin(model, parameters, leg, p, q), ENOUGH)
+    return min(joint_limit_margin(model, leg, p, q), ENOUGH)
 
 
 @internal
@@ -71,7 +72,6 @@ def is_recoverable(
     state: State,
     model: Model,
     reference: Reference,
-    parameters: Parameters,
     velocity: np.ndarray,
     goal: np.ndarray,
 ) -> bool:
@@ -90,7 +90,7 @@ def is_recoverable(
         if state.leg_phase[leg] == LegPhase.STANCE and reference.used[leg]:
             foot, stance[leg] = state.foot[leg], 1
             R_now, p_now = state.R_odom_body, state.body_position
-            least[leg] = leg_margin(model, parameters, leg, R_now, p_now, foot[0], foot[1], foot[2])
+            least[leg] = leg_margin(model, leg, R_now, p_now, foot[0], foot[1], foot[2])
             stays[leg] = remaining_stance(state, reference, leg)
         elif state.leg_phase[leg] == LegPhase.SWING:
             # From then on it stands where it lands.
@@ -104,13 +104,13 @@ def is_recoverable(
         if look > 0:
             time += SPAN
             # Braking half before and half after is exact to second order.
-            approach(speed[0], rest, 0, model.radius, parameters.acceleration * SPAN / 2)
+            approach(speed[0], rest, 0, model.radius, model.acceleration * SPAN / 2)
             mean[:] = speed[2] / 2
-            follow(speed, parameters.velocity_bandwidth, SPAN)
+            follow(speed, VELOCITY_BANDWIDTH, SPAN)
             mean += speed[2] / 2
-            approach(speed[0], rest, 0, model.radius, parameters.acceleration * SPAN / 2)
+            approach(speed[0], rest, 0, model.radius, model.acceleration * SPAN / 2)
             path = integrate_twist(path, mean, SPAN)
-            follow(pose, parameters.pose_bandwidth, SPAN)
+            follow(pose, POSE_BANDWIDTH, SPAN)
         sway_wave(model, reference, clock.phase + time / reference.period, sway)
         x, y = state.sway_filter[3, 0], state.sway_filter[3, 1]
         if look > 0:
@@ -125,7 +125,7 @@ def is_recoverable(
                 if not stance[leg] or time > stays[leg] + FOLLOWS:
                     continue
                 foot = state.foot[leg]
-            margin = leg_margin(model, parameters, leg, R, body, foot[0], foot[1], foot[2])
+            margin = leg_margin(model, leg, R, body, foot[0], foot[1], foot[2])
             if phase != LegPhase.STANCE and phase != LegPhase.SWING and look == 0:
                 least[leg] = margin
             if not margin >= least[leg] - 1e-9:
@@ -135,7 +135,7 @@ def is_recoverable(
             y = body[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
             support = edge_margin(edges, count, x, y)
             if look == 0:
-                holds = min(HOLDS * parameters.support_margin, support)
+                holds = min(HOLDS * SUPPORT_MARGIN, support)
             if support < holds - 1e-9:
                 return False
     return True

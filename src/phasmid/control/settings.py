@@ -26,20 +26,10 @@ class EngineSettings:
         update_period: Time from one update to the next [s].
         acceleration: Largest acceleration of the body, and of the neutral feet where it turns
             [m/s²].
-        velocity_bandwidth: Bandwidth of the velocity filter [1/s].
-        pose_speed: Largest speed at which the body approaches its commanded pose [m/s].
-        pose_turn_speed: The same for its angles [rad/s].
-        pose_bandwidth: Bandwidth of the pose filter [1/s].
-        joint_speed_share: Share of the servo's no-load speed that joint targets may use.
-        planned_speed_share: Share of that for a steady walk; the rest is for changes.
         stretch: Share of its full length to which a leg may be stretched.
         joint_margin: Margin of the targets to the joint limits [rad].
-        support_margin: Least support margin with which a foot may lift [m].
-        planned_margin: Additional support margin of a steady walk [m].
-        lowest_lift: Part of the swing before which a contact does not count as a landing.
         landing_depth: Depth to which a foot without contact goes on down, before it searches
             elsewhere [m].
-        landing_speed: Speed at which it does [m/s].
         patience: Time for which a lift waits for support before feet step to neutral [s].
         dynamics: ``feed-forward``: targets include the torques of the motion, and the velocity is
             reduced where ground or servos cannot give them; ``none``: without.
@@ -56,19 +46,9 @@ class EngineSettings:
     step_height: float = 0.03
     update_period: float = 0.005
     acceleration: float = 0.6
-    velocity_bandwidth: float = 20.0
-    pose_speed: float = 0.08
-    pose_turn_speed: float = 0.5
-    pose_bandwidth: float = 15.0
-    joint_speed_share: float = 0.95
-    planned_speed_share: float = 0.9
     stretch: float = 0.98
     joint_margin: float = 0.02
-    support_margin: float = 0.004
-    planned_margin: float = 0.004
-    lowest_lift: float = 0.5
     landing_depth: float = 0.05
-    landing_speed: float = 0.2
     patience: float = 1.0
     dynamics: str = "feed-forward"
     feed_forward: FeedForwardSettings = field(default_factory=FeedForwardSettings)
@@ -96,18 +76,8 @@ _RANGES = {
     "step_height": (0.0, 1.0),
     "update_period": (0.0005, 0.05),
     "acceleration": (0.01, 100.0),
-    "velocity_bandwidth": (1.0, 200.0),
-    "pose_speed": (0.001, 10.0),
-    "pose_turn_speed": (0.001, 100.0),
-    "pose_bandwidth": (1.0, 200.0),
-    "joint_speed_share": (0.05, 1.0),
-    "planned_speed_share": (0.1, 0.99),
     "stretch": (0.5, 1.0),
     "joint_margin": (0.0, 0.5),
-    "support_margin": (0.0, 0.1),
-    "planned_margin": (0.001, 0.1),
-    "lowest_lift": (0.1, 0.95),
     "landing_depth": (0.0, 0.5),
-    "landing_speed": (0.001, 5.0),
     "patience": (0.05, 60.0),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.types import Manoeuvre, Model, Parameters, State
+from phasmid.control.types import Manoeuvre, Model, State
 from phasmid.kinematics.leg_kernels import forward_kinematics
 
 FREE = 0.15
@@ -132,7 +132,7 @@ def soft_limit(
 
 
 @internal
-def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg: int) -> bool:
+def soften_joint_limits(state: State, model: Model, leg: int) -> bool:
     """Let the joints of a swinging leg yield near their limits; return whether they keep them.
 
     In the middle of a swing a foot may leave its curve. Angles, velocities and accelerations are
@@ -148,7 +148,7 @@ def soften_joint_limits(state: State, model: Model, parameters: Parameters, leg:
         share_rate = -share_rate
     for k in range(3):
         low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
-        margin = min(parameters.joint_margin, (high - low) / 8)
+        margin = min(model.joint_margin, (high - low) / 8)
         width = min(SOFT, (high - low) / 8)
         for sign in (-1.0, 1.0):
             limit = high if sign > 0 else low

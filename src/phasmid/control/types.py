@@ -1,4 +1,4 @@
-"""Robot model, reference, state and settings of the locomotion engine.
+"""Robot model, reference and state of the locomotion engine.
 
 Each class names the fields of a NumPy record (`records.record_of`); compiled functions take arrays
 of records. Records hold `MAX_LEGS` legs, so that one compilation serves every robot; Python works
@@ -7,7 +7,7 @@ on views of the legs that a robot has (`records.view_of`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -71,10 +71,16 @@ class SearchStage(IntEnum):
 DIRECTIONS = 16
 """Half-planes of a foothold region."""
 
+JOINT_SPEED_SHARE = 0.95
+"""Share of the servo's no-load speed that joint targets may use."""
+
+SUPPORT_MARGIN = 0.004
+"""Least support margin with which a foot may lift [m]."""
+
 
 @dataclass(eq=False)
 class Model:
-    """Numbers of a robot."""
+    """Numbers of a robot, and settings of its engine."""
 
     lengths: Float[np.ndarray, "legs 4"]  # Links, and lateral offset of the foot [m]
     R_body_hip: Float[np.ndarray, "legs 3 3"]  # Rotations of the hips
@@ -90,6 +96,11 @@ class Model:
     height: float  # Height of the body's origin over the neutral feet [m]
     radius: float  # Mean distance of the neutral feet from the body's vertical axis [m]
     joint_speed: float  # Largest speed of a joint's target [rad/s]
+    acceleration: float  # This and the following numbers are those of `EngineSettings`
+    stretch: float
+    joint_margin: float
+    landing_depth: float
+    patience: float
     leg_count: int  # Number of legs
 
 
@@ -177,35 +188,12 @@ class State:
     leg_count: int  # Number of legs
 
 
-@dataclass(eq=False)
-class Parameters:
-    """Settings of the engine as in `EngineSettings`, and bandwidth of the sway filter [1/s]."""
-
-    acceleration: float
-    velocity_bandwidth: float
-    pose_speed: float
-    pose_turn_speed: float
-    pose_bandwidth: float
-    planned_speed_share: float
-    stretch: float
-    joint_margin: float
-    support_margin: float
-    planned_margin: float
-    lowest_lift: float
-    landing_depth: float
-    landing_speed: float
-    patience: float
-    sway_bandwidth: float = 15.0
-
-
-MODEL, REFERENCE, STATE, PARAMETERS = (
-    record_of(kind) for kind in (Model, Reference, State, Parameters)
-)
+MODEL, REFERENCE, STATE = record_of(Model), record_of(Reference), record_of(State)
 """Records of these classes."""
 
 
 def model_of(robot: Robot, settings: EngineSettings) -> Model:
-    """Return the numbers of a robot, with the margins of the settings."""
+    """Return the numbers of a robot with its engine's settings."""
     # Imported here, since `reach` imports this module.
     from phasmid.control.reach import reach_bounds
 
@@ -229,12 +217,11 @@ def model_of(robot: Robot, settings: EngineSettings) -> Model:
         mass=robot.mass,
         height=-float(neutral[:, 2].mean()),
         radius=float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
-        joint_speed=settings.joint_speed_share * robot.servo.no_load_speed,
+        joint_speed=JOINT_SPEED_SHARE * robot.servo.no_load_speed,
+        acceleration=settings.acceleration,
+        stretch=settings.stretch,
+        joint_margin=settings.joint_margin,
+        landing_depth=settings.landing_depth,
+        patience=settings.patience,
         leg_count=len(robot.legs),
     )
-
-
-def parameters_of(settings: EngineSettings) -> Parameters:
-    """Return the numbers of the settings."""
-    names = [field.name for field in fields(Parameters) if hasattr(settings, field.name)]
-    return Parameters(**{name: getattr(settings, name) for name in names})

@@ -1,17 +1,21 @@
 """The compiled update of the locomotion engine.
 
-`LocomotionEngine` and `EngineBatch` call `update` and `update_range` on `Records`.
+`LocomotionEngine` and `EngineBatch` call `update` on records of `Memory`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
 from phasmid.control.body_kernels import moment_of, support_margin, to_hip
 from phasmid.control.body_motion import (
+    POSE_BANDWIDTH,
+    SWAY_BANDWIDTH,
+    VELOCITY_BANDWIDTH,
     approach,
     follow,
     integrate_twist,
@@ -24,7 +28,6 @@ from phasmid.control.foothold_region import bound_region
 from phasmid.control.foothold_search import end_search, is_returning, is_searching
 from phasmid.control.gait_scheduler import advance_phase, best_phase
 from phasmid.control.leg_phases import land_here, move_feet, stand
-from phasmid.control.memory import Records
 from phasmid.control.reach import HARD, joint_limit_margin
 from phasmid.control.reference_governor import is_recoverable, is_settled
 from phasmid.control.swing import (
@@ -32,12 +35,15 @@ from phasmid.control.swing import (
     hold_leg,
     soften_joint_limits,
 )
-from phasmid.control.types import LegPhase, Manoeuvre, Model, Parameters, Reference, State
+from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Manoeuvre, Model, Reference, State
 from phasmid.control.velocity_limits import region_speed_share, support_speed_share
 from phasmid.kinematics.leg_kernels import joint_motion
 
 OFFSET_SPEED = 0.1
 """Largest speed at which offsets of feet are followed [m/s]."""
+
+POSE_SPEED, POSE_TURN_SPEED = 0.08, 0.5
+"""Largest speeds at which the body approaches its commanded pose [m/s, rad/s]."""
 
 LEAST = 0.5
 """Share of the support margin of a lift that the motion of the trunk must keep."""
@@ -79,9 +85,7 @@ def return_velocity(state: State, velocity: np.ndarray) -> None:
 
 
 @internal
-def advance_body(
-    state: State, model: Model, reference: Reference, parameters: Parameters, h: float
-) -> None:
+def advance_body(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance velocity, path, pose and ground plane towards the reference."""
     clock, speed, pose = state.clock, state.velocity_filter, state.pose_filter
     probing, looking, returns = False, False, False
@@ -93,7 +97,7 @@ def advance_body(
     if returns:
         return_velocity(state, velocity)
     share = region_speed_share(state, model, reference, velocity, clock.phase)
-    share = min(share, support_speed_share(state, parameters, reference.used, velocity))
+    share = min(share, support_speed_share(state, reference.used, velocity))
     if reference.gait_pending:
         share = min(share, clock.velocity_share * math.exp(-4 * h))
     if not returns and (looking or (clock.lift_wait > 0.0 and not probing)):
@@ -110,51 +114,49 @@ def advance_body(
     for i in range(6):
         next_reference[i] = reference.pose[i] + reference.pose_correction[i]
     draft, goal = speed[0].copy(), pose[0].copy()
-    approach(draft, target, 0, model.radius, parameters.acceleration * h)
-    approach(goal, next_reference, 0, 1.0, parameters.pose_speed * h)
-    approach(goal, next_reference, 3, 1.0, parameters.pose_turn_speed * h)
+    approach(draft, target, 0, model.radius, model.acceleration * h)
+    approach(goal, next_reference, 0, 1.0, POSE_SPEED * h)
+    approach(goal, next_reference, 3, 1.0, POSE_TURN_SPEED * h)
     changes = not (is_settled(pose, next_reference, 1e-4) and is_settled(speed, target, 1e-3))
-    if changes and not is_recoverable(state, model, reference, parameters, draft, goal):
+    if changes and not is_recoverable(state, model, reference, draft, goal):
         # The pose waits; if that is not enough, the walk does.
         goal[:] = pose[0]
-        if not is_recoverable(state, model, reference, parameters, draft, goal):
+        if not is_recoverable(state, model, reference, draft, goal):
             clock.velocity_share = 0.0
             draft[:] = speed[0]
-            approach(draft, np.zeros(3), 0, model.radius, parameters.acceleration * h)
+            approach(draft, np.zeros(3), 0, model.radius, model.acceleration * h)
     for i in range(3):
         old[i] = speed[2, i]
         speed[0, i] = draft[i]
-    follow(speed, parameters.velocity_bandwidth, h)
+    follow(speed, VELOCITY_BANDWIDTH, h)
     for i in range(3):
         old[i] = (old[i] + speed[2, i]) / 2
     state.path[0], state.path[1], state.path[2] = integrate_twist(state.path, old, h)
     for i in range(6):
         pose[0, i] = goal[i]
-    follow(pose, parameters.pose_bandwidth, h)
+    follow(pose, POSE_BANDWIDTH, h)
     n, ground = reference.ground_normal, state.ground_filter
     ground[0, 0], ground[0, 1], ground[0, 2] = reference.ground_height, -n[0] / n[2], -n[1] / n[2]
-    follow(ground, parameters.pose_bandwidth, h)
+    follow(ground, POSE_BANDWIDTH, h)
     for leg in range(state.leg_count):
         approach(state.foot_offset[leg], reference.foot_offset[leg], 0, 1.0, OFFSET_SPEED * h)
 
 
 @internal
-def advance_sway(
-    state: State, model: Model, reference: Reference, parameters: Parameters, h: float
-) -> None:
+def advance_sway(state: State, model: Model, reference: Reference, h: float) -> None:
     """Let the body sway with the gait's clock, and lean where that is commanded."""
     clock, sway, aside = state.clock, state.sway_filter, np.empty((3, 2))
     # What the filter's three lags delay and weaken is made up for, at the gait's own rate.
-    x = 2 * math.pi / (reference.period * parameters.sway_bandwidth)
+    x = 2 * math.pi / (reference.period * SWAY_BANDWIDTH)
     lead, gain = 3 * math.atan(x) / (2 * math.pi), (1 + x * x) ** 1.5
     sway_wave(model, reference, clock.phase + lead, aside)
     for i in range(2):
         sway[0, i] = clock.sway_share * gain * aside[0, i] + clock.lean[i]
-    follow(sway, parameters.sway_bandwidth, h)
+    follow(sway, SWAY_BANDWIDTH, h)
 
 
 @internal
-def solve_leg_ik(state: State, model: Model, parameters: Parameters, h: float) -> bool:
+def solve_leg_ik(state: State, model: Model, h: float) -> bool:
     """Write joint angles, speeds and accelerations for body and feet; return whether all reach."""
     R = state.R_odom_body
     p, v, a = np.empty(3), np.empty(3), np.empty(3)
@@ -192,7 +194,7 @@ def solve_leg_ik(state: State, model: Model, parameters: Parameters, h: float) -
         to_hip(R_hip, rp, hip)
         # A probing foot may come from a swing that was softened at the joint limits.
         swings = state.leg_phase[leg] in (LegPhase.SWING, LegPhase.PROBING)
-        room = joint_limit_margin(model, parameters, leg, hip, state.q[leg])
+        room = joint_limit_margin(model, leg, hip, state.q[leg])
         bent = state.q[leg, 2] < STRAIGHT
         if room < HARD and (room == -math.inf or not (swings and bent)):
             return False
@@ -202,7 +204,7 @@ def solve_leg_ik(state: State, model: Model, parameters: Parameters, h: float) -
         to_hip(R_hip, rp, a)
         lengths, qd, qdd = model.lengths[leg], state.qd[leg], state.qdd[leg]
         joint_motion(lengths, lengths[3], state.q[leg], v, a, qd, qdd)
-        if swings and not soften_joint_limits(state, model, parameters, leg):
+        if swings and not soften_joint_limits(state, model, leg):
             return False
         moment_of(model, leg, state.q[leg], state.com)
     for i in range(3):
@@ -252,28 +254,25 @@ def change_gait(
 
 
 @inlined
-def advance(
-    state: State, model: Model, reference: Reference, parameters: Parameters, h: float, held: bool
-) -> bool:
+def advance(state: State, model: Model, reference: Reference, h: float, held: bool) -> bool:
     """Advance the whole motion by a time step; return whether all feet are reachable.
 
     Args:
         state: State of the engine, changed.
         model: The robot.
         reference: Reference of the motion.
-        parameters: The settings.
         h: Time step [s].
         held: Whether the trunk stays at rest.
     """
     if not held:
-        advance_body(state, model, reference, parameters, h)
+        advance_body(state, model, reference, h)
     # Feet land before others lift: in many gaits they do so at the same instant.
-    move_feet(state, model, reference, parameters, h)
-    advance_phase(state, model, reference, parameters, h)
+    move_feet(state, model, reference, h)
+    advance_phase(state, model, reference, h)
     if not held:
-        advance_sway(state, model, reference, parameters, h)
-    set_body_motion(state, model, parameters)
-    if not solve_leg_ik(state, model, parameters, h):
+        advance_sway(state, model, reference, h)
+    set_body_motion(state, model)
+    if not solve_leg_ik(state, model, h):
         return False
     state.clock.support_margin = measure_support(state)
     return True
@@ -331,19 +330,17 @@ def stop_manoeuvre(state: State, leg: int) -> None:
 
 
 @compiled
-def place(states: np.ndarray, models: np.ndarray, parameter_records: np.ndarray) -> bool:
+def place(memories: np.ndarray) -> bool:
     """Compute regions, body motion and joint angles at rest; return whether all feet are reachable.
 
     Args:
-        states: State of the engine, changed, and one for trials, shape (2,).
-        models: The robot, shape (1,).
-        parameter_records: The settings, shape (1,).
+        memories: Record of `Memory`, changed, shape (1,).
     """
-    state, model, parameters = states[0], models[0], parameter_records[0]
+    state, model = memories[0].states[0], memories[0].model
     for leg in range(state.leg_count):
         update_region(state, model, leg)
-    set_body_motion(state, model, parameters)
-    if not solve_leg_ik(state, model, parameters, 0.0):
+    set_body_motion(state, model)
+    if not solve_leg_ik(state, model, 0.0):
         return False
     state.clock.support_margin = measure_support(state)
     return True
@@ -351,19 +348,14 @@ def place(states: np.ndarray, models: np.ndarray, parameter_records: np.ndarray)
 
 @compiled
 def advance_engine(
-    states: np.ndarray,
-    references: np.ndarray,
-    models: np.ndarray,
-    parameter_records: np.ndarray,
-    dt: float,
+    states: Sequence[State], references: Sequence[Reference], model: Model, dt: float
 ) -> int:
     """Advance the motion by an update period, slower where a limit demands it.
 
     Args:
-        states: State of the engine, changed, and one for trials, shape (2,).
-        references: Reference, and the same with the pending gait, shape (2,).
-        models: The robot, shape (1,).
-        parameter_records: The settings, shape (1,).
+        states: State of the engine, changed, and one for trials.
+        references: Reference, and the same with the pending gait.
+        model: The robot.
         dt: Update period [s].
 
     Returns:
@@ -372,7 +364,6 @@ def advance_engine(
     """
     state, trial = states[0], states[1]
     reference, next_reference = references[0], references[1]
-    model, parameters = models[0], parameter_records[0]
     clock = state.clock
     change_gait(state, model, reference, next_reference)
     state.clock.region_leg = (state.clock.region_leg + 1) % state.leg_count
@@ -382,9 +373,9 @@ def advance_engine(
     for _ in range(12):
         states[1] = states[0]
         held = failed >= 3
-        good = advance(trial, model, reference, parameters, slow * dt, held)
+        good = advance(trial, model, reference, slow * dt, held)
         topples = (
-            trial.clock.support_margin < LEAST * parameters.support_margin
+            trial.clock.support_margin < LEAST * SUPPORT_MARGIN
             and trial.clock.support_margin < clock.support_margin
         )
         if good and topples and not held:
@@ -431,7 +422,7 @@ def advance_engine(
             end_search(state, leg, reference.contact[leg] == 1)
         elif stopped:
             # It probes for ground here.
-            land_here(state, model, reference, parameters, leg)
+            land_here(state, model, reference, leg)
         elif swings:
             state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
             stop_manoeuvre(state, leg)
@@ -447,47 +438,28 @@ def advance_engine(
 
 
 @compiled
-def update(records: Records, dt: float) -> tuple[int, int]:
-    """Advance one engine by an update period: estimate the ground, walk, compute feed-forward.
+def update(memories: np.ndarray, dt: float, results: np.ndarray) -> None:
+    """Advance engines by an update period: estimate the ground, walk, compute feed-forward.
 
     Args:
-        records: Records of one engine, as `Records.of` returns.
+        memories: Records of `Memory`, changed, shape (N,).
         dt: Update period [s].
-
-    Returns:
-        Result of `advance_engine`, and `EstimatorEvent` bits.
+        results: Written: result of `advance_engine`, and `EstimatorEvent` bits, shape (N, 2).
     """
-    states, references, events = records.states, records.references, 0
-    if records.stages[0] != 0:
-        events = estimate_ground(
-            states,
-            references,
-            records.estimators,
-            records.estimator_parameters,
-            records.measurements,
-        )
-    result = advance_engine(states, references, records.models, records.parameters, dt)
-    if records.stages[1] != 0:
-        compute_feed_forward(
-            states, references, records.feed_forwards, records.feed_forward_parameters
-        )
-    return result, events
-
-
-@compiled
-def update_range(records: Records, dt: float, results: np.ndarray) -> None:
-    """Apply `update` to N engines, and write their results, shape (N, 2)."""
-    for i in range(len(results)):
-        one = Records(
-            records.states[i],
-            records.references[i],
-            records.models[i],
-            records.parameters[i],
-            records.estimators[i],
-            records.estimator_parameters[i],
-            records.measurements[i],
-            records.feed_forwards[i],
-            records.feed_forward_parameters[i],
-            records.stages[i],
-        )
-        results[i, 0], results[i, 1] = update(one, dt)
+    for i in range(len(memories)):
+        memory = memories[i]
+        state, reference = memory.states[0], memory.references[0]
+        results[i, 1] = 0
+        if memory.estimates_ground != 0:
+            results[i, 1] = estimate_ground(
+                state,
+                reference,
+                memory.estimator,
+                memory.estimator_parameters,
+                memory.measurements,
+            )
+        results[i, 0] = advance_engine(memory.states, memory.references, memory.model, dt)
+        if memory.computes_torque != 0:
+            compute_feed_forward(
+                state, reference, memory.feed_forward, memory.feed_forward_parameters
+            )

@@ -28,9 +28,13 @@ from phasmid.control.constraints import (
 from phasmid.control.foothold_region import region_share
 from phasmid.control.reach import PLANNED, joint_limit_margin, to_hip_frame
 from phasmid.control.swing import blend, lift
-from phasmid.control.types import DIRECTIONS, LegPhase, Model, Parameters, Reference, State
+from phasmid.control.types import DIRECTIONS, SUPPORT_MARGIN, LegPhase, Model, Reference, State
 from phasmid.gait.support_kernels import edge_depth
 from phasmid.kinematics.leg_kernels import joint_motion
+
+PLANNED_SPEED_SHARE, PLANNED_MARGIN = 0.9, 0.004
+"""Share of the largest joint speed for a steady walk, and its additional support margin [m]; the
+rest is for changes."""
 
 SLACK = 0.001
 """Distance beyond a region's edge that is left to round-off and the feet's arcs [m]."""
@@ -95,9 +99,7 @@ def region_speed_share(
 
 
 @internal
-def support_speed_share(
-    state: State, parameters: Parameters, used: np.ndarray, velocity: np.ndarray
-) -> float:
+def support_speed_share(state: State, used: np.ndarray, velocity: np.ndarray) -> float:
     """Return the share of a velocity, at most 1, that keeps the centre of mass supported.
 
     It stays over the stance feet until the last foot in the air has landed.
@@ -123,7 +125,7 @@ def support_speed_share(
             length = math.sqrt(dx * dx + dy * dy)
             if closing > 1e-12 * length and edge_depth(feet, stance, i, j) >= 0.0:
                 depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
-                depth += length * parameters.planned_margin / 2
+                depth += length * PLANNED_MARGIN / 2
                 share = min(share, max(depth, 0.0) / closing)
     return share
 
@@ -185,7 +187,6 @@ def set_steady_foot(
 @compiled
 def steady_walk_constraint(
     model: Model,
-    parameters: Parameters,
     regions: np.ndarray,
     reference: Reference,
     pose: np.ndarray,
@@ -195,7 +196,6 @@ def steady_walk_constraint(
 
     Args:
         model: The robot.
-        parameters: The margins.
         regions: Foothold regions at that pose, shape (L, K, 3).
         reference: Gait and step height.
         pose: Pose of the body relative to its path and neutral height, shape (6,).
@@ -227,7 +227,7 @@ def steady_walk_constraint(
             foot = feet[leg]
             stance[leg] = set_steady_foot(model, reference, leg, velocity, own, foot, v)
             p[0], p[1], p[2] = to_hip_frame(model, leg, R, body, foot[0], foot[1], foot[2])
-            if not joint_limit_margin(model, parameters, leg, p, q) >= PLANNED:
+            if not joint_limit_margin(model, leg, p, q) >= PLANNED:
                 return Constraint(REACH, leg, -1, 0.0)
             v[0], v[1] = v[0] - sway[1, 0] / period, v[1] - sway[1, 1] / period
             to_hip(R, v, v_body)
@@ -237,21 +237,20 @@ def steady_walk_constraint(
                 if abs(qd[k]) > quickest:
                     quickest, fast_leg, fast_joint = abs(qd[k]), leg, k
             moment_of(model, leg, q, moment)
-        if quickest > model.joint_speed * parameters.planned_speed_share:
+        if quickest > model.joint_speed * PLANNED_SPEED_SHARE:
             return Constraint(SPEED, fast_leg, fast_joint, 0.0)
         for i in range(3):
             moment[i] /= model.mass
         x = body[0] + R[0, 0] * moment[0] + R[0, 1] * moment[1] + R[0, 2] * moment[2]
         y = body[1] + R[1, 0] * moment[0] + R[1, 1] * moment[1] + R[1, 2] * moment[2]
         margin = support_margin(feet, stance, x, y)
-        if margin < parameters.support_margin + parameters.planned_margin:
+        if margin < SUPPORT_MARGIN + PLANNED_MARGIN:
             return Constraint(SUPPORT, -1, -1, margin)
     return Constraint(NOTHING, -1, -1, 0.0)
 
 
 def feasible_velocity_scale(
     model: np.void,
-    parameters: np.void,
     regions: np.ndarray,
     reference: np.void,
     pose: np.ndarray,
@@ -263,9 +262,7 @@ def feasible_velocity_scale(
     Arguments are those of `steady_walk_constraint`, and records.
     """
     return largest_share(
-        lambda share: steady_walk_constraint(
-            model, parameters, regions, reference, pose, share * velocity
-        ),
+        lambda share: steady_walk_constraint(model, regions, reference, pose, share * velocity),
         most,
         relative=CLOSE if most > 1.0 else 4 * CLOSE,
     )
@@ -273,7 +270,6 @@ def feasible_velocity_scale(
 
 def feasible_pose_scale(
     model: np.void,
-    parameters: np.void,
     reference: np.void,
     base: np.ndarray,
     pose: np.ndarray,
@@ -287,7 +283,7 @@ def feasible_pose_scale(
     regions[:, :, 2] = 1.0
     return largest_share(
         lambda share: steady_walk_constraint(
-            model, parameters, regions, reference, base + share * pose, np.zeros(3)
+            model, regions, reference, base + share * pose, np.zeros(3)
         ),
         absolute=2**-10,
     )

@@ -31,7 +31,6 @@ from phasmid.control.estimation.state import (
     clear,
     parameters_of,
 )
-from phasmid.control.memory import Records
 from phasmid.control.observation import Observation
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import Contact, LegPhase, Reference, State
@@ -78,35 +77,26 @@ class GroundEstimator:
         robot: The robot.
         settings: Thresholds, time constants and limits.
         dt: Update period [s].
-        records: Records of one engine; None for new ones.
+        memory: Record of one engine, shape (1,).
 
     Attributes:
-        states: Record of the `EstimatorState`, shape (1,).
-        parameters: Record of the `EstimatorParameters`, shape (1,).
-        measurements: Record of the last `Measurements`, shape (1,).
-        state: View of the first of `states`.
+        state: Estimates.
 
     Raises:
         InvalidInput: A delay is too long for the update period.
     """
 
     def __init__(
-        self,
-        robot: Robot,
-        settings: EstimatorSettings,
-        dt: float,
-        records: Records | None = None,
+        self, robot: Robot, settings: EstimatorSettings, dt: float, memory: np.ndarray
     ) -> None:
         self._leg_names = robot.leg_names
         legs = len(robot.legs)
-        records = Records.zeros(1).of(0) if records is None else records
-        self.states, self.parameters = records.estimators, records.estimator_parameters
-        self.measurements = records.measurements
-        parameters = view_of(self.parameters, EstimatorParameters, legs)
+        parameters = view_of(memory["estimator_parameters"], EstimatorParameters, legs)
         fill(parameters, parameters_of(robot, settings, dt))
-        self.state = view_of(self.states, EstimatorState, legs)
-        self._measured = view_of(self.measurements, Measurements, legs)
-        clear(self.states)
+        self._states = memory["estimator"]
+        self.state = view_of(self._states, EstimatorState, legs)
+        self._measured = view_of(memory["measurements"], Measurements, legs)
+        clear(self._states)
 
     def reset(self, observation: Observation) -> None:
         """Reset all estimates.
@@ -114,7 +104,7 @@ class GroundEstimator:
         Args:
             observation: Its contact sensors are those of the robot.
         """
-        clear(self.states)
+        clear(self._states)
         loads = observation.joint_load is not None
         for kind, available in (
             (SensorKind.SWITCH, observation.contact is not None),
@@ -144,7 +134,7 @@ class GroundEstimator:
         """
         sentences = []
         if events & EstimatorEvent.SENSOR:
-            new = self.states["feet"]["sensors"]["event"][0]
+            new = self._states["feet"]["sensors"]["event"][0]
             for kind, leg in np.argwhere(new.T):
                 sentences.append(
                     f"{SENSORS[SensorKind(kind)]} of leg {self._leg_names[leg]} "
@@ -158,29 +148,28 @@ class GroundEstimator:
 
 @compiled
 def estimate_ground(
-    states: np.ndarray,
-    references: np.ndarray,
-    estimators: np.ndarray,
-    parameters: np.ndarray,
-    measurements: np.ndarray,
+    state: State,
+    reference: Reference,
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
+    measured: Measurements,
 ) -> int:
     """Advance the estimator by one update period, and write the engine's reference.
 
     Args:
-        states: Record of the engine's `State`, shape (1+,); alignment with gravity changes it.
-        references: Record of its `Reference`, shape (1+,), written.
-        estimators: Record of the `EstimatorState`, shape (1,), changed.
-        parameters: Record of the `EstimatorParameters`, shape (1,).
-        measurements: Record of the `Measurements`, shape (1,).
+        state: State of the engine; alignment with gravity changes it.
+        reference: Written.
+        estimator: Changed.
+        parameters: Settings and robot.
+        measured: Sensor readings.
 
     Returns:
         `EstimatorEvent` bits.
     """
-    state, estimator, constants = states[0], estimators[0], parameters[0]
     if estimator.updates > 0:
-        align_odometry(state, estimator, constants)
-    events = update_estimates(state, estimator, constants, measurements[0])
-    write_reference(state, references[0], estimator, constants)
+        align_odometry(state, estimator, parameters)
+    events = update_estimates(state, estimator, parameters, measured)
+    write_reference(state, reference, estimator, parameters)
     return events
 
 

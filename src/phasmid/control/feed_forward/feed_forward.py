@@ -19,7 +19,7 @@ from phasmid.control.feed_forward.state import (
     State,
     parameters_of,
 )
-from phasmid.control.memory import Records
+from phasmid.control.memory import MEMORY
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import LegPhase
 from phasmid.robot import JOINTS, Robot
@@ -114,18 +114,17 @@ def release_pulling_feet(state: State) -> bool:
 
 @compiled
 def compute_feed_forward(
-    engine_states: np.ndarray, references: np.ndarray, states: np.ndarray, robots: np.ndarray
+    engine_state: engine.State, reference: engine.Reference, state: State, robot: Parameters
 ) -> None:
     """Write the feed-forward of the engine's present motion.
 
     Args:
-        engine_states: States of the locomotion engine; the first is read.
-        references: Its references; the first is read.
-        states: State of the feed-forward stage, changed, shape (1,).
-        robots: Parameters of the robot, shape (1,).
+        engine_state: State of the locomotion engine.
+        reference: Its reference.
+        state: Changed.
+        robot: Parameters of the robot.
     """
-    engine_state, state, robot = engine_states[0], states[0], robots[0]
-    update_load_shares(engine_state, references[0], state, robot)
+    update_load_shares(engine_state, reference, state, robot)
     set_motion(engine_state, state.motion)
     solve(state, robot)
     if math.isinf(state.friction) and release_pulling_feet(state):
@@ -151,7 +150,7 @@ class FeedForward:
         robot: The robot, L legs.
         settings: Force model and limits.
         update_period: Time from one update to the next [s].
-        records: Records of one engine; None for new ones.
+        memory: Record of one engine, shape (1,); None for a new one.
 
     Attributes:
         state: Motion, loads and result of the last update.
@@ -166,11 +165,11 @@ class FeedForward:
         settings: FeedForwardSettings | None = None,
         update_period: float = 0.005,
         *,
-        records: Records | None = None,
+        memory: np.ndarray | None = None,
     ) -> None:
         legs = len(robot.legs)
-        records = Records.zeros(1).of(0) if records is None else records
-        self._states, self._robots = records.feed_forwards, records.feed_forward_parameters
+        memory = np.zeros(1, MEMORY) if memory is None else memory
+        self._states, self._robots = memory["feed_forward"], memory["feed_forward_parameters"]
         self.state: State = view_of(self._states, State, legs)
         self.parameters: Parameters = view_of(self._robots, Parameters, legs)
         settings = settings or FeedForwardSettings()
