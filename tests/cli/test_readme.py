@@ -70,7 +70,7 @@ def test_a_folder_that_is_taken_gets_the_next_number(tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     walk = ["walk", "--duration", "0.1", "--no-figures"]
     Path("results").mkdir()
-    Path("results/paper_duration-0.1-2.rec").write_text("the log of a run that was cut off")
+    Path("results/paper_duration-0.1-2.mcap").write_text("the log of a run that was cut off")
     names = []
     for _ in range(2):
         assert main(walk) == 0
@@ -82,5 +82,5 @@ def test_a_folder_that_is_taken_gets_the_next_number(tmp_path, monkeypatch, caps
     assert capsys.readouterr().err == f"phasmid: results/paper_duration-0.1 {said}"
     assert {path.name for path in Path("results").iterdir()} == {
         *names,
-        "paper_duration-0.1-2.rec",
+        "paper_duration-0.1-2.mcap",
     }

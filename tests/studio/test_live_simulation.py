@@ -275,7 +275,7 @@ def test_a_recording_that_is_cut_off_can_be_read(tmp_path):
             heard.ask(Record(on=True))
         heard.ask(Push(impulse=(0.0, 0.1, 0.0)))
         heard.wait_for(lambda: heard.stage._recorder.seconds > 0.3)
-    recording = load_recording(tmp_path / f"{run}-log" / f"{run}.rec")
+    recording = load_recording(tmp_path / f"{run}-log" / f"{run}.mcap")
     assert recording.attrs["ending"] == "CUT"
     assert recording.attrs["ending_reason"] == "The run was cut off."
     assert float(recording.time[0]) == 0.0

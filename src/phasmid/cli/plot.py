@@ -142,7 +142,7 @@ def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path],
             paths.append(Path(thing))
         else:
             guess = nearest(thing, known)
-            looks = "/" in thing or "\\" in thing or Path(thing).suffix in (".nc", ".rec")
+            looks = "/" in thing or "\\" in thing or Path(thing).suffix in (".nc", ".mcap")
             if looks or (not paths and not guess):
                 raise InvalidInput(f"recording {thing} does not exist.", hint="phasmid walk")
             raise InvalidInput(f'no figure "{thing}".', hint=guess or "phasmid plot --list")

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
-        "file", metavar="FILE", help="a recording.nc, its folder, or the .rec of a run"
+        "file", metavar="FILE", help="a recording.nc, its folder, or the .mcap of a run"
     )
     parser.add_argument(
         "--out", metavar="DIR", help="result folder; default: the file's name without its ending"

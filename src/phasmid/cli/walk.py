@@ -141,7 +141,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--trajectory",
         metavar="FILE",
-        help="joint angles to follow instead of a plan: a .csv, .npy, .nc or .rec file",
+        help="joint angles to follow instead of a plan: a .csv, .npy, .nc or .mcap file",
     )
     parser.add_argument(
         "--trajectory-unit",

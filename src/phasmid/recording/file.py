@@ -16,7 +16,7 @@ import numpy as np
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
-from phasmid.recording.frames import DamagedRecording, is_log, read_log
+from phasmid.recording.log import DamagedRecording, is_log, read_log, sync_folder
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
 CHECKSUM = b"\nphasmid CRC-32 %08x\n"
@@ -143,16 +143,6 @@ def cannot_write(path: Path, error: OSError) -> OutputError:
     return OutputError(f"cannot write {path}: {reason}.")
 
 
-def sync_folder(folder: Path) -> None:
-    """Force a rename to the disk, on systems that can open folders."""
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-
-
 def load_recording(path: str | Path) -> Recording:
     """Read a recording into memory.
 
@@ -205,7 +195,7 @@ def _inside(folder: Path) -> Path:
     if not path.exists():
         raise InvalidInput(
             f"{folder} is a folder without a recording.nc.",
-            hint="a recording.nc, a .rec, or a folder that phasmid wrote",
+            hint="a recording.nc, a .mcap, or a folder that phasmid wrote",
         )
     return path
 
