@@ -1,6 +1,5 @@
 """The command: what it writes, what it prints, what it answers to mistakes."""
 
-import contextlib
 import errno
 import io
 import json
@@ -9,7 +8,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 import tomllib
 from dataclasses import replace
@@ -24,7 +22,7 @@ from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.recording.table import save_csv
 from phasmid.robot import load_robot, load_servo, preset_names, robot_to_toml
 from phasmid.scenario import load_scenario, option_keys
-from phasmid.simulation import Run, record
+from phasmid.simulation import Run, WalkExperiment
 from phasmid.toml import toml_string
 
 
@@ -283,35 +281,10 @@ def test_a_message_is_short_however_long_what_it_repeats(here, capsys, text):
         assert len(said) < 4000
 
 
-@pytest.mark.parametrize("first", [signal.SIGINT, signal.SIGTERM])
-def test_a_second_interrupt_leaves_the_first_to_remove_what_was_begun(
-    here, capsys, monkeypatch, first
-):
-    from phasmid.reporting import run_folder
-
-    whole = run_folder.shutil.rmtree
-
-    def interrupted(*_):
-        signal.raise_signal(first)
-
-    def removing(path, **options):
-        signal.raise_signal(signal.SIGINT)
-        whole(path, **options)
-
-    monkeypatch.setattr(run_folder, "summarise", interrupted)
-    monkeypatch.setattr(run_folder.shutil, "rmtree", removing)
-    before = signal.getsignal(signal.SIGTERM)
-    status, text = answered(capsys, "walk", "--duration", "1", "--out", "a", "--quiet")
-    assert status == 130
-    assert text.startswith("phasmid: stopped.\n  try  phasmid report a.mcap")
-    assert [p.name for p in here.iterdir()] == ["a.mcap"]
-    assert signal.getsignal(signal.SIGTERM) is before
-
-
 def test_a_report_of_a_damaged_log_says_what_was_lost(here, capsys):
     assert main(["walk", "--duration", "2", "--out", "a", "--no-figures", "--quiet"]) == 0
     scenario = load_scenario("paper").replace(duration=2)
-    record(scenario, plan(scenario), here / "b.mcap")
+    WalkExperiment(scenario, plan(scenario)).record(here / "b.mcap")
     whole = (here / "b.mcap").read_bytes()
     cut = whole[: len(whole) // 2]
     (here / "cut.mcap").write_bytes(cut)
@@ -357,7 +330,7 @@ def test_a_full_disk_is_status_1_and_says_what_was_saved(here, capsys, monkeypat
 
 def test_legs_are_chosen_by_name_in_every_file_of_a_run(here):
     scenario = load_scenario("paper").replace(duration=0.1)
-    record(scenario, plan(scenario), here / "a.mcap")
+    WalkExperiment(scenario, plan(scenario)).record(here / "a.mcap")
     assert main(["report", "a.mcap", "--no-figures", "--quiet"]) == 0
     assert main(["export", "a", "--format", "netcdf", "--out", "b.nc", "--quiet"]) == 0
     names = load_robot("phantomx-paper").leg_names
@@ -435,45 +408,6 @@ def test_an_interrupted_process_ends_in_order(here, later):
     assert text.startswith("phasmid: The run was stopped by the user at ")
     assert [p.name for p in here.iterdir()] == ["a.mcap"]
     assert load_recording(here / "a.mcap").attrs["ending"] == "STOPPED"
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
-def test_an_interrupt_that_is_swallowed_is_raised_again(monkeypatch, capsys):
-    # Python only prints what is raised while a weak reference is cleared.
-    def swallowing(_):
-        with contextlib.suppress(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-        threading.Event().wait(60)
-        return 0
-
-    monkeypatch.setattr("phasmid.cli._run", swallowing)
-    assert main([]) == 130
-    assert capsys.readouterr().err == "phasmid: stopped.\n"
-
-
-@pytest.mark.parametrize(
-    ("error", "passed_on"), [(KeyboardInterrupt, []), (ValueError, [ValueError])]
-)
-def test_an_interrupt_that_cannot_be_raised_is_not_printed(monkeypatch, error, passed_on):
-    # What a destructor raises, Python hands to its hook for what cannot be raised.
-    seen = []
-
-    def hook(unraisable):
-        seen.append(unraisable.exc_type)
-
-    class Dying:
-        def __del__(self):
-            raise error
-
-    def dropping(_):
-        Dying()
-        return 0
-
-    monkeypatch.setattr(sys, "unraisablehook", hook)
-    monkeypatch.setattr("phasmid.cli._run", dropping)
-    assert main([]) == 0
-    assert seen == passed_on
-    assert sys.unraisablehook is hook
 
 
 @pytest.mark.parametrize("name", [*preset_names(), "paper"])

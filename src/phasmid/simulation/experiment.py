@@ -222,22 +222,6 @@ def simulate(
     return with_sensors(scenario, load_recording(log))
 
 
-def record(
-    scenario: Scenario,
-    walk: Motion,
-    path: str | Path,
-    *,
-    progress: Progress | None = None,
-    force: bool = False,
-) -> Failure | None:
-    """Simulate a walk into a log file only; arguments and errors as in `simulate`.
-
-    Returns:
-        What ended the run early; None where it was completed.
-    """
-    return WalkExperiment(scenario, walk).record(path, progress=progress, force=force)
-
-
 def new_run(
     scenario: Scenario,
     walk: Motion,
