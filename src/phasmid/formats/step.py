@@ -291,13 +291,13 @@ def axis_of(
     direction = X[:3, :3] @ cylinder.direction
     direction /= np.linalg.norm(direction)
     if joint.direction is not None:
-        asked = _unit(name, joint.direction)
-        if abs(asked @ direction) < math.cos(math.radians(45)):
+        given = _unit(name, joint.direction)
+        if abs(given @ direction) < math.cos(math.radians(45)):
             raise InvalidInput(
                 f"joints.{name}: direction lies across the axis of {part.path}; "
                 "it gives the sense of the axis."
             )
-        direction *= np.sign(asked @ direction)
+        direction *= np.sign(given @ direction)
     # The point of the axis nearest to the part's middle.
     middle = X[:3, 3] if part.solid is None else X[:3, :3] @ part.solid.com + X[:3, 3]
     return point + ((middle - point) @ direction) * direction, direction

@@ -1,8 +1,8 @@
 "use strict";
-// The stick and the keys: where the robot is to go, told again as long as they are held.
+// The stick and the keys: the velocity command, sent again while they are held.
 
 (() => {
-  const AGAIN = 100; // milliseconds; the robot lets go of a stick that it has not heard for 500
+  const AGAIN = 100; // milliseconds; the server drops a stick after 500 without a message
   const KEYS = {
     w: [1, 0, 0], s: [-1, 0, 0], a: [0, 1, 0], d: [0, -1, 0], q: [0, 0, 1], e: [0, 0, -1],
     arrowup: [1, 0, 0], arrowdown: [-1, 0, 0], arrowleft: [0, 1, 0], arrowright: [0, -1, 0],
@@ -10,14 +10,14 @@
   const byId = (id) => document.getElementById(id);
   const within = (value) => Math.min(Math.max(value, -1), 1);
 
-  Phasmid.hands = (tell, { halt, pause, reset, fill }) => {
+  Phasmid.input = (notify, { halt, pause, reset, fill }) => {
     const stick = byId("stick");
     const knob = stick.querySelector(".knob");
     const turn = byId("turn");
     const held = new Map();
     let pad = [0, 0];
     let turning = 0;
-    let told = [0, 0, 0];
+    let sent = [0, 0, 0];
     let timer = 0;
 
     function wanted() {
@@ -32,7 +32,7 @@
       const now = wanted();
       show(now);
       const rests = now.every((value) => value === 0);
-      if (!rests || told.some((value) => value !== 0)) send(now);
+      if (!rests || sent.some((value) => value !== 0)) send(now);
       if (rests) {
         clearInterval(timer);
         timer = 0;
@@ -40,8 +40,8 @@
     }
 
     function send(now) {
-      told = now;
-      tell({ do: "stick", at: now });
+      sent = now;
+      notify({ do: "stick", at: now });
     }
 
     function show([ahead, left, yaw]) {
@@ -142,7 +142,7 @@
     document.addEventListener("keyup", (event) => {
       if (held.delete(event.code)) steer();
     });
-    // A key that is let go elsewhere is not heard here.
+    // No event comes for a key that is released elsewhere.
     const leave = () => {
       rest();
       steer();
