@@ -1,7 +1,7 @@
 """Model, simulate and control walking robots with four, six or more legs.
 
-What a user imports stands here; each name is loaded when it is first used, so that importing
-phasmid loads no engine, plotting or web code.
+The names of this module load when they are first used, so that importing phasmid loads no engine,
+plotting or web code.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     __version__: str
 
-_ROOM_OF = {
+_PACKAGE_OF = {
     "Body": "robot",
     "Gait": "gait",
     "ImportOptions": "formats",
@@ -85,7 +85,7 @@ _ROOM_OF = {
     "summarise": "reporting",
     "verify": "verification",
 }
-_ROOMS = (
+_PACKAGES = (
     "control",
     "dynamics",
     "forces",
@@ -144,12 +144,12 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("importlib.metadata").version("phasmid")
-    if name in _ROOM_OF:
-        return getattr(import_module(f"phasmid.{_ROOM_OF[name]}"), name)
-    if name in _ROOMS:
+    if name in _PACKAGE_OF:
+        return getattr(import_module(f"phasmid.{_PACKAGE_OF[name]}"), name)
+    if name in _PACKAGES:
         return import_module(f"phasmid.{name}")
     raise AttributeError(f"module 'phasmid' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, *_ROOMS, "__version__"])
+    return sorted([*__all__, *_PACKAGES, "__version__"])

@@ -196,6 +196,6 @@ def located(where: str) -> Iterator[None]:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The known name that a person most likely meant; empty where none is near."""
+    """Return the known name nearest to a misspelt one; empty if none is near."""
     matches = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
     return matches[0] if matches else ""

@@ -41,17 +41,17 @@ _TOO_LONG = re.compile(
 
 
 def preset_names(package: str) -> tuple[str, ...]:
-    """Names of the files that come with a room, in its folder ``presets``."""
+    """Return the names of a package's preset files, in its folder ``presets``."""
     folder = resources.files(package) / "presets"
     return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
 
 
 def find_file(source: str | Path, package: str, noun: str) -> Path:
-    """The file that a name or a path stands for.
+    """Return the file of a preset's name or of a path.
 
     Args:
         source: Name of a preset, or path of a ``.toml`` file.
-        package: The room whose presets are meant.
+        package: The package with the presets.
         noun: Kind of the file, for messages.
 
     Raises:
@@ -69,7 +69,7 @@ def find_file(source: str | Path, package: str, noun: str) -> Path:
 
 
 def is_file(path: Path) -> bool:
-    """Whether a path is that of a file; one that no file system takes is none."""
+    """Return whether a path is a file; False for a name that no file system accepts."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -167,7 +167,7 @@ def _toml_error(content: str, name: str, message: str) -> InvalidInput:
 
 
 def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:
-    """The line of a TOML text on which a value stands, or the nearest line above it.
+    """Return the line of a value in a TOML text, or the nearest line above it.
 
     Args:
         content: The file's text.
@@ -210,7 +210,7 @@ def _parts(dotted: str) -> list[str]:
 
 
 def toml_string(text: str) -> str:
-    """A text as a TOML basic string."""
+    """Return a text as a TOML basic string."""
     named = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
 
     def written(c: str) -> str:
@@ -223,5 +223,5 @@ def toml_string(text: str) -> str:
 
 
 def toml_key(name: str) -> str:
-    """A name as a TOML key, quoted where it must be."""
+    """Return a name as a TOML key, quoted where it must be."""
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_string(name)

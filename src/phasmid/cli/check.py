@@ -112,7 +112,7 @@ def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
 
 
 def _verdict(robot: Robot, gait: str | None) -> ServoVerdict | None:
-    """Whether the servos hold the robot; None where it cannot stand at all.
+    """Return the servo verdict; None if the robot cannot stand at all.
 
     Raises:
         InvalidGait: The robot has no such gait.

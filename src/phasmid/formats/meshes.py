@@ -58,7 +58,7 @@ class Mesh:
         return float(np.ptp(self.vertices, axis=0).max())
 
     def scaled(self, scale: Sequence[float]) -> Mesh:
-        """The mesh stretched along its axes; a mirrored one keeps its outside out.
+        """Return the mesh scaled along its axes; if mirrored, its faces are turned.
 
         Args:
             scale: Factors along x, y and z; one below 0 mirrors.
@@ -91,7 +91,7 @@ class MeshFiles:
             )
 
     def meshes(self, path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Mesh, ...]:
-        """The meshes of a file, in metres.
+        """Return the meshes of a file, in metres.
 
         Args:
             path: The file.
@@ -136,7 +136,7 @@ class MeshFiles:
 
 
 def read_meshes(path: Path) -> tuple[Mesh, ...]:
-    """The meshes in a file, in the file's unit.
+    """Return the meshes in a file, in the file's unit.
 
     Args:
         path: An ``.stl``, ``.obj``, ``.ply`` or ``.glb`` file.
@@ -212,22 +212,22 @@ def _grouped(number: int) -> str:
 
 
 def box(size: Sequence[float]) -> Mesh:
-    """A box about its centre, of a length along each axis [m]."""
+    """Return a box about its centre, of a length along each axis [m]."""
     return _made("box", extents=list(size))
 
 
 def sphere(radius: float) -> Mesh:
-    """A sphere about its centre."""
+    """Return a sphere about its centre."""
     return _made("icosphere", radius=radius, subdivisions=2)
 
 
 def cylinder(radius: float, length: float) -> Mesh:
-    """A cylinder about its centre, along z."""
+    """Return a cylinder about its centre, along z."""
     return _made("cylinder", radius=radius, height=length, sections=24)
 
 
 def capsule(radius: float, length: float) -> Mesh:
-    """A cylinder along z between two half spheres, about its centre.
+    """Return a cylinder along z between two half spheres, about its centre.
 
     Args:
         radius: Of cylinder and spheres [m].

@@ -394,7 +394,7 @@ class _Reader:
         self.findings.note(subject, what, where)
 
     def _below(self, body: int) -> list[int]:
-        """A body and all that hang on it, in the file's order."""
+        """Return a body and its descendants, in the file's order."""
         below = {body}
         for other in range(body + 1, self.model.nbody):
             if self.parents[other] in below:
@@ -406,7 +406,7 @@ class _Reader:
         return list(range(first, first + int(self.model.body_jntnum[body]))) if first >= 0 else []
 
     def _robot(self) -> int:
-        """The one body under the world that carries hinges."""
+        """Return the one body under the world that carries hinges."""
         tops = [body for body in range(1, self.model.nbody) if self.parents[body] == 0]
         carrying = [top for top in tops if top in self.carrying]
         if len(carrying) != 1:
@@ -542,7 +542,7 @@ class _Reader:
         )
 
     def _effort(self, joint: int) -> float | None:
-        """The largest torque of a joint's actuators; None where none has a limit."""
+        """Return the largest torque of a joint's actuators; None where none has a limit."""
         model, torques = self.model, []
         # Actuators of anything but joints were not read.
         for i in np.flatnonzero(model.actuator_trnid[:, 0] == joint):
@@ -606,7 +606,7 @@ class _Reader:
         return r, g, b, a
 
     def _mesh(self, geom: int) -> meshes.Mesh | None:
-        """A geom's triangles in its own frame."""
+        """Return a geom's triangles in its own frame."""
         import mujoco
 
         model, kinds = self.model, mujoco.mjtGeom

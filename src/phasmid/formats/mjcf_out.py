@@ -35,7 +35,7 @@ def mjcf_files(
     home: Mapping[str, float] | None = None,
     servo: Servo | None = None,
 ) -> dict[str, bytes]:
-    """A tree as an MJCF file and its meshes; the robot stands on a floor in its keyframe `home`.
+    """Return an MJCF file and its meshes; in its keyframe `home` the robot stands on a floor.
 
     Feet are the massless links without a look at the ends of the legs: each becomes a site of its
     name and a small collision sphere, whose far end is the foot. Every hinge has a position
@@ -83,7 +83,7 @@ class _Document:
         self._weight = STANDARD_GRAVITY * sum(inertial.mass for inertial in inertials)
 
     def element(self, name: str) -> ET.Element:
-        """The whole file."""
+        """Return the root element of the file."""
         root = ET.Element("mujoco", model=self._tree.name or name)
         ET.SubElement(root, "compiler", angle="radian", autolimits="true", meshdir=meshes_of(name))
         # Hard friction, so that standing feet hardly creep.
@@ -184,7 +184,7 @@ class _Document:
         return poses
 
     def _height(self) -> float:
-        """Of the root above the floor, so that the lowest foot, or mesh, touches it."""
+        """Return the root's height at which the lowest foot or mesh touches the floor."""
         poses, lowest = self._poses(), []
         for joint in self._feet.values():
             radius, centre = _sphere(joint)
@@ -288,7 +288,7 @@ def _pieces(part: Part) -> Iterator[Part]:
 
 
 def _furnish(asset: ET.Element, world: ET.Element) -> None:
-    """A sky, a light and a floor."""
+    """Add a sky, a light and a floor."""
     size = {"width": "512", "height": "512"}
     sky = {"type": "skybox", "builtin": "gradient", "rgb1": "0.6 0.7 0.8", "rgb2": "0.1 0.15 0.2"}
     ET.SubElement(asset, "texture", sky | size)

@@ -75,7 +75,7 @@ def write_solids(
 
 
 def step_files(robot: Robot, name: str) -> dict[str, bytes]:
-    """A robot as a STEP file and its sidecar, which keeps the robot's own masses.
+    """Return a robot as a STEP file and its sidecar, which keeps the robot's own masses.
 
     Args:
         robot: The robot.

@@ -66,7 +66,7 @@ def _round_step(length: float) -> float:
 
 
 def _in_hip(leg: FoundLeg, r: np.ndarray | float, h: np.ndarray | float) -> np.ndarray:
-    """A place at a distance from the hip and a depth below the body's origin, in the hip frame."""
+    """Return a point at a distance from the hip and a depth below the body, in the hip frame."""
     r, z = np.broadcast_arrays(np.asarray(r), -np.asarray(h) - float(leg.position[2]))
     left = np.array([0.0, leg.lateral_offsets.sum(), 0.0])
     return np.stack([r, np.zeros(r.shape), z], axis=-1) @ leg.R_level_hip + left

@@ -38,7 +38,7 @@ COAXIAL = 1e-6
 
 
 def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
-    """The kinematic tree of a STEP file and the sidecar beside it.
+    """Return the kinematic tree of a STEP file and the sidecar beside it.
 
     Masses, centres of mass and inertias are those of the solids, at the sidecar's densities or
     scaled to its weighed masses. Each child's frame lies on its joint's axis, which is its z.
@@ -68,7 +68,7 @@ def tree_of_parts(
     *,
     strict: bool = False,
 ) -> Tree:
-    """The tree that a sidecar makes of a drawing's parts.
+    """Return the tree that a sidecar makes of a drawing's parts.
 
     Args:
         path: The STEP file, for messages.
@@ -260,7 +260,7 @@ def _root_frame(table: FrameTable) -> np.ndarray:
 def axis_of(
     name: str, joint: StepJointTable, parts: tuple[DrawnPart, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A point of a joint's axis and its direction, in the drawing [m].
+    """Return a point of a joint's axis and its direction, in the drawing [m].
 
     Raises:
         InvalidInput: The sidecar names no such part or face, or gives no axis.
@@ -331,7 +331,7 @@ def coaxial(one: Cylinder, other: Cylinder) -> bool:
 
 
 def _frame(point: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """A frame on an axis: z along it, x level where it can be."""
+    """Return a frame on an axis: z along it, x level where it can be."""
     up = np.array([0.0, 0.0, 1.0])
     x = np.cross(up, z)
     if np.linalg.norm(x) < 1e-6:

@@ -47,7 +47,7 @@ class Axis:
 
 
 def first_guess(path: Path) -> str:
-    """A sidecar's text, from names and from round faces that two links share.
+    """Return a sidecar's text, from names and from round faces that two links share.
 
     Parts of assemblies whose names hold such words as coxa, femur and tibia form legs, all others
     the trunk. A hinge is where a round face of one link and one of the next have the same axis; a
@@ -206,7 +206,7 @@ def _axes(parts: Iterable[DrawnPart]) -> list[Axis]:
 
 
 def _foot(name: str, link: str, parts: list[DrawnPart], axis: Axis | None) -> list[str]:
-    """The corners of a link's triangles that lie farthest from its hinge, in the mean."""
+    """Return the mean of the corners of a link's triangles farthest from its hinge."""
     corners = [
         part.look.at(part.X_drawing_part).vertices for part in parts if part.look is not None
     ]

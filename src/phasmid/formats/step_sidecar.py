@@ -100,7 +100,7 @@ def sidecar_of(path: Path) -> Path:
 
 
 def read_sidecar(path: Path) -> tuple[Sidecar, str]:
-    """The sidecar of a STEP file, and its text.
+    """Return the sidecar of a STEP file, and its text.
 
     Args:
         path: The STEP file.
@@ -119,7 +119,7 @@ def read_sidecar(path: Path) -> tuple[Sidecar, str]:
 
 
 def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") -> str:
-    """The sidecar of a robot's own assembly, as `phasmid.cad.write_step` writes it.
+    """Return the sidecar of a robot's own assembly, as `phasmid.cad.write_step` writes it.
 
     Links and joints are called as in `phasmid.formats.tree_of`; angles are those of Table 1.
 
@@ -174,7 +174,7 @@ def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") ->
 
 
 def literal(name: str) -> str:
-    """A name as a pattern that fits nothing else."""
+    """Return a pattern that matches this name only."""
     return re.sub(r"([*?[])", r"[\1]", name)
 
 
@@ -187,13 +187,13 @@ def _row(values: np.ndarray) -> str:
 
 
 def _link(name: str, paths: tuple[str, ...], known: list[str]) -> list[str]:
-    """A link of all parts of one assembly."""
+    """Return a link of all parts of one assembly."""
     pattern = f"{literal(paths[0].rpartition('/')[0])}/*"
     return [f"[links.{toml_key(name)}]", f"parts = [{toml_string(pattern)}]", *known, ""]
 
 
 def _given(link: Body | Link, X_drawing_link: np.ndarray) -> list[str]:
-    """The numbers of a robot's file, in the drawing's frame."""
+    """Return the numbers of a robot's file, in the drawing's frame."""
     R = X_drawing_link[:3, :3]
     inertia = ", ".join(_row(row) for row in R @ link.inertia @ R.T)
     return [
@@ -224,7 +224,7 @@ def _weights(assembly: Assembly) -> list[str]:
 
 
 def _axle(assembly: Assembly, paths: Mapping[str, tuple[str, ...]], leg: str, joint: str) -> str:
-    """The servo on whose horn the joint turns, as a path of the drawing."""
+    """Return the servo on whose horn the joint turns, as a path of the drawing."""
     sought = {
         "coxa": ("body", f"{leg}_servo"),
         "femur": (f"{leg}.femur", "femur_servo"),

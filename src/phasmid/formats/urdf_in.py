@@ -48,7 +48,7 @@ UNLIMITED = 1e9
 
 
 def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
-    """The kinematic tree of a URDF file.
+    """Return the kinematic tree of a URDF file.
 
     Args:
         path: The file.

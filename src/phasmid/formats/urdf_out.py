@@ -23,7 +23,7 @@ _STICK_RADIUS = 0.008
 
 
 def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
-    """A robot's URDF file and its meshes.
+    """Return a robot's URDF file and its meshes.
 
     A massless link at the end of a chain is a foot; the link that carries it gets a small ball
     there as its collision shape, since simulators take the ball's own mass for that of a massless
@@ -141,7 +141,7 @@ def _look(tag: str, name: str, shape: str, material: str = "", origin: str = "")
 
 
 def _stick(joint: TreeJoint, looks: _Looks) -> list[str]:
-    """A cylinder from a link's origin to a joint that it carries."""
+    """Return a cylinder from a link's origin to a joint that it carries."""
     end = joint.X_parent_child[:3, 3]
     length = float(np.linalg.norm(end))
     if length < 1e-3:
@@ -195,7 +195,7 @@ def _attributes(**values: object) -> str:
 
 
 def _text(text: str) -> str:
-    """A text for XML, without the characters that XML cannot hold."""
+    """Return a text for XML, without the characters that XML cannot hold."""
     kept = re.sub(r"[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
     return html.escape(kept)
 

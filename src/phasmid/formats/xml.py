@@ -64,11 +64,11 @@ class Element:
         return [child for child in self.children if child.tag == tag]
 
     def find(self, tag: str) -> Element | None:
-        """The first element of a kind directly inside this one."""
+        """Return the first element of a kind directly inside this one."""
         return next((child for child in self.children if child.tag == tag), None)
 
     def need(self, tag: str) -> Element:
-        """The first element of a kind directly inside this one.
+        """Return the first element of a kind directly inside this one.
 
         Raises:
             InvalidInput: There is none.
@@ -87,7 +87,7 @@ class Element:
             pending.extend(reversed(element.children))
 
     def need_text(self, attribute: str) -> str:
-        """An attribute that must be there and not be empty.
+        """Return an attribute that must be there and not be empty.
 
         Raises:
             InvalidInput: It is absent or empty.
@@ -98,7 +98,7 @@ class Element:
         return value
 
     def need_name(self, attribute: str = "name") -> str:
-        """An attribute that is a name: there, printable and not too long.
+        """Return an attribute that is a name: there, printable and not too long.
 
         Raises:
             InvalidInput: It is not.
@@ -158,7 +158,7 @@ class Element:
     def number(
         self, attribute: str, default: float | None = None, *, largest: float = LARGEST_NUMBER
     ) -> float:
-        """The one number of an attribute; as `numbers`."""
+        """Return the one number of an attribute; as `numbers`."""
         preset = None if default is None else [default]
         return self.numbers(attribute, 1, preset, largest=largest)[0]
 
@@ -174,13 +174,13 @@ def _number(word: str) -> float | None:
 
 
 def short(text: str, most: int = LONGEST_NAME) -> str:
-    """A text from a file, for a message: on one line and not longer than that."""
+    """Shorten a text from a file to one line of a message."""
     text = plain(text)
     return text if len(text) <= most else f"{text[:most]}…"
 
 
 def load_xml(path: Path, limit: int = LARGEST_FILE) -> Element:
-    """The root element of an XML file.
+    """Return the root element of an XML file.
 
     Args:
         path: The file.
@@ -193,7 +193,7 @@ def load_xml(path: Path, limit: int = LARGEST_FILE) -> Element:
 
 
 def read_xml(raw: bytes, file: str) -> Element:
-    """The root element of an XML text.
+    """Return the root element of an XML text.
 
     Args:
         raw: The text, in the encoding that it declares.

@@ -198,7 +198,7 @@ change nothing on a walk that is far from slipping.
 
 
 def document(results: Results, evidence: Evidence) -> str:
-    """The page, in Markdown."""
+    """Return the page, in Markdown."""
     return _PAGE.format(
         parts="".join(_part(name, lines) for name, lines in results.parts.items()),
         rules=_table(("grade", "given where"), [(g.value, rule) for g, rule in RULES.items()]),

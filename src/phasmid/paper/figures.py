@@ -165,7 +165,7 @@ def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
 
 
 def _alike(evidence: Evidence, models: tuple[str, ...]) -> list[list[str]]:
-    """The models, those together whose forces on this walk are the same line."""
+    """Group the models whose forces on this walk are equal."""
     found: list[tuple[np.ndarray, list[str]]] = []
     for model in models:
         force, _ = model_force_and_torque(evidence.walk, model)
@@ -199,7 +199,7 @@ def _grid(
     room: float = 0.34,
     legend: int = 1,
 ) -> tuple[Figure, np.ndarray]:
-    """A figure of panels under a title, a subtitle and a place for the legend's lines."""
+    """Return a figure of panels with title, subtitle and space for the legend."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as NewFigure
 

@@ -142,12 +142,12 @@ def _grip(source: str, trial: Trial, force: np.ndarray) -> Grip:
 
 
 def compare_squeezes(evidence: Evidence) -> list[Squeeze]:
-    """How much of the simulated foot forces is internal, under each drive."""
+    """Return the internal part of the simulated foot forces for each drive."""
     return [squeeze(evidence.driven(drive), drive) for drive in DRIVES]
 
 
 def compare_creeps(evidence: Evidence) -> list[Squeeze]:
-    """The same for prescribed joints, on ground whose friction creeps more or less."""
+    """Return the internal part for prescribed joints and several friction dampings."""
     return [squeeze(evidence.creeping(c), f"{c:g} N·s/m a point") for c in CREEPS]
 
 
@@ -177,19 +177,19 @@ def squeeze(trial: Trial, source: str) -> Squeeze:
 
 
 def internal_forces(feet: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of the forces on feet (N, n, 3) that add up to nothing, (N, k, 3 n)."""
+    """Return an orthonormal basis (N, k, 3 n) of internal forces of the feet (N, n, 3)."""
     grasp = grasp_matrix(feet - feet.mean(axis=1, keepdims=True))
     _, _, rows = np.linalg.svd(grasp)
     return np.asarray(rows[:, 6:])
 
 
 def compare_relaxations(evidence: Evidence) -> list[Relaxation]:
-    """How the squeeze of servos that give like springs fades from touchdown on."""
+    """Return the decay of internal forces after touchdown, with ideal servos."""
     return [relaxation(evidence.driven(drive), drive) for drive in DRIVES[1:3]]
 
 
 def relaxation(trial: Trial, drive: str) -> Relaxation:
-    """The simulated tangential forces beside the minimum torque's, by the time since touchdown.
+    """Return simulated and minimum-torque tangential forces by the time since touchdown.
 
     Args:
         trial: A walk on servos.
@@ -214,7 +214,7 @@ def relaxation(trial: Trial, drive: str) -> Relaxation:
 
 
 def fading_time(trial: Trial) -> float:
-    """A foot's friction damping times its joints' give in the outward direction [s]."""
+    """Return a foot's friction damping times its outward compliance [s]."""
     robot = trial.walk.robot
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     outward = jacobian(robot.arrays, q)[:, 0]

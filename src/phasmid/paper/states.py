@@ -59,7 +59,7 @@ class States:
 
 @cache
 def walk_states() -> States:
-    """The samples of the paper's walk, with the foot forces of least norm.
+    """Return the samples of the paper's walk, with the foot forces of least norm.
 
     The links' masses lie as Eq. 10 assumes, so that only the print makes a difference.
     """

@@ -265,7 +265,7 @@ def _body(table: RobotTable, leg_mass: float) -> Body:
 
 
 def robot_to_toml(robot: Robot) -> str:
-    """A robot as the text of a file that loads to exactly the same numbers.
+    """Return a robot as the text of a file that loads to exactly the same numbers.
 
     Keys carry no units: all numbers are SI and radians, so that none is rounded.
     """

@@ -38,7 +38,7 @@ SWUNG = 0.1
 
 
 def fall(laboratory: Laboratory) -> list[Reading]:
-    """The whole robot thrown up and ahead, its joints held, until 0.5 s after."""
+    """Compare 0.5 s of the thrown robot's flight, joints held, with free fall."""
     time, g = 0.5, laboratory.scenario.model.gravity
     speed = np.array([1.0, 0.0, 2.0])
     way = speed * time - np.array([0.0, 0.0, g * time**2 / 2])
@@ -84,7 +84,7 @@ def fall(laboratory: Laboratory) -> list[Reading]:
 
 
 def pendulum_period(laboratory: Laboratory) -> list[Reading]:
-    """The time between passages of a rod through its lowest place."""
+    """Compare the period of a rod's swing with the closed form."""
     g = laboratory.scenario.model.gravity
     exact = 4 * math.sqrt(2 * ROD / (3 * g)) * _elliptic_k(math.sin(SWING / 2))
     bounds = {
@@ -110,7 +110,7 @@ def pendulum_period(laboratory: Laboratory) -> list[Reading]:
 
 
 def pendulum_energy(laboratory: Laboratory) -> list[Reading]:
-    """How far kinetic and potential energy of the rod are from their sum at the start."""
+    """Compare the rod's total energy with that at the start."""
     scenario = laboratory.scenario
     g = scenario.model.gravity
     worst: dict[tuple[Integrator, float], float] = {}
@@ -254,7 +254,7 @@ def _add_link(
 
 
 def _integrate_equations(leg: Leg, gravity: float, *, steps: int) -> Float[np.ndarray, "2"]:
-    """The same by Eqs. 10-11, corrected, with the coxa held, and Runge and Kutta's method."""
+    """Integrate Eqs. 10-11, corrected, by Runge-Kutta, with the coxa held."""
 
     def rates(state: Float[np.ndarray, "4"]) -> Float[np.ndarray, "4"]:
         femur, tibia = state[2:]

@@ -47,7 +47,7 @@ HIGHEST, STEEPEST = 0.15, 0.4
 
 
 def forward_and_inverse(laboratory: Laboratory) -> list[Reading]:
-    """The engine's accelerations in contact, put into our inverse dynamics and into its own."""
+    """Compare our inverse dynamics and the engine's at its accelerations in contact."""
     import mujoco
 
     torque, wrench, own, as_run = np.zeros((4, len(INSTANTS)))

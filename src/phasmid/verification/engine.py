@@ -32,7 +32,7 @@ POINTS_PER_FOOT = 4
 def compiled(
     spec: mujoco.MjSpec, scenario: Scenario, *, integrator: Integrator, dt: float
 ) -> mujoco.MjModel:
-    """A small body's model with the settings of the robot's.
+    """Return a small body's model with the settings of the robot's.
 
     Args:
         spec: The body.
@@ -48,7 +48,7 @@ def compiled(
 
 
 def with_integrator(model: mujoco.MjModel, integrator: Integrator, dt: float) -> mujoco.MjModel:
-    """The same model, which is changed, with another integrator and time step [s]."""
+    """Change a model's integrator and time step [s], and return it."""
     import mujoco
 
     if integrator == "RK4":
@@ -94,7 +94,7 @@ class Touch(NamedTuple):
 
 
 def touching(robot: Robot, model: mujoco.MjModel, data: mujoco.MjData) -> Touch:
-    """The contacts that the engine has found, read point by point."""
+    """Return the engine's contacts, point by point."""
     import mujoco
 
     tibias = {model.body(f"{leg.name}.tibia").id: i for i, leg in enumerate(robot.legs)}
@@ -119,7 +119,7 @@ def touching(robot: Robot, model: mujoco.MjModel, data: mujoco.MjData) -> Touch:
 
 
 def trunk_motion(data: mujoco.MjData) -> BodyMotion:
-    """The trunk's pose, velocity and acceleration as the engine has them, in world axes."""
+    """Return the trunk's pose, velocity and acceleration in the engine, in world axes."""
     rotation = quaternion_rotation(data.qpos[3:7].copy())
     # The engine turns a free body about its own axes.
     return BodyMotion(

@@ -157,7 +157,7 @@ def structure(laboratory: Laboratory) -> list[Reading]:
 
 
 def _christoffel(legs: LegArrays, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    """The matrix C(q, q') of Christoffel's symbols, from the quadratic forms of Eq. 10.
+    """Return the matrix C(q, q') of Christoffel's symbols, from the quadratic forms of Eq. 10.
 
     A form h(q') belongs to the bilinear form (h(u + v) - h(u) - h(v)) / 2, which with u = q' is
     C v.
@@ -208,7 +208,7 @@ def derivative(f: Callable[[float], np.ndarray], t: float, h: float = 0.01) -> n
 
 
 def _rotation(turn: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """The rotation by a vector's length about its direction."""
+    """Return the rotation by a vector's length about its direction."""
     angle = float(np.linalg.norm(turn))
     unit = turn / angle
     return quaternion_rotation(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * unit)]))

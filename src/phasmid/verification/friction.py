@@ -38,7 +38,7 @@ BRAKING_STEP = 0.00025
 
 
 def incline(laboratory: Laboratory) -> list[Reading]:
-    """The steepest slope that holds the robot, found by halving; six feet, joints held."""
+    """Find the steepest slope that holds the robot on six feet, joints held, by bisection."""
     readings = []
     for friction in FRICTIONS:
         critical = math.atan(friction)
@@ -64,7 +64,7 @@ def incline(laboratory: Laboratory) -> list[Reading]:
 
 
 def creep(laboratory: Laboratory) -> list[Reading]:
-    """How fast the robot goes down a slope of 20° on which it sticks."""
+    """Compare the creep velocity on a slope of 20° with that of the friction damping."""
     readings = []
     for damping in (laboratory.scenario.contact.friction_damping, CREEPLESS):
         run = laboratory.standing(friction_damping=damping)
@@ -93,7 +93,7 @@ def creep(laboratory: Laboratory) -> list[Reading]:
 
 
 def stopping(laboratory: Laboratory) -> list[Reading]:
-    """The way of the robot that slides on six feet, joints held, until it rests."""
+    """Compare the stopping distance on six feet, joints held, with v²/(2 μ g)."""
     readings = []
     for friction in FRICTIONS:
         run = laboratory.standing(friction=friction, dt=BRAKING_STEP)
@@ -127,7 +127,7 @@ def stopping(laboratory: Laboratory) -> list[Reading]:
 
 
 def cone(laboratory: Laboratory) -> list[Reading]:
-    """Every point's friction while the robot slides and stops, at every step."""
+    """Check the friction cone at every contact point and step while the robot slides."""
     measured: list[tuple[float, float, float, int]] = []
     for friction in FRICTIONS:
         run = laboratory.standing(friction=friction)

@@ -57,7 +57,7 @@ class Laboratory:
         return self._walks[key]
 
     def standing(self, **changes: Any) -> Run:
-        """The robot at rest on all its feet at their neutral places, its joints held.
+        """Return the robot at rest on its neutral feet, joints held.
 
         A new one at each call: experiments push it about.
         """

@@ -64,7 +64,7 @@ def chain(laboratory: Laboratory) -> list[Reading]:
 
 
 def slopes(laboratory: Laboratory) -> list[Reading]:
-    """The Jacobian beside the complex step of Table 1's chain, written out here once more."""
+    """Compare the Jacobian with the complex-step derivative of Table 1's chain."""
     del laboratory
     q, step, apart = _random_angles(), 1e-30, []
     for leg in _legs():
@@ -87,7 +87,7 @@ def _random_angles() -> Float[np.ndarray, "states 3"]:
 
 
 def _foot(leg: Leg, q: Complex[np.ndarray, "states 3"]) -> Complex[np.ndarray, "states 3"]:
-    """The foot by the product of Table 1's transforms, for complex angles."""
+    """Return the foot by the product of Table 1's transforms, for complex angles."""
     point = np.array([leg.tibia.length, 0.0, 0.0]) + np.zeros_like(q)
     coxa, femur = leg.coxa.length, leg.femur.length
     for angle, at, upright in ((q[:, 2], femur, 0), (q[:, 1], coxa, 1), (q[:, 0], 0.0, 0)):

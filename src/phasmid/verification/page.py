@@ -71,7 +71,7 @@ than the project's charter of physics tests asks for.
 
 
 def page(rows: Sequence[Row]) -> str:
-    """The page, in Markdown."""
+    """Return the page, in Markdown."""
     lines = ["| | check | expected | got | tolerance | |", "|---|---|---|---|---|---|"]
     reasons = []
     for number, group in groupby(rows, key=lambda row: row.number):
@@ -97,7 +97,7 @@ def page(rows: Sequence[Row]) -> str:
 
 
 def _reasons(number: int, rows: Sequence[Row]) -> list[str]:
-    """Where a check's tolerances come from, each reason once, with the cases that it is for."""
+    """Return the reasons of a check's tolerances, each once with its cases."""
     cases: dict[str, list[str]] = {}
     for row in rows:
         cases.setdefault(row.why, []).append(row.case)
@@ -107,7 +107,7 @@ def _reasons(number: int, rows: Sequence[Row]) -> list[str]:
 
 
 def tally(rows: Sequence[Row]) -> str:
-    """How many rows there are of each verdict, a sentence."""
+    """Count the rows of each verdict, in a sentence."""
     counted = Counter(row.verdict for row in rows)
     checks = len({row.number for row in rows})
     words = {Verdict.PASSES: "pass", Verdict.FAILS: "fail", Verdict.REPORTED: "are reported"}
@@ -130,14 +130,14 @@ def result(row: Row) -> str:
 
 
 def margin(row: Row) -> str:
-    """The tolerance in words."""
+    """Return the tolerance in words."""
     if row.tolerance is None:
         return ""
     return "exact" if row.tolerance == 0 else f"± {row.tolerance:.2g}"
 
 
 def _quantity(value: float, row: Row) -> str:
-    """A number with its unit; zeros without, since nothing of anything is nothing."""
+    """Format a number with its unit; zero without."""
     if not math.isfinite(value):
         return "none"
     if value == 0:
@@ -150,7 +150,7 @@ def _quantity(value: float, row: Row) -> str:
 
 
 def _cell(text: str) -> str:
-    """A text that does not end its cell."""
+    """Escape a text for a table's cell."""
     return text.replace("|", "\\|")
 
 

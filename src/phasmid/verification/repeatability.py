@@ -34,7 +34,7 @@ CYCLES = 2
 
 
 def symmetry(laboratory: Laboratory) -> list[Reading]:
-    """The walk mirrored, with legs declared in another order, and begun in another direction."""
+    """Compare a walk with its mirror image, another order of legs, and another heading."""
     # Table 2's links are turned, not mirrored, from right to left; at mid-length they are both.
     base = laboratory.scenario.replace(
         mass_model="mid-length", duration=CYCLES * laboratory.scenario.stride.period, step_turn=0.1
@@ -97,7 +97,7 @@ def repetition(laboratory: Laboratory) -> list[Reading]:
 
 
 def _with_order(scenario: Scenario, order: tuple[int, ...]) -> Scenario:
-    """The scenario with each leg stepping as the leg that the order names for it."""
+    """Return the scenario with its gait offsets in another order of legs."""
     gait = scenario.load_gait()
     offsets = tuple(gait.offsets[i] for i in order)
     return scenario.replace(
@@ -114,7 +114,7 @@ def _opposite_legs(robot: Robot) -> tuple[int, ...]:
 
 
 def _walked(scenario: Scenario, *, turn: float = 0.0) -> Float[np.ndarray, "samples 3"]:
-    """The trunk's places, for a walk that begins in some direction [m]."""
+    """Return the trunk's positions of a walk with an initial heading [m]."""
     run = Run(scenario, plan(scenario))
     if turn:
         _turn(run.data, turn)

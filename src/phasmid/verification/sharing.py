@@ -100,7 +100,7 @@ def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
 
 
 def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:
-    """The same forces by alternating directions of multipliers (Boyd et al. 2011), in the world.
+    """Return the forces by ADMM (Boyd et al. 2011), in world axes.
 
     One half makes the least squares within equilibrium, the other projects on the cones.
     """
@@ -120,7 +120,7 @@ def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:
 
 
 def _into_cones(f: Float[np.ndarray, "loads axes"]) -> Float[np.ndarray, "loads axes"]:
-    """The nearest forces within the friction cones."""
+    """Project forces onto the friction cones."""
     local = f.reshape(len(f), -1, 3)
     normal, along = local[..., 0], local[..., 1:]
     size = np.hypot(along[..., 0], along[..., 1])

@@ -17,7 +17,7 @@ TRIPODS = (((0, 2, 4), 4), ((1, 3, 5), 1))
 
 
 def tripod(laboratory: Laboratory) -> list[Reading]:
-    """The middle foot's part of the weight: by areas, by the force model, in the walk."""
+    """Compare the middle foot's share by areas, by the force model, and in the walk."""
     recording, robot = laboratory.walk(), laboratory.scenario.load_robot()
     weight = robot.mass * laboratory.scenario.model.gravity
     readings = [
@@ -78,8 +78,10 @@ def _share_by_areas(
     legs: tuple[int, ...],
     middle: int,
 ) -> Float[np.ndarray, " some"]:
-    """A foot's share of the weight: the triangle of the centre of mass and the other two feet,
-    as a part of the triangle of all three, both seen from above.
+    """Return a foot's share of the weight.
+
+    It is the area of the triangle of the centre of mass and the other two feet, divided by that of
+    all three feet, both from above.
     """
     a, b = (feet[:, leg, :2] for leg in legs if leg != middle)
     return _area(centre[:, :2], a, b) / _area(feet[:, middle, :2], a, b)

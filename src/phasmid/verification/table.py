@@ -72,7 +72,7 @@ CHECKS: dict[int, Check] = {
 
 
 def check_numbers(rows: Iterable[int]) -> list[int]:
-    """The numbers in order, each once.
+    """Return the numbers in order, each once.
 
     Raises:
         InvalidInput: There are none, or there is no check of a number.

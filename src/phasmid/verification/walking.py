@@ -38,7 +38,7 @@ def mean_load(laboratory: Laboratory) -> list[Reading]:
 
 
 def swing_load(laboratory: Laboratory) -> list[Reading]:
-    """The largest force on any foot in its swing, 80 ms away from its switches.
+    """Check the largest force on a swing foot, 80 ms away from its switches.
 
     That standing feet are loaded shows that the forces are measured at all.
     """
@@ -66,7 +66,7 @@ def swing_load(laboratory: Laboratory) -> list[Reading]:
 
 
 def refinement(laboratory: Laboratory) -> list[Reading]:
-    """The first two cycles at the scenario's time step and at half of it."""
+    """Compare two cycles at the scenario's time step and at half of it."""
     scenario = laboratory.scenario
     found = time_step_refinement(scenario, plan(scenario))
     if found is None:
@@ -119,6 +119,6 @@ def amid_stance(recording: Recording, legs: Sequence[int]) -> Bool[np.ndarray, "
 
 
 def _way(scenario: Scenario) -> Float[np.ndarray, "3"]:
-    """The body's planned way in the cycles that are compared [m]."""
+    """Return the planned displacement in the compared cycles [m]."""
     end = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
     return plan(scenario).sample(np.array([end])).trunk.position[0] * [1, 1, 0]

@@ -110,7 +110,7 @@ def _hint(scene: dict[str, Any]) -> str:
 
 
 def chip(leg: int) -> str:
-    """A patch of a leg's colour; a drawing, since the page's policy allows no styles of elements.
+    """Return a patch of a leg's colour as SVG: the page's policy forbids inline styles.
 
     Args:
         leg: Counted from 0.
