@@ -80,7 +80,7 @@ Correct it, and `robot.step` is a robot wherever one is asked for:
 ```toml
 name = "mine"
 servo = "AX-12A"
-density_kg_m3 = 1200                     # of parts of which nothing else is said
+density_kg_m3 = 1200                     # of parts without a density of their own
 
 [parts."*servo*"]                        # by path in the assembly, or by the part's own name
 mass_g = 54.6                            # each; or density_kg_m3, density_g_cm3

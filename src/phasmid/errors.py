@@ -171,8 +171,8 @@ class FailedRuns(PhasmidError):
         if isinstance(error, PhasmidError):
             super().__init__(which + error.what + more, where=error.where, hint=error.hint)
         else:
-            said = f"{type(error).__name__}: {error}".rstrip(".: ")
-            super().__init__(f"{which}{said}.{more}")
+            cause = f"{type(error).__name__}: {error}".rstrip(".: ")
+            super().__init__(f"{which}{cause}.{more}")
 
 
 class OutputError(PhasmidError):

@@ -24,7 +24,7 @@ class Quantity:
     """Marks a field that carries a dimension.
 
     Attributes:
-        unit: Ending of the unit that people use for it; without an ending a key is SI.
+        unit: Ending of its usual unit; a key without an ending is in SI.
     """
 
     unit: str

@@ -14,7 +14,7 @@ from phasmid.errors import InvalidInput, nearest
 from phasmid.units import split_unit
 
 LARGEST_FILE = 1_000_000
-"""Files above this many bytes are not robots or scenarios that a person wrote."""
+"""Files above this many bytes are no robots or scenarios written by hand."""
 
 MOST_PARTS = 16
 """Most parts of a dotted key: the parser's memory grows with their square."""
@@ -214,7 +214,7 @@ def toml_string(text: str) -> str:
     named = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
 
     def written(c: str) -> str:
-        # What cannot be seen, such as a mark that turns the way of writing, is told by its number.
+        # Invisible characters, such as marks of writing direction, are written by number.
         if c in named or c.isprintable() or 0xD800 <= ord(c) < 0xE000:
             return named.get(c, c)
         return f"\\u{ord(c):04x}" if ord(c) <= 0xFFFF else f"\\U{ord(c):08x}"

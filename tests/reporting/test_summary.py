@@ -232,7 +232,7 @@ def test_a_run_that_diverged_is_judged_by_its_finite_part(short_walk):
 
 def test_a_recording_without_its_robot_is_refused():
     bare = new_recording(np.arange(3.0), {}, {"scenario": "x"})
-    with pytest.raises(InvalidInput, match="does not say its robot"):
+    with pytest.raises(InvalidInput, match="has no robot"):
         summarise(bare)
     damaged = new_recording(np.arange(3.0), {}, {"scenario": "=", "robot": "name = 'x'"})
     with pytest.raises(InvalidInput, match="recording's scenario line 1: "):

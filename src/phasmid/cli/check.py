@@ -175,10 +175,10 @@ def _plain_walk(robot: Robot) -> list[dict[str, str]]:
         scenario = scenario.replace(robot=robot, gait=next(iter(gaits)))
         check_time_step(scenario, plan(scenario))
     except PhasmidError as error:
-        said = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
+        finding = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
         # Only an option can follow the command.
         hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
-        return [{"severity": "note", "where": "", "hint": hint, **said}]
+        return [{"severity": "note", "where": "", "hint": hint, **finding}]
     return []
 
 

@@ -172,7 +172,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--trajectory-unit",
         choices=("rad", "deg"),
         default="rad",
-        help="of its angles, where the file does not say; default: rad",
+        help="of its angles, if the file has none; default: rad",
     )
     parser.add_argument(
         "--check-time-step",

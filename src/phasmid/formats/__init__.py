@@ -1,4 +1,4 @@
-"""Robots in and out of the formats that people have: TOML, URDF, MJCF, STEP."""
+"""Robots in and out of the formats of other programs: TOML, URDF, MJCF, STEP."""
 
 from phasmid.formats.description import describe
 from phasmid.formats.findings import Finding, Severity

@@ -83,7 +83,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
 
     Args:
         tree: The tree, its joints at angle 0.
-        options: What a person adds to the file.
+        options: Data that the file lacks.
 
     Returns:
         The robot, or why there is none; in either case all findings.

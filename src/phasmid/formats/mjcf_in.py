@@ -161,23 +161,26 @@ class _Source:
         try:
             yield
         except (ValueError, RuntimeError, mujoco.FatalError, UnicodeError) as error:
-            raise self._spoken(str(error)) from None
+            raise self._error(str(error)) from None
         finally:
             mujoco.set_mju_user_warning(before)
 
-    def _spoken(self, said: str) -> InvalidInput:
+    def _error(self, message: str) -> InvalidInput:
         where = self.path.name
-        line, name = re.search(r"\bline (\d+)", said), re.search(r"Element name '(.+?)'", said)
+        line, name = (
+            re.search(r"\bline (\d+)", message),
+            re.search(r"Element name '(.+?)'", message),
+        )
         if line and int(line.group(1)) > 0 and not self.has_includes:
             where = f"{where}, line {line.group(1)}"
         elif name:
             places = (place for (_, own), place in self.places.items() if own == name.group(1))
             where = next(places, where)
-        said = re.sub(r"^(XML Error|Error|XML parse error):?\s*", "", said)
-        said = re.sub(r"\n?Element name '', id -?\d+", "", said)
-        said = re.sub(r"(Element name '[^']*'), id -?\d+", r"\1", said)
-        said = re.sub(r",? *(column )?-?\d*,? *\(?\bline -?\d+\)?(, column -?\d+)?", "", said)
-        sentence = short("; ".join(line.strip() for line in said.splitlines() if line.strip()))
+        message = re.sub(r"^(XML Error|Error|XML parse error):?\s*", "", message)
+        message = re.sub(r"\n?Element name '', id -?\d+", "", message)
+        message = re.sub(r"(Element name '[^']*'), id -?\d+", r"\1", message)
+        message = re.sub(r",? *(column )?-?\d*,? *\(?\bline -?\d+\)?(, column -?\d+)?", "", message)
+        sentence = short("; ".join(line.strip() for line in message.splitlines() if line.strip()))
         return InvalidInput(
             f"MuJoCo cannot use {self.path.name}: {sentence.rstrip('.;, ')}.", where=where
         )

@@ -123,7 +123,7 @@ class _Document:
         for number, part in enumerate(pieces):
             mesh = Path(self.meshes.add(part, part.name or link.name)).stem
             look = {"mesh": mesh, "rgba": _text(part.color)}
-            # The engine wants names of their own for all geoms.
+            # The engine requires unique geom names.
             name = f"{link.name}/{number}/{part.name}"
             ET.SubElement(body, "geom", {"class": "visual", "name": name, **look})
         for joint in self._tree.joints_from(link.name):

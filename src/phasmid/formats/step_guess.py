@@ -1,4 +1,4 @@
-"""A first guess of a STEP file's sidecar, for a person to correct."""
+"""A first guess of a STEP file's sidecar."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def first_guess(path: Path) -> str:
         "Correct it where it is wrong.",
         f"name = {toml_string(_plain(path.stem)[:64] or 'robot')}",
         '# servo = "AX-12A"',
-        f"density_kg_m3 = {PLASTIC:g}  # a guess, for all parts of which nothing else is said",
+        f"density_kg_m3 = {PLASTIC:g}  # a guess, for all parts without a density of their own",
         "",
         *_servos(parts),
     ]
@@ -161,7 +161,7 @@ def _joint(parent: str, child: str, axis: Axis | None) -> list[str]:
     ]
     if axis is None:
         found = [
-            "# No round face is shared by the two links: say where the axis is.",
+            "# No round face is shared by the two links: give the axis.",
             "# point_mm = [0, 0, 0]",
             "# direction = [0, 0, 1]",
         ]

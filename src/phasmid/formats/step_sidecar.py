@@ -206,19 +206,19 @@ def _given(link: Body | Link, X_drawing_link: np.ndarray) -> list[str]:
 
 def _weights(assembly: Assembly) -> list[str]:
     """Masses and densities by the parts' own names, each once."""
-    said: dict[str, str] = {}
+    entries: dict[str, str] = {}
     for parts in assembly.links.values():
         for placed in parts:
             solid = placed.solid
             if solid.mass is None:
-                said[solid.name] = (
+                entries[solid.name] = (
                     f"density_kg_m3 = {solid.material.density!r}  # {solid.material.name}"
                 )
             else:
-                said[solid.name] = f"mass_kg = {solid.mass!r}"
+                entries[solid.name] = f"mass_kg = {solid.mass!r}"
     return [
         line
-        for name, what in said.items()
+        for name, what in entries.items()
         for line in (f"[parts.{toml_key(literal(name))}]", what, "")
     ]
 

@@ -34,7 +34,7 @@ def judge_symmetry(robot: Robot, *, read: bool = False) -> tuple[Finding, ...]:
 
     Args:
         robot: The robot.
-        read: Whether its hips were read from joints, and not from angles that a person wrote.
+        read: Whether its hips were computed from joints, not given as angles.
     """
     hips = np.array([leg.mount_position for leg in robot.legs])
     # An odd leg would move the mean.

@@ -131,7 +131,7 @@ class Tree:
                 f"{self.file or self.name} has {len(roots)} root links{named}; "
                 "exactly 1 is needed.",
             )
-        # Links that hang on a ring of joints are not reached from the root.
+        # Links on a closed loop of joints are not reached from the root.
         reached = {roots[0]}
         frontier = [roots[0]]
         while frontier:

@@ -209,7 +209,7 @@ def read_xml(raw: bytes, file: str) -> Element:
     try:
         parser.Parse(raw, True)
     except expat.ExpatError as error:
-        raise reader.speak(error) from None
+        raise reader.located(error) from None
     except (LookupError, ValueError) as error:
         raise InvalidInput(f"{file}: its encoding cannot be read ({short(str(error))}).") from None
     root = reader.root
@@ -275,7 +275,7 @@ class _Reader:
     def _end(self, _: str) -> None:
         self.open.pop().text = "".join(self.texts.pop()).strip()
 
-    def speak(self, error: expat.ExpatError) -> InvalidInput:
+    def located(self, error: expat.ExpatError) -> InvalidInput:
         """Convert an error of expat to a sentence."""
         if error.code in _ENDS and self.open:
             # The innermost element that has a name says more than an <inertia>.

@@ -250,7 +250,7 @@ def _own(value: Any) -> str | int | float:
         value = value.item()
     if isinstance(value, str | int | float):
         return value
-    # HDF5 has its own way to say that a text is empty.
+    # HDF5 has a type for empty text.
     if type(value).__name__ == "Empty":
         return ""
     raise ValueError(f"an attribute holds {type(value).__name__}")

@@ -241,11 +241,11 @@ def _velocity_facts(summary: Summary) -> Iterator[tuple[str, str]]:
     run = summary["run"]
     for fault in run.get("faults", ()):
         yield "Fault", plain(str(fault))
-    said = run.get("events", ())
-    for time, sentence in said[:MOST_EVENTS]:
+    found = run.get("events", ())
+    for time, sentence in found[:MOST_EVENTS]:
         yield "Event", f"{time:.2f} s: {plain(str(sentence))}"
-    if len(said) > MOST_EVENTS:
-        yield "", f"{len(said) - MOST_EVENTS} more events are in summary.json"
+    if len(found) > MOST_EVENTS:
+        yield "", f"{len(found) - MOST_EVENTS} more events are in summary.json"
 
 
 def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:

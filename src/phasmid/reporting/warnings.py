@@ -59,8 +59,8 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
         _slip(summary),
         _time_step(summary),
     ]
-    said = [sentence for sentence in found if sentence]
-    return said + idle_fields(source.scenario, source.robot)
+    sentences = [sentence for sentence in found if sentence]
+    return sentences + idle_fields(source.scenario, source.robot)
 
 
 def _unknown_ground(summary: dict[str, Any], source: Source) -> str:

@@ -187,7 +187,7 @@ def _ordered_names(names: tuple[str, ...], count: int) -> tuple[str, ...]:
             hint=f"leg_count = {len(names)}, if it is no hexapod" if len(names) >= 4 else "",
         )
     raise InvalidRobot(
-        f"robot: {len(names)} legs given; leg_count says {count}.",
+        f"robot: {len(names)} legs given; leg_count is {count}.",
         hint=f"leg_count = {len(names)}",
     )
 

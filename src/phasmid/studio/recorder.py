@@ -68,7 +68,7 @@ class Saved:
 
     Attributes:
         run: Id of the recording.
-        sentence: Report for people.
+        sentence: Report for the user.
         complete: True if its folder is written.
     """
 

@@ -165,8 +165,8 @@ def _claims(found: list[Claim], summary: Summary) -> str:
     )
     warnings = [escape(plain(text)) for text in summary.get("warnings", ())]
     words = "".join(f"<li>{text}</li>" for text in warnings)
-    said = f'<ul class="warnings">{words}</ul>' if words else "<p>There is none.</p>"
-    return f"{table if found else ''}\n<h3>Warnings</h3>\n{said}"
+    listed = f'<ul class="warnings">{words}</ul>' if words else "<p>There is none.</p>"
+    return f"{table if found else ''}\n<h3>Warnings</h3>\n{listed}"
 
 
 def _figures(pictures: Sequence[Picture]) -> str:

@@ -45,31 +45,31 @@ def sentence(summary: Summary, source: Source) -> str:
     run, robot, way = summary["run"], summary["robot"], summary.get("travel", {})
     stride, scenario = source.scenario.stride, source.scenario
     verb = {"simulation": "simulated", "model": "computed"}.get(run.get("kind", ""), "recorded")
-    said = (
+    words = (
         f"{run['duration']:.4g} s of the scenario “{short(scenario.name)}” {verb}: the robot "
         f"{short(robot['name'])} with {len(robot['legs'])} legs and {robot['mass']:.3g} kg "
     )
     if run.get("follows") == "trajectory":
-        said += "follows a trajectory of its joints"
+        words += "follows a trajectory of its joints"
     else:
         step, period = units.text(stride.step_length, "mm"), units.text(stride.period, "s")
-        said += (
+        words += (
             f"walks with the {short(source.gait.name)} gait, steps of {step} and {period} a cycle"
         )
     kind = scenario.terrain.kind
-    said += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
+    words += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
     if run.get("drive"):
-        said += f", with {short(run['drive'])} drive"
-    said += f". {ENDED.get(run.get('ending', ''), 'It ended')}"
+        words += f", with {short(run['drive'])} drive"
+    words += f". {ENDED.get(run.get('ending', ''), 'It ended')}"
     if run["planned_duration"] - run["duration"] > 1e-9:
         longest = f"{run['planned_duration']:.4g} s"
-        said += f" at {run['duration']:.4g} s"
-        said += f", at most {longest}" if "waypoints" in run else f" of {longest} planned"
+        words += f" at {run['duration']:.4g} s"
+        words += f", at most {longest}" if "waypoints" in run else f" of {longest} planned"
     if "distance" in way:
-        said += f", {1000 * way['distance']:.0f} mm from where it began"
+        words += f", {1000 * way['distance']:.0f} mm from where it began"
         if way.get("commanded_distance", 0.0) > 1e-3:
-            said += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
-    return said + "."
+            words += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
+    return words + "."
 
 
 def claims(summary: Summary) -> Iterator[Claim]:
