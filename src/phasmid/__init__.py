@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from phasmid.sensors import sense
     from phasmid.simulation import replay, simulate, simulate_many
     from phasmid.simulation.drive import drive
+    from phasmid.studies import load_study, study
     from phasmid.verification import verify
     from phasmid.video import save_video
 
@@ -70,6 +71,7 @@ _PACKAGE_OF = {
     "load_recording": "recording",
     "load_robot": "formats",
     "load_scenario": "formats",
+    "load_study": "studies",
     "load_trajectory": "motion",
     "plan": "motion",
     "plot": "reporting",
@@ -82,6 +84,7 @@ _PACKAGE_OF = {
     "sense": "sensors",
     "simulate": "simulation",
     "simulate_many": "simulation",
+    "study": "studies",
     "summarise": "reporting",
     "verify": "verification",
 }
@@ -124,6 +127,7 @@ __all__ = [
     "load_recording",
     "load_robot",
     "load_scenario",
+    "load_study",
     "load_trajectory",
     "plan",
     "plot",
@@ -136,6 +140,7 @@ __all__ = [
     "sense",
     "simulate",
     "simulate_many",
+    "study",
     "summarise",
     "verify",
 ]

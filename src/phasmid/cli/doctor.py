@@ -20,6 +20,7 @@ PURPOSES = {
     "derivation": "the equations in symbols",
     "ros": "recordings as ROS 2 messages",
     "studio": "the live page",
+    "study": "studies of many runs",
     "video": "videos of walks",
 }
 """Extras of phasmid."""

@@ -1,0 +1,94 @@
+"""``phasmid study``: make the runs of a study, one row of numbers for each."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+from phasmid.cli.progress import progress_bar
+from phasmid.errors import InvalidInput, plain
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a study (.toml)")
+    parser.add_argument("--out", metavar="DIR", help="folder of the study; default: results/NAME")
+    parser.add_argument("--workers", metavar="N", help="number of processes; default: one per core")
+    parser.add_argument(
+        "--retry", choices=("failed",), help="also make the runs again that failed before"
+    )
+    parser.add_argument(
+        "--max-failures", metavar="N", help="stop after more failed runs; default: never"
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="delete the rows of another study of this name"
+    )
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Make the missing runs, and return the exit status: 1 where a run failed."""
+    from phasmid.studies import study
+
+    failed = 0
+    with progress_bar("studying", quiet=options.quiet) as progress:
+
+        def show(done: int, total: int, failures: int) -> None:
+            nonlocal failed
+            failed = failures
+            if progress is not None:
+                progress(done, total=total)
+
+        try:
+            results = study(
+                options.file,
+                out=options.out,
+                workers=_count("--workers", options.workers, 1),
+                retry_failed=options.retry == "failed",
+                max_failures=_count("--max-failures", options.max_failures, 0),
+                force=options.force,
+                progress=show,
+            )
+        except KeyboardInterrupt:
+            print(
+                "phasmid: stopped; rows of completed runs are kept.\n"
+                f"  try  phasmid study {plain(options.file)}, which makes the others",
+                file=sys.stderr,
+            )
+            return 130
+    table = results.table
+    errors = table.loc[table["status"] == "failed", "error"]
+    if not options.quiet:
+        _print_table(results.table, [metric.name for metric in results.study.metrics])
+        folder = plain(str(results.folder))
+        print(f"\n{len(table)} runs, {len(errors)} failed, in {folder}{Path('/')}parts")
+    for error, count in errors.value_counts().head(3).items():
+        print(f"phasmid: {count} runs failed: {plain(str(error))}", file=sys.stderr)
+    return 1 if len(errors) else 0
+
+
+def _print_table(table: object, metrics: list[str]) -> None:
+    """Print least, mean and largest value of each metric, and how the runs ended."""
+    import pandas as pd
+
+    assert isinstance(table, pd.DataFrame)
+    width = max(map(len, metrics))
+    print(f"{'':{width}}  {'least':>12} {'mean':>12} {'largest':>12}")
+    for name in metrics:
+        values = table[name]
+        numbers = " ".join(f"{x:12.5g}" for x in (values.min(), values.mean(), values.max()))
+        print(f"{plain(name):{width}}  {numbers}")
+    endings = table.loc[table["ending"] != "", "ending"].value_counts()
+    print(", ".join(f"{ending} {count}" for ending, count in endings.items()))
+
+
+def _count(flag: str, text: str | None, least: int) -> int | None:
+    if text is None:
+        return None
+    if not re.fullmatch("[0-9]{1,6}", text) or int(text) < least:
+        raise InvalidInput(
+            f'{flag} is "{text}"; it must be a whole number, {least} or more.', hint=f"{flag} 2"
+        )
+    return int(text)

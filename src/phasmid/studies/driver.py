@@ -1,0 +1,160 @@
+"""Studies: begin, go on after an interruption, and return their rows."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from phasmid.cores import cores
+from phasmid.errors import InvalidInput, OutputError
+from phasmid.formats import load_scenario
+from phasmid.recording.file import cannot_write
+from phasmid.simulation.channels import versions
+from phasmid.studies.definition import Study, load_study_file
+from phasmid.studies.executor import Done, execute
+from phasmid.studies.results import (
+    DEFINITION,
+    PARTS,
+    RECORDINGS,
+    StudyResults,
+    load_study,
+    read_definition,
+    read_rows,
+    write_definition,
+)
+from phasmid.studies.runs import Run, Runner, fingerprint, load_function, numbered
+
+Progress = Callable[[int, int, int], None]
+"""Receives the numbers of runs done, of all runs, and of failures."""
+
+
+def study(
+    source: str | Path | Mapping[str, Any],
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    retry_failed: bool = False,
+    max_failures: int | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> StudyResults:
+    """Make the runs of a study that its folder lacks, and return all rows.
+
+    Rows are written as they are made. An interrupted or killed study loses only the runs under way;
+    calling this again goes on.
+
+    Args:
+        source: A ``study.toml`` file, or its content as a mapping.
+        out: Folder of the study; None: ``results/NAME``.
+        workers: Number of processes; None: one per core.
+        retry_failed: Make failed runs again.
+        max_failures: Number of failed runs after which the study stops; None: it never does.
+        force: Replace the folder of another study.
+        progress: Receives the progress.
+
+    Returns:
+        The rows of all runs.
+
+    Raises:
+        InvalidInput: The study is not well formed, or the folder holds another study.
+        OutputError: The folder cannot be written, or too many runs failed.
+    """
+    table, files = load_study_file(source)
+    scenario = load_scenario(_place(table.scenario, files))
+    folder = Path(out) if out is not None else Path("results") / table.name
+    _check_extra()
+    if workers is not None and workers < 1:
+        raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    for place in (axis.function for axis in table.axes.values()):
+        if place:
+            load_function(place, files)
+    for metric in table.metrics:
+        if metric.function:
+            load_function(metric.function, files)
+    runner = Runner(table, scenario, files.resolve(), folder / RECORDINGS, versions())
+    parts = fingerprint(runner)
+    _prepare(folder, table, parts, force=force)
+    runs = numbered(table, parts)
+    missing = _missing(folder, runs, retry_failed=retry_failed)
+    done, failures = len(runs) - len(missing), 0
+    errors: list[str] = []
+
+    def report(task: Done) -> bool:
+        nonlocal done, failures
+        done += task.runs
+        failures += len(task.failures)
+        errors.extend(task.failures[: 1 - len(errors)])
+        if progress:
+            progress(done, len(runs), failures)
+        return max_failures is None or failures <= max_failures
+
+    if missing:
+        if progress:
+            progress(done, len(runs), failures)
+        count = min(workers or cores(), len(missing))
+        execute(runner, folder, missing, workers=count, report=report)
+    if max_failures is not None and failures > max_failures:
+        raise OutputError(
+            f"{failures} runs failed, more than {max_failures}; {done} of {len(runs)} are done. "
+            f"The first: {errors[0]}",
+            hint=f"phasmid study {source} --retry failed" if isinstance(source, str) else "",
+        )
+    return load_study(folder)
+
+
+def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: bool) -> None:
+    """Make the folder of a study, or check that it holds this one."""
+    try:
+        exists = folder.exists() and any(folder.iterdir())
+    except OSError as error:
+        raise cannot_write(folder, error) from None
+    if exists:
+        is_study = (folder / DEFINITION).exists()
+        if not is_study:
+            raise InvalidInput(
+                f"{folder} exists and is no folder of a study; nothing was written.",
+                hint="another --out",
+            )
+        changed = _changes(read_definition(folder)["parts"], parts)
+        if not changed:
+            return
+        if not force:
+            listed = ", ".join(changed[:4]) + (", ..." if len(changed) > 4 else "")
+            raise InvalidInput(
+                f"{folder} holds another study of this name; changed since: {listed}.",
+                hint="another --out, or --force, which deletes its rows",
+            )
+        shutil.rmtree(folder)
+    try:
+        (folder / PARTS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(folder, error) from None
+    write_definition(folder, table, parts)
+
+
+def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+
+
+def _missing(folder: Path, runs: list[Run], *, retry_failed: bool) -> list[Run]:
+    rows = read_rows(folder)
+    known = rows[rows["status"] != "failed"] if retry_failed else rows
+    done = set(known["run"])
+    return [run for run in runs if run.id not in done]
+
+
+def _place(scenario: str, files: Path) -> str:
+    return str(files / scenario) if Path(scenario).suffix == ".toml" else scenario
+
+
+def _check_extra() -> None:
+    from importlib.util import find_spec
+
+    missing = [name for name in ("loky", "pyarrow") if find_spec(name) is None]
+    if missing:
+        raise InvalidInput(
+            f"studies need the extra study; {' and '.join(missing)} not installed.",
+            hint='pip install "phasmid[study]"',
+        )

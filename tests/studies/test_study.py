@@ -1,0 +1,340 @@
+"""Studies: points of axes, rows of runs, and what survives interruptions and bad runs."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import phasmid
+from phasmid.cli import main
+from phasmid.errors import InvalidInput, OutputError
+from phasmid.recording import load_recording
+from phasmid.scenario import load_scenario
+from phasmid.studies import load_study, load_study_file, study
+from phasmid.studies.results import write_rows
+from phasmid.studies.runs import Runner
+
+COST = "energy.cost_of_transport"
+PLAN = {"kind": "plan", "set": {"duration": 0.5}, "metrics": [COST]}
+
+
+def study_of(**changes):
+    return load_study_file(PLAN | changes)[0]
+
+
+def runner_of(tmp_path, **changes):
+    one = study_of(**changes)
+    return Runner(one, load_scenario("paper"), tmp_path, tmp_path, {})
+
+
+def same(one, other):
+    """Whether two tables have equal rows, except for their times."""
+    return one.drop(columns="wall_time_s").equals(other.drop(columns="wall_time_s"))
+
+
+# Points ------------------------------------------------------------------------------------------
+
+
+def test_a_grid_has_every_combination_once_with_every_seed():
+    axes = {"gait": ["tripod", "wave"], "step_length_mm": {"low": 20, "high": 60, "count": 3}}
+    one = study_of(axes=axes, seeds=2)
+    points = list(one.points())
+    assert len(points) == one.count() == 2 * 3 * 2
+    assert points[0] == {"gait": "tripod", "step_length_mm": 20.0, "seed": 0}
+    assert points[-1] == {"gait": "wave", "step_length_mm": 60.0, "seed": 1}
+    assert len({tuple(point.values()) for point in points}) == len(points)
+
+
+def test_ranges_may_be_logarithmic_or_whole():
+    axes = {
+        "stiffness": {"low": 1e2, "high": 1e4, "count": 3, "log": True},
+        "samples": {"low": 100, "high": 201, "count": 3, "whole": True},
+    }
+    points = list(study_of(axes=axes).points())
+    assert [point["stiffness"] for point in points[::3]] == pytest.approx([1e2, 1e3, 1e4])
+    assert [point["samples"] for point in points[:3]] == [100, 150, 201]
+
+
+def test_a_latin_hypercube_has_one_point_in_each_slice_of_each_axis():
+    axes = {"step_length": {"low": 0.0, "high": 1.0}, "period": {"low": 2.0, "high": 4.0}}
+    one = study_of(axes=axes, sampler="latin-hypercube", runs=16, sampler_seed=3)
+    points = list(one.points())
+    for key, (low, high) in {"step_length": (0, 1), "period": (2, 4)}.items():
+        slices = [int(16 * (point[key] - low) / (high - low)) for point in points]
+        assert sorted(slices) == list(range(16))
+    assert points == list(one.points())
+
+
+@pytest.mark.parametrize("sampler", ["random", "sobol"])
+def test_sampled_values_lie_in_their_ranges(sampler):
+    axes = {
+        "period": {"low": 1.0, "high": 8.0, "log": True},
+        "samples": {"low": 3, "high": 5, "whole": True},
+        "gait": ["tripod", "wave", "ripple"],
+    }
+    points = list(study_of(axes=axes, sampler=sampler, runs=300).points())
+    period = np.array([point["period"] for point in points])
+    # Half of a logarithmic range from 1 to 8 is below its geometric mean.
+    assert 1 <= period.min() < period.max() <= 8
+    assert np.mean(period < 8**0.5) == pytest.approx(0.5, abs=0.1)
+    assert {point["samples"] for point in points} == {3, 4, 5}
+    assert {point["gait"] for point in points} == {"tripod", "wave", "ripple"}
+
+
+# One run -----------------------------------------------------------------------------------------
+
+
+def test_values_reach_scenario_robot_and_seeds(tmp_path):
+    axes = {
+        "step_length_mm": [30],
+        "robot.body.mass_g": [1500],
+        "robot.legs.*.tibia_mm": [120],
+        "robot.servo": ["AX-18A"],
+    }
+    runner = runner_of(tmp_path, axes=axes, seeds=[7])
+    (point,) = runner.study.points()
+    scenario, settings = runner.build(point)
+    robot = scenario.load_robot()
+    assert scenario.stride.step_length == 0.03
+    assert robot.body.mass == 1.5
+    assert [leg.tibia.length for leg in robot.legs] == [0.12] * 6
+    assert robot.servo.name == "AX-18A"
+    assert (scenario.terrain.terrain_seed, scenario.sensors.sensor_seed) == (7, 7)
+    assert scenario.duration == 0.5
+    assert settings == {}
+
+
+def test_values_reach_the_engine(tmp_path):
+    axes = {"engine.acceleration": [0.3], "engine.estimator.level": [1.0]}
+    runner = runner_of(tmp_path, kind="drive", velocity=[0.05, 0, 0], axes=axes)
+    (point,) = runner.study.points()
+    _, settings = runner.build(point)
+    assert settings["acceleration"] == 0.3
+    assert settings["estimator"].level == 1.0
+    recording = runner.record(point)
+    assert '"acceleration": 0.3' in recording.attrs["controller_settings"]
+    assert recording.attrs["ending"] == "COMPLETED"
+
+
+def test_functions_of_a_file_make_axes_and_metrics(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "def twice(scenario, value):\n"
+        "    return scenario.replace(step_length=2 * value)\n"
+        "def samples(recording):\n"
+        "    return recording.sizes['time']\n"
+    )
+    axes = {"half_step": {"values": [0.01], "function": "mine.py:twice"}}
+    metrics = [{"name": "samples", "function": "mine.py:samples"}]
+    runner = runner_of(tmp_path, axes=axes, metrics=metrics)
+    scenario, _ = runner.build({"half_step": 0.01})
+    assert scenario.stride.step_length == 0.02
+    recording = runner.record({"half_step": 0.01})
+    assert runner.metrics(recording) == {"samples": recording.sizes["time"]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"metrics": ["energy.cost_of_transprot"]}, '"energy.cost_of_transport"'),
+        ({"metrics": ["servo_verdict.servo"]}, "is str; it must be a number"),
+        ({"axes": {"robot.bod.mass": [1]}}, 'the robot has no table "bod"'),
+        ({"axes": {"robot.body.mas": [1]}}, 'unknown key "mas" in body'),
+        ({"axes": {"step_length": ["long"]}}, 'step_length is "long"'),
+        ({"axes": {"step_length": [5.0]}}, "stride of 5000 mm"),
+    ],
+)
+def test_a_run_that_cannot_be_made_is_a_row_with_a_sentence(tmp_path, changes, message):
+    from phasmid.studies.runs import Run
+
+    runner = runner_of(tmp_path, **({"axes": {"gait": ["tripod"]}} | changes))
+    (point,) = runner.study.points()
+    row = runner.row(Run(0, "id", point))
+    assert row["status"] == "failed"
+    assert message in row["error"]
+    assert "\n" not in row["error"]
+
+
+# Studies -----------------------------------------------------------------------------------------
+
+GRID = PLAN | {"axes": {"gait": ["tripod", "wave"], "step_length_mm": [20, 40, 60]}, "seeds": 2}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A study that nothing has disturbed."""
+    return study(GRID, out=tmp_path_factory.mktemp("whole") / "study", workers=2)
+
+
+def test_rows_are_those_of_single_runs(whole):
+    assert list(whole.table["number"]) == list(range(12))
+    assert (whole.table["status"] == "done").all()
+    scenario = load_scenario("paper").replace(duration=0.5, gait="wave", step_length_mm=40)
+    alone = phasmid.summarise(phasmid.analyse(scenario, phasmid.plan(scenario)))
+    row = whole.table.query("gait == 'wave' and step_length_mm == 40 and seed == 1")
+    # Bit by bit: another process makes the same run.
+    assert row[COST].item() == alone["energy"]["cost_of_transport"]
+    cost = whole.dataset[COST].sel(gait="wave", step_length_mm=40, seed=1)
+    assert cost.item() == row[COST].item()
+
+
+def test_a_study_that_is_complete_makes_no_run_again(whole):
+    before = sorted(whole.folder.glob("parts/*"))
+    again = study(GRID, out=whole.folder)
+    assert sorted(whole.folder.glob("parts/*")) == before
+    assert same(again.table, whole.table)
+
+
+def test_another_study_of_the_name_is_refused_and_says_what_changed(whole):
+    other = GRID | {"axes": GRID["axes"] | {"step_length_mm": [20, 50]}}
+    with pytest.raises(InvalidInput) as caught:
+        study(other, out=whole.folder)
+    assert caught.value.what == (
+        f"{whole.folder} holds another study of this name; changed since: axes.step_length_mm."
+    )
+    assert caught.value.hint == "another --out, or --force, which deletes its rows"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+def test_a_killed_study_goes_on_without_a_lost_or_double_row(tmp_path, whole):
+    (tmp_path / "s.toml").write_text(
+        'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\nseeds = 2\n[set]\n'
+        'duration = 0.5\n[axes]\ngait = ["tripod", "wave"]\nstep_length_mm = [20, 40, 60]\n'
+    )
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "phasmid", "study", "s.toml", "--out", "out", "--workers", "2"]
+    found = []
+    for parts in (1, 4):
+        process = subprocess.Popen(command, cwd=tmp_path, start_new_session=True)
+        while process.poll() is None and len(list(out.glob("parts/*.parquet"))) < parts:
+            time.sleep(0.01)
+        # The driver and its workers, all at once.
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        found.append(len(load_study(out).table))
+    assert 0 < found[0] <= found[1]
+    results = study(tmp_path / "s.toml", out=out)
+    assert same(results.table.drop(columns="run"), whole.table.drop(columns="run"))
+    assert not results.table["run"].duplicated().any()
+
+
+def test_a_run_that_kills_its_worker_fails_alone(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "import os\n"
+        "def deadly(scenario, value):\n"
+        "    if value == 2:\n"
+        "        os._exit(9)\n"
+        "    return scenario\n"
+    )
+    (tmp_path / "s.toml").write_text(
+        'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\nset = {duration = 0.5}\n'
+        '[axes]\nload = {values = [0, 1, 2, 3, 4], function = "mine.py:deadly"}\n'
+    )
+    table = study(tmp_path / "s.toml", out=tmp_path / "out", workers=2).table
+    assert list(table["status"]) == ["done", "done", "failed", "done", "done"]
+    assert "worker process died" in table["error"][2]
+
+
+def test_failed_runs_are_rows_and_can_be_made_again(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("s.toml").write_text(
+        'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\nset = {duration = 0.5}\n'
+        "[axes]\nstep_length_mm = [40, 5000, 5001]\n"
+    )
+    assert main(["study", "s.toml", "--workers", "1"]) == 1
+    said = capsys.readouterr()
+    assert "3 runs, 2 failed" in said.out
+    assert "phasmid: 1 runs failed: " in said.err
+    table = load_study("results/study").table
+    assert list(table["status"]) == ["done", "failed", "failed"]
+    assert main(["study", "s.toml", "--workers", "1", "--retry", "failed", "--quiet"]) == 1
+    assert len(load_study("results/study").table) == 3
+    with pytest.raises(OutputError, match="runs failed, more than 0"):
+        study("s.toml", workers=1, retry_failed=True, max_failures=0)
+
+
+def test_recordings_are_kept_by_a_rule(tmp_path):
+    one = {
+        "kind": "simulate",
+        "set": {"duration": 0.3},
+        "metrics": ["torque.simulation.largest"],
+        "axes": {"robot.body.mass_g": [500, 2500]},
+        "keep": "torque.simulation.largest > 1",
+    }
+    results = study(one, out=tmp_path / "out", workers=2)
+    light, heavy = results.table["recording"]
+    assert light == ""
+    recording = load_recording(results.folder / "recordings" / heavy)
+    largest = phasmid.summarise(recording)["torque"]["simulation"]["largest"]
+    assert largest == results.table["torque.simulation.largest"][1] > 1
+
+
+# Bad input ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({}, "a study must have an axis or seeds."),
+        ({"axes": {"gait": []}}, "an axis has no value; it must have at least one."),
+        ({"axes": {"gat": ["wave"]}}, 'no scenario has a field "gat".'),
+        ({"axes": {"period": {"low": 2}}}, "an axis must have values, or low and high."),
+        ({"axes": {"period": {"low": 2, "high": 1, "count": 2}}}, "low is 2; it must be below"),
+        ({"axes": {"period": {"low": 1, "high": 2}}}, "axes.period has no count"),
+        ({"axes": {"period": [1]}, "sampler": "sobol"}, "runs is missing"),
+        ({"axes": {"engine.acceleration": [1]}}, "engine settings are for driven runs."),
+        ({"axes": {"period": [1]}, "kind": "drive"}, "must have a velocity or commands"),
+        (
+            {"axes": {"engine.acceleratoin": [1]}, "kind": "drive", "velocity": [0, 0, 0]},
+            'the engine has no setting "acceleratoin".',
+        ),
+        ({"seeds": 2, "metrics": []}, "metrics"),
+        ({"seeds": 2, "metrics": ["a", "a"]}, "a metric is named twice."),
+        ({"seeds": 2, "keep": "b < 3"}, 'keep is "b < 3"'),
+        ({"seeds": 2, "axis": {}}, 'unknown key "axis"'),
+    ],
+)
+def test_a_study_that_cannot_be_is_refused_in_a_sentence(changes, message):
+    with pytest.raises(InvalidInput) as caught:
+        study_of(**changes)
+    assert message in str(caught.value)
+
+
+def test_bad_files_and_options_are_status_2(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("s.toml").write_text('kind = "plan"\nseeds = 1\nmetrics = ["a"]\n')
+    Path("results/study").mkdir(parents=True)
+    Path("results/study/mine.txt").write_text("mine")
+    Path("f.toml").write_text('seeds = 1\nmetrics = [{name = "a", function = "no.py:f"}]\n')
+    for arguments, message in (
+        (["absent.toml"], "absent.toml does not exist."),
+        (["s.toml"], "is no folder of a study; nothing was written."),
+        (["s.toml", "--workers", "none"], '--workers is "none"'),
+        (["f.toml", "--out", "o"], "no.py of a function does not exist."),
+    ):
+        assert main(["study", *arguments]) == 2
+        said = capsys.readouterr().err
+        assert said.startswith("phasmid: ")
+        assert message in said
+    assert Path("results/study/mine.txt").read_text() == "mine"
+
+
+def test_a_folder_without_rows_is_no_study(tmp_path):
+    with pytest.raises(InvalidInput, match="no folder of a study"):
+        load_study(tmp_path)
+
+
+def test_the_newest_row_of_a_run_counts(whole, tmp_path):
+    import shutil
+
+    folder = tmp_path / "copy"
+    shutil.copytree(whole.folder, folder)
+    row = whole.table.iloc[3].to_dict()
+    write_rows(folder, [row | {COST: 99.0}])
+    table = load_study(folder).table
+    assert len(table) == 12
+    assert table[COST][3] == 99.0
