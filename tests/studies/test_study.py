@@ -273,7 +273,84 @@ def test_recordings_are_kept_by_a_rule(tmp_path):
     assert largest == results.table["torque.simulation.largest"][1] > 1
 
 
+# Search ------------------------------------------------------------------------------------------
+
+
+def searching(tmp_path, **search):
+    """A search on the metrics x² and (x - 1)², without a walk."""
+    from phasmid.studies import search as module
+    from phasmid.studies.results import PARTS
+
+    (tmp_path / PARTS).mkdir(parents=True, exist_ok=True)
+    axes = {"x": {"low": -2.0, "high": 2.0, "function": "x.py:f"}}
+    one = study_of(axes=axes, metrics=["near 0", "near 1"], search={"budget": 60} | search)
+    made = []
+
+    def make(runs):
+        made.extend(run.point["x"] for run in runs)
+        rows = [
+            {"number": run.number, "run": run.id, "x": x, "near 0": x**2, "near 1": (x - 1) ** 2}
+            | {"status": "done"}
+            for run in runs
+            for x in [run.point["x"]]
+        ]
+        write_rows(tmp_path, rows)
+        return True
+
+    module.search(one, {}, tmp_path, make)
+    return one, made, module.best_points(one, module.read_rows(tmp_path))
+
+
+@pytest.mark.parametrize("algorithm", ["tpe", "cma-es"])
+def test_a_search_finds_the_least_of_a_parabola(tmp_path, algorithm):
+    _, made, best = searching(tmp_path, algorithm=algorithm, minimise=["near 1"], batch=10)
+    assert len(made) == 60
+    # 60 random points are within 0.03 of it once in two times; a search is nearer.
+    assert abs(best["x"][0] - 1) < 0.05
+
+
+def test_a_search_of_two_objectives_finds_the_pareto_set(tmp_path):
+    objectives = {"minimise": ["near 0", "near 1"], "batch": 20, "budget": 200}
+    _, _, best = searching(tmp_path, **objectives)
+    # Every point between both minima is best in its way, and no other point.
+    assert best["x"].between(-1e-9, 1 + 1e-9).all()
+    assert best["x"].min() < 0.05
+    assert best["x"].max() > 0.95
+    assert len(best) > 20
+
+
+def test_points_that_violate_a_constraint_are_not_best(tmp_path):
+    _, _, best = searching(tmp_path, minimise=["near 1"], constraints=["near 0 < 0.25"], budget=200)
+    # The minimum at 1 violates x² < 0.25; the best allowed point is 0.5.
+    assert best["x"][0] == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_search_chooses_the_same_points_again(tmp_path):
+    one = searching(tmp_path / "a", minimise=["near 1"], batch=10, seed=4)
+    two = searching(tmp_path / "b", minimise=["near 1"], batch=10, seed=4)
+    assert one[1] == two[1]
+
+
+def test_a_search_of_walks_goes_on_where_it_was_stopped(tmp_path):
+    one = PLAN | {
+        "axes": {"step_length_mm": {"low": 20, "high": 60}, "gait": ["tripod", "wave"]},
+        "search": {"budget": 12, "batch": 4, "minimise": [COST]},
+    }
+    whole = study(one, out=tmp_path / "whole", workers=1)
+    # Of the rows the last batches are lost; the same points are chosen again.
+    parts = sorted((tmp_path / "whole/parts").glob("*"))
+    for part in parts[len(parts) // 2 :]:
+        part.unlink()
+    again = study(one, out=tmp_path / "whole", workers=1)
+    assert same(again.table, whole.table)
+    best = whole.best
+    assert best[COST][0] == whole.table[COST].min()
+
+
 # Bad input ---------------------------------------------------------------------------------------
+
+RANGE = {"axes": {"period": {"low": 1, "high": 2}}}
+FEW = {"budget": 3, "minimise": [COST]}
 
 
 @pytest.mark.parametrize(
@@ -296,6 +373,14 @@ def test_recordings_are_kept_by_a_rule(tmp_path):
         ({"seeds": 2, "metrics": ["a", "a"]}, "a metric is named twice."),
         ({"seeds": 2, "keep": "b < 3"}, 'keep is "b < 3"'),
         ({"seeds": 2, "axis": {}}, 'unknown key "axis"'),
+        (RANGE | {"search": {"budget": 3}}, "[search] has no objective."),
+        (RANGE | {"search": {"budget": 3, "minimise": ["a"]}}, 'the objective "a" is none'),
+        (RANGE | {"search": FEW | {"constraints": ["a < 1"]}}, 'a constraint is "a < 1"'),
+        (RANGE | {"search": FEW, "runs": 3}, "a sampler or [search]; one must go."),
+        (
+            {"axes": {"gait": ["wave"]}, "search": FEW | {"algorithm": "cma-es"}},
+            "cma-es takes ranges only.",
+        ),
     ],
 )
 def test_a_study_that_cannot_be_is_refused_in_a_sentence(changes, message):

@@ -19,6 +19,7 @@ PURPOSES = {
     "cad": "solids and STEP files",
     "derivation": "the equations in symbols",
     "ros": "recordings as ROS 2 messages",
+    "search": "studies by an optimiser",
     "studio": "the live page",
     "study": "studies of many runs",
     "video": "videos of walks",

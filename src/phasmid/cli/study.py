@@ -6,9 +6,18 @@ import argparse
 import re
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput, plain
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from phasmid.studies import StudyResults
+
+MOST_POINTS = 10
+"""Points of a search that are printed."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -62,6 +71,8 @@ def run(options: argparse.Namespace) -> int:
     errors = table.loc[table["status"] == "failed", "error"]
     if not options.quiet:
         _print_table(results.table, [metric.name for metric in results.study.metrics])
+        if results.study.search is not None:
+            _print_best(results)
         folder = plain(str(results.folder))
         print(f"\n{len(table)} runs, {len(errors)} failed, in {folder}{Path('/')}parts")
     for error, count in errors.value_counts().head(3).items():
@@ -69,11 +80,8 @@ def run(options: argparse.Namespace) -> int:
     return 1 if len(errors) else 0
 
 
-def _print_table(table: object, metrics: list[str]) -> None:
+def _print_table(table: pd.DataFrame, metrics: list[str]) -> None:
     """Print least, mean and largest value of each metric, and how the runs ended."""
-    import pandas as pd
-
-    assert isinstance(table, pd.DataFrame)
     width = max(map(len, metrics))
     print(f"{'':{width}}  {'least':>12} {'mean':>12} {'largest':>12}")
     for name in metrics:
@@ -82,6 +90,13 @@ def _print_table(table: object, metrics: list[str]) -> None:
         print(f"{plain(name):{width}}  {numbers}")
     endings = table.loc[table["ending"] != "", "ending"].value_counts()
     print(", ".join(f"{ending} {count}" for ending, count in endings.items()))
+
+
+def _print_best(results: StudyResults) -> None:
+    best = results.best
+    print(f"\n{len(best)} points that no other surpasses in all objectives:")
+    if len(best):
+        print(plain(best.head(MOST_POINTS).to_string(index=False, float_format="%.5g")))
 
 
 def _count(flag: str, text: str | None, least: int) -> int | None:

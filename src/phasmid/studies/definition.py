@@ -6,6 +6,7 @@ import itertools
 import math
 import warnings
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -81,19 +82,20 @@ class Axis(Table):
         if self.values is not None:
             return self.values
         spaced = np.geomspace if self.log else np.linspace
-        found = spaced(*self._range(), self.count or 1).tolist()
+        found = spaced(*self.ends(), self.count or 1).tolist()
         return [round(value) for value in found] if self.whole else found
 
     def at(self, share: float) -> Any:
         """Return the value at a share of the axis, 0 to below 1."""
         if self.values is not None:
             return self.values[int(share * len(self.values))]
-        low, high = self._range()
+        low, high = self.ends()
         if self.whole:
             return math.floor(low + share * (high + 1 - low))
         return low * (high / low) ** share if self.log else low + share * (high - low)
 
-    def _range(self) -> tuple[float, float]:
+    def ends(self) -> tuple[float, float]:
+        """Return the ends of a range."""
         assert self.low is not None
         assert self.high is not None
         return self.low, self.high
@@ -110,6 +112,34 @@ class Metric(Table):
 
     name: Annotated[str, StringConstraints(min_length=1)]
     function: str = ""
+
+
+class Search(Table):
+    """``[search]``: points chosen by an optimiser, in place of a sampler.
+
+    Attributes:
+        algorithm: ``nsga2`` for several objectives, ``tpe`` for one or several, ``cma-es`` for one
+            objective and ranges only.
+        budget: Number of points.
+        batch: Points that are chosen together: the population of ``nsga2``.
+        minimise: Metrics to be small.
+        maximise: Metrics to be large.
+        constraints: Rules on metrics, such as ``torque.simulation.largest < 1.2``.
+        seed: Seed of the optimiser.
+    """
+
+    algorithm: Literal["nsga2", "tpe", "cma-es"] = "nsga2"
+    budget: Annotated[Count, Ge(1), Le(MOST_RUNS)]
+    batch: Annotated[Count, Ge(1), Le(10_000)] = 40
+    minimise: list[str] = []
+    maximise: list[str] = []
+    constraints: list[str] = []
+    seed: Annotated[Count, Ge(0)] = 0
+
+    @property
+    def objectives(self) -> list[str]:
+        """Metrics to be small or large."""
+        return [*self.minimise, *self.maximise]
 
 
 class Study(Table):
@@ -131,6 +161,7 @@ class Study(Table):
         sampler: Choice of the points.
         runs: Number of points, of other samplers than the grid.
         sampler_seed: Seed of these samplers.
+        search: Optimiser that chooses the points, in place of a sampler.
         seeds: Seeds of terrain and sensors; each point is run with each of them. A number n stands
             for 0 to n - 1.
         metrics: Numbers of each run.
@@ -154,6 +185,7 @@ class Study(Table):
     sampler: Literal["grid", "random", "latin-hypercube", "sobol"] = "grid"
     runs: Annotated[Count, Ge(1), Le(MOST_RUNS)] | None = None
     sampler_seed: Annotated[Count, Ge(0)] = 0
+    search: Search | None = None
     seeds: Annotated[list[Annotated[Count, Ge(0)]], BeforeValidator(_as_seeds)] = []
     metrics: Annotated[list[Annotated[Metric, BeforeValidator(_as_metric)]], Len(1)]
     keep: str = "none"
@@ -170,7 +202,9 @@ class Study(Table):
                 raise InvalidInput(f'"{key}" is in [axes] and in [set]; one must go.')
             if axis is None or not axis.function:
                 check_key(key)
-        if self.sampler == "grid":
+        if self.search is not None:
+            self._check_search(self.search)
+        elif self.sampler == "grid":
             for key, axis in self.axes.items():
                 if axis.values is None and axis.count is None:
                     raise InvalidInput(f"axes.{key} has no count, which a grid needs.")
@@ -191,40 +225,73 @@ class Study(Table):
         if len(set(names)) < len(names):
             raise InvalidInput("a metric is named twice.")
         if self.keep not in ("none", "all", "fell"):
-            self.rule()
+            self.rule("keep", self.keep)
         return self
 
-    def rule(self) -> tuple[str, str, float]:
-        """Return metric, comparison and bound of the rule `keep`.
+    def _check_search(self, search: Search) -> None:
+        if self.sampler != "grid" or self.runs is not None:
+            raise InvalidInput("a study has a sampler or [search]; one must go.")
+        names = [metric.name for metric in self.metrics]
+        if not search.objectives:
+            raise InvalidInput(
+                "[search] has no objective.", hint=f'minimise = ["{names[0]}"] in [search]'
+            )
+        for name in search.objectives:
+            if name not in names:
+                guess = nearest(name, names)
+                raise InvalidInput(
+                    f'the objective "{name}" is none of the metrics.',
+                    hint=f'"{guess}"' if guess else "",
+                )
+        if len(set(search.objectives)) < len(search.objectives):
+            raise InvalidInput("an objective is named twice.")
+        for rule in search.constraints:
+            self.rule("a constraint", rule)
+        if not self.axes:
+            raise InvalidInput("[search] needs an axis.")
+        if search.algorithm == "cma-es":
+            if len(search.objectives) > 1 or search.constraints:
+                raise InvalidInput("cma-es takes one objective and no constraint.", hint='"nsga2"')
+            for key, axis in self.axes.items():
+                if axis.values is not None:
+                    raise InvalidInput(f"axes.{key} has values; cma-es takes ranges only.")
+
+    def rule(self, what: str, text: str) -> tuple[str, str, float]:
+        """Return metric, comparison and bound of a rule.
+
+        Args:
+            what: Name of the rule, for messages.
+            text: The rule.
 
         Raises:
             InvalidInput: It is no rule on a metric of the study.
         """
-        parts = self.keep.split()
         names = [metric.name for metric in self.metrics]
-        try:
-            name, comparison, bound = parts[0], parts[1], float(parts[2])
-            if len(parts) == 3 and name in names and comparison in ("<", ">"):
-                return name, comparison, bound
-        except (IndexError, ValueError):
-            pass
+        name, comparison, bound = [*text.rsplit(maxsplit=2), "", "", ""][:3]
+        with suppress(ValueError):
+            if name in names and comparison in ("<", ">"):
+                return name, comparison, float(bound)
         raise InvalidInput(
-            f'keep is "{self.keep[:80]}"; it must be none, all, fell, or a rule on a metric.',
-            hint=f'keep = "{names[0]} < 1"',
+            f'{what} is "{text[:80]}"; it must be a rule on a metric'
+            f"{', or none, all or fell' if what == 'keep' else ''}.",
+            hint=f'"{names[0]} < 1"',
         )
 
     def points(self) -> Iterator[Point]:
-        """Yield the values of each run; the last axis changes fastest, and seeds faster."""
+        """Yield the values of each run of a sampler: seeds change fastest, then the last axis."""
         for point in self._axis_points():
-            if not self.seeds:
-                yield point
-            for seed in self.seeds:
-                yield point | {"seed": seed}
+            yield from self.with_seeds(point)
+
+    def with_seeds(self, point: Point) -> list[Point]:
+        """Return the values of the runs of a point, one for each seed."""
+        return [point | {"seed": seed} for seed in self.seeds] or [point]
 
     def count(self) -> int:
         """Return the number of runs."""
         points = self.runs or 1
-        if self.sampler == "grid":
+        if self.search is not None:
+            points = self.search.budget
+        elif self.sampler == "grid":
             points = math.prod(len(axis.grid()) for axis in self.axes.values())
         return points * max(1, len(self.seeds))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from phasmid.formats import load_scenario
 from phasmid.recording.file import cannot_write
 from phasmid.simulation.channels import versions
 from phasmid.studies.definition import Study, load_study_file
-from phasmid.studies.executor import Done, execute
+from phasmid.studies.executor import Done, Executor
 from phasmid.studies.results import (
     DEFINITION,
     PARTS,
@@ -25,6 +26,7 @@ from phasmid.studies.results import (
     write_definition,
 )
 from phasmid.studies.runs import Run, Runner, fingerprint, load_function, numbered
+from phasmid.studies.search import search
 
 Progress = Callable[[int, int, int], None]
 """Receives the numbers of runs done, of all runs, and of failures."""
@@ -64,7 +66,9 @@ def study(
     table, files = load_study_file(source)
     scenario = load_scenario(_place(table.scenario, files))
     folder = Path(out) if out is not None else Path("results") / table.name
-    _check_extra()
+    _check_extra("study", "loky", "pyarrow")
+    if table.search is not None:
+        _check_extra("search", "optuna", "cmaes")
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     for place in (axis.function for axis in table.axes.values()):
@@ -76,9 +80,7 @@ def study(
     runner = Runner(table, scenario, files.resolve(), folder / RECORDINGS, versions())
     parts = fingerprint(runner)
     _prepare(folder, table, parts, force=force)
-    runs = numbered(table, parts)
-    missing = _missing(folder, runs, retry_failed=retry_failed)
-    done, failures = len(runs) - len(missing), 0
+    total, done, failures = table.count(), 0, 0
     errors: list[str] = []
 
     def report(task: Done) -> bool:
@@ -87,17 +89,24 @@ def study(
         failures += len(task.failures)
         errors.extend(task.failures[: 1 - len(errors)])
         if progress:
-            progress(done, len(runs), failures)
+            progress(done, total, failures)
         return max_failures is None or failures <= max_failures
 
-    if missing:
-        if progress:
-            progress(done, len(runs), failures)
-        count = min(workers or cores(), len(missing))
-        execute(runner, folder, missing, workers=count, report=report)
+    def make(runs: list[Run]) -> bool:
+        missing = _missing(folder, runs, retry_failed=retry_failed)
+        report(Done(len(runs) - len(missing), [], 0.0))
+        if missing:
+            executor.make(missing)
+        return executor.going
+
+    with Executor(runner, folder, min(workers or cores(), total), report) as executor:
+        if table.search is None:
+            make(numbered(parts, table.points()))
+        else:
+            search(table, parts, folder, make)
     if max_failures is not None and failures > max_failures:
         raise OutputError(
-            f"{failures} runs failed, more than {max_failures}; {done} of {len(runs)} are done. "
+            f"{failures} runs failed, more than {max_failures}; {done} of {total} are done. "
             f"The first: {errors[0]}",
             hint=f"phasmid study {source} --retry failed" if isinstance(source, str) else "",
         )
@@ -149,12 +158,10 @@ def _place(scenario: str, files: Path) -> str:
     return str(files / scenario) if Path(scenario).suffix == ".toml" else scenario
 
 
-def _check_extra() -> None:
-    from importlib.util import find_spec
-
-    missing = [name for name in ("loky", "pyarrow") if find_spec(name) is None]
+def _check_extra(extra: str, *packages: str) -> None:
+    missing = [name for name in packages if find_spec(name) is None]
     if missing:
         raise InvalidInput(
-            f"studies need the extra study; {' and '.join(missing)} not installed.",
-            hint='pip install "phasmid[study]"',
+            f"this study needs the extra {extra}; not installed: {', '.join(missing)}.",
+            hint=f'pip install "phasmid[{extra}]"',
         )

@@ -64,15 +64,8 @@ def _make(runs: Sequence[Run]) -> Done:
     return Done(len(rows), failures, time.perf_counter() - begin)
 
 
-def execute(
-    runner: Runner,
-    folder: Path,
-    runs: Sequence[Run],
-    *,
-    workers: int,
-    report: Callable[[Done], bool],
-) -> None:
-    """Make runs on worker processes, which write their rows into the folder.
+class Executor:
+    """Worker processes that make runs and write their rows into the folder of a study.
 
     A worker process that dies costs only the runs at work. They are made again, one at a time, so
     that the run that kills its worker is found; it counts as failed.
@@ -80,29 +73,48 @@ def execute(
     Args:
         runner: Makes a run.
         folder: Folder of the study.
-        runs: The runs.
         workers: Number of processes.
         report: Receives each task that is done, and returns False to stop.
     """
-    from loky import ProcessPoolExecutor
 
-    def new_pool() -> Any:
+    def __init__(
+        self, runner: Runner, folder: Path, workers: int, report: Callable[[Done], bool]
+    ) -> None:
+        self._runner, self._folder = runner, folder
+        self._workers, self._report = workers, report
+        self._deaths: Counter[str] = Counter()
+        # The first run is made alone: it compiles what the others use.
+        self._size, self._window = 1, 1
+        self.going = True
+
+    def __enter__(self) -> Executor:
+        self._pool = self._new_pool()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        # At Ctrl-C the runs under way end; the next call makes them.
+        self._pool.shutdown(kill_workers=kind is not None)
+
+    def _new_pool(self) -> Any:
+        from loky import ProcessPoolExecutor
+
         return ProcessPoolExecutor(
-            workers, env=ONE_THREAD, initializer=_initialise, initargs=(runner, folder)
+            self._workers,
+            env=ONE_THREAD,
+            initializer=_initialise,
+            initargs=(self._runner, self._folder),
         )
 
-    queue, suspects = deque(runs), deque[Run]()
-    deaths: Counter[str] = Counter()
-    pending: dict[Future[Done], list[Run]] = {}
-    # The first run alone: it compiles what the others use.
-    size, window = 1, 1
-    pool, going = new_pool(), True
-    try:
-        while pending or (going and (queue or suspects)):
-            while going and (queue or suspects) and len(pending) < (1 if suspects else window):
-                source, count = (suspects, 1) if suspects else (queue, size)
+    def make(self, runs: Sequence[Run]) -> None:
+        """Make runs, and return when all rows are written or the study is stopped."""
+        queue, suspects = deque(runs), deque[Run]()
+        pending: dict[Future[Done], list[Run]] = {}
+        while pending or (self.going and (queue or suspects)):
+            most = 1 if suspects else self._window
+            while self.going and (queue or suspects) and len(pending) < most:
+                source, count = (suspects, 1) if suspects else (queue, self._size)
                 task = [source.popleft() for _ in range(min(count, len(source)))]
-                pending[pool.submit(_make, task)] = task
+                pending[self._pool.submit(_make, task)] = task
             finished, _ = wait(pending, return_when=FIRST_COMPLETED)
             lost: list[Run] = []
             for future in finished:
@@ -112,29 +124,29 @@ def execute(
                 except BrokenProcessPool:
                     lost += task
                     continue
-                going &= report(done)
-                if window > 1:
-                    fair = max(1, len(queue) // (4 * workers))
-                    size = min(max(1, round(TASK_TIME * done.runs / done.seconds)), fair, 500)
-                window = 2 * workers
+                self.going &= self._report(done)
+                if self._window > 1:
+                    fair = max(1, len(queue) // (4 * self._workers))
+                    wanted = max(1, round(TASK_TIME * done.runs / done.seconds))
+                    self._size = min(wanted, fair, 500)
+                self._window = 2 * self._workers
             if lost:
                 lost += [run for task in pending.values() for run in task]
                 pending.clear()
-                pool.shutdown(kill_workers=True)
-                pool = new_pool()
-                written = set(read_rows(folder)["run"])
-                for run in lost:
-                    if run.id in written:
-                        going &= report(Done(1, [], 0.0))
-                        continue
-                    deaths[run.id] += 1
-                    if deaths[run.id] < MOST_DEATHS:
-                        suspects.append(run)
-                        continue
-                    write_rows(folder, [runner.failed(run, DIED)])
-                    going &= report(Done(1, [DIED], 0.0))
-        pool.shutdown()
-    except BaseException:
-        # Ctrl-C, for one: runs under way are made again by the next call.
-        pool.shutdown(kill_workers=True)
-        raise
+                suspects += self._recover(lost)
+
+    def _recover(self, lost: Sequence[Run]) -> list[Run]:
+        """Start new workers, and return the runs that are to be made again."""
+        self._pool.shutdown(kill_workers=True)
+        self._pool = self._new_pool()
+        written, again = set(read_rows(self._folder)["run"]), []
+        for run in lost:
+            self._deaths[run.id] += 1
+            if run.id in written:
+                self.going &= self._report(Done(1, [], 0.0))
+            elif self._deaths[run.id] < MOST_DEATHS:
+                again.append(run)
+            else:
+                write_rows(self._folder, [self._runner.failed(run, DIED)])
+                self.going &= self._report(Done(1, [DIED], 0.0))
+        return again

@@ -47,6 +47,19 @@ class StudyResults:
             return self.table.set_index("run")[[*axes, *names]].to_xarray()
         return self.table.set_index(axes)[names].to_xarray()
 
+    @property
+    def best(self) -> pd.DataFrame:
+        """Points of a search that no other point surpasses in all objectives; means over seeds.
+
+        Raises:
+            InvalidInput: The study has no ``[search]``.
+        """
+        from phasmid.studies.search import best_points
+
+        if self.study.search is None:
+            raise InvalidInput("the study has no [search].", hint="its table")
+        return best_points(self.study, self.table)
+
 
 def load_study(folder: str | Path) -> StudyResults:
     """Read the rows of a study, also while it runs.

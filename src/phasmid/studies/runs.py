@@ -8,7 +8,7 @@ import importlib.util
 import json
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
@@ -198,7 +198,7 @@ class Runner:
             return keep == "all"
         if keep == "fell":
             return bool(row["ending"] == "FELL")
-        name, comparison, bound = self.study.rule()
+        name, comparison, bound = self.study.rule("keep", keep)
         return bool(row[name] < bound if comparison == "<" else row[name] > bound)
 
     def _place(self, robot: Any) -> Any:
@@ -322,11 +322,17 @@ def fingerprint(runner: Runner) -> dict[str, str]:
     return parts
 
 
-def numbered(study: Study, parts: Mapping[str, str]) -> list[Run]:
-    """Return the runs of a study in their order."""
+def numbered(parts: Mapping[str, str], points: Iterable[Point], first: int = 0) -> list[Run]:
+    """Return runs with their numbers and hashes.
+
+    Args:
+        parts: Fingerprint of the study.
+        points: Values of the runs.
+        first: Number of the first of them.
+    """
     whole = hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
     found = []
-    for number, point in enumerate(study.points()):
+    for number, point in enumerate(points, first):
         text = f"{whole} {number} {json.dumps(point, sort_keys=True, default=str)}"
         found.append(Run(number, hashlib.sha256(text.encode()).hexdigest()[:16], point))
     return found
