@@ -1,6 +1,7 @@
 """Studies: points of axes, rows of runs, and what survives interruptions and bad runs."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from phasmid.cli import main
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import load_recording
 from phasmid.scenario import load_scenario
-from phasmid.studies import load_study, load_study_file, study
+from phasmid.studies import load_study, load_study_file, repeat_run, study
 from phasmid.studies.results import write_rows
 from phasmid.studies.runs import Runner
 
@@ -252,6 +253,10 @@ def test_failed_runs_are_rows_and_can_be_made_again(tmp_path, capsys, monkeypatc
     table = load_study("results/study").table
     assert list(table["status"]) == ["done", "failed", "failed"]
     assert main(["study", "s.toml", "--workers", "1", "--retry", "failed", "--quiet"]) == 1
+    capsys.readouterr()
+    assert main(["study", "s.toml", "--only", "0"]) == 0
+    assert capsys.readouterr().out.startswith("equal: every metric is that of its row")
+    assert Path("results/study/runs/0/report.html").exists()
     assert len(load_study("results/study").table) == 3
     with pytest.raises(OutputError, match="runs failed, more than 0"):
         study("s.toml", workers=1, retry_failed=True, max_failures=0)
@@ -271,6 +276,56 @@ def test_recordings_are_kept_by_a_rule(tmp_path):
     recording = load_recording(results.folder / "recordings" / heavy)
     largest = phasmid.summarise(recording)["torque"]["simulation"]["largest"]
     assert largest == results.table["torque.simulation.largest"][1] > 1
+
+
+# Page --------------------------------------------------------------------------------------------
+
+
+def test_the_page_is_one_file_that_loads_nothing(whole):
+    page = (whole.folder / "study.html").read_text("utf-8")
+    assert "http" not in page.replace("http-equiv", "")
+    assert "default-src 'none'" in page
+    assert "12 planned walks" in page
+    assert "No run failed." in page
+
+
+def test_main_effects_are_means_with_students_interval_over_seeds():
+    import pandas as pd
+
+    from phasmid.studies.webpage import _effects
+
+    # Two seeds with means 1 and 3: Student's factor for one degree of freedom is 12.7062.
+    rows = [("a", 0, 1.0), ("a", 1, 3.0), ("b", 0, 5.0), ("b", 1, 5.0)]
+    effects = _effects(pd.DataFrame(rows, columns=["x", "seed", "m"]), "x", ["m"])
+    assert effects["labels"] == ["a", "b"]
+    assert effects["m"][0] == pytest.approx([2.0, 12.7062], rel=1e-4)
+    assert effects["m"][1] == [5.0, 0.0]
+
+
+def test_causes_of_failures_are_counted_without_their_numbers():
+    import pandas as pd
+
+    from phasmid.studies.webpage import _failures
+
+    errors = ["joint 1 needs 6.2 rad/s", "joint 2 needs 7.5e+01 rad/s", "<b>fell</b>", ""]
+    status = ["failed", "failed", "failed", "done"]
+    table = pd.DataFrame({"number": range(4), "error": errors, "status": status})
+    found = _failures(table)
+    assert "<tr><td>2</td><td>0</td><td>joint 1 needs 6.2 rad/s</td></tr>" in found
+    assert "&lt;b&gt;fell" in found
+
+
+def test_a_run_made_again_equals_its_row(whole, tmp_path):
+    recording, different = repeat_run(GRID, 7, out=whole.folder)
+    assert different == []
+    assert recording.attrs["ending"] == "COMPLETED"
+    changed = whole.table.iloc[7].to_dict() | {COST: 0.1}
+    folder = tmp_path / "copy"
+    shutil.copytree(whole.folder, folder)
+    write_rows(folder, [changed])
+    assert repeat_run(GRID, 7, out=folder)[1] == [COST]
+    with pytest.raises(InvalidInput, match="has no run 99"):
+        repeat_run(GRID, 99, out=folder)
 
 
 # Search ------------------------------------------------------------------------------------------
@@ -414,8 +469,6 @@ def test_a_folder_without_rows_is_no_study(tmp_path):
 
 
 def test_the_newest_row_of_a_run_counts(whole, tmp_path):
-    import shutil
-
     folder = tmp_path / "copy"
     shutil.copytree(whole.folder, folder)
     row = whole.table.iloc[3].to_dict()

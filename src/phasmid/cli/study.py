@@ -32,6 +32,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--max-failures", metavar="N", help="stop after more failed runs; default: never"
     )
     parser.add_argument(
+        "--only",
+        metavar="N",
+        help="make run number N again, compare it with its row, and write its report",
+    )
+    parser.add_argument(
         "--force", action="store_true", help="delete the rows of another study of this name"
     )
     parser.add_argument("--quiet", action="store_true", help="print only errors")
@@ -41,12 +46,13 @@ def run(options: argparse.Namespace) -> int:
     """Make the missing runs, and return the exit status: 1 where a run failed."""
     from phasmid.studies import study
 
-    failed = 0
+    only = _count("--only", options.only, 0)
+    if only is not None:
+        return _repeat(options, only)
     with progress_bar("studying", quiet=options.quiet) as progress:
 
         def show(done: int, total: int, failures: int) -> None:
-            nonlocal failed
-            failed = failures
+            del failures
             if progress is not None:
                 progress(done, total=total)
 
@@ -74,10 +80,29 @@ def run(options: argparse.Namespace) -> int:
         if results.study.search is not None:
             _print_best(results)
         folder = plain(str(results.folder))
-        print(f"\n{len(table)} runs, {len(errors)} failed, in {folder}{Path('/')}parts")
+        print(f"\n{len(table)} runs, {len(errors)} failed. Written to {folder}: study.html, parts/")
     for error, count in errors.value_counts().head(3).items():
         print(f"phasmid: {count} runs failed: {plain(str(error))}", file=sys.stderr)
     return 1 if len(errors) else 0
+
+
+def _repeat(options: argparse.Namespace, number: int) -> int:
+    """Make one run again, and return the exit status: 1 where it differs from its row."""
+    from phasmid.reporting import check_folder, report
+    from phasmid.studies import load_study_file, repeat_run
+
+    study, _ = load_study_file(options.file)
+    folder = Path(options.out or Path("results") / study.name) / "runs" / str(number)
+    check_folder(folder, force=options.force)
+    recording, different = repeat_run(options.file, number, out=options.out)
+    report(recording, folder, force=options.force)
+    if different:
+        print(f"different: {plain(', '.join(different))}.")
+    elif not options.quiet:
+        print("equal: every metric is that of its row, to the last bit.")
+    if not options.quiet:
+        print(f"Written to {plain(str(folder))}: report.html, recording.nc, figures/")
+    return 1 if different else 0
 
 
 def _print_table(table: pd.DataFrame, metrics: list[str]) -> None:

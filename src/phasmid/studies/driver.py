@@ -9,14 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.cores import cores
-from phasmid.errors import InvalidInput, OutputError
+from phasmid.errors import InvalidInput, OutputError, plain
 from phasmid.formats import load_scenario
-from phasmid.recording.file import cannot_write
+from phasmid.recording import Recording
+from phasmid.recording.file import cannot_write, write_whole
 from phasmid.simulation.channels import versions
 from phasmid.studies.definition import Study, load_study_file
 from phasmid.studies.executor import Done, Executor
 from phasmid.studies.results import (
     DEFINITION,
+    PAGE,
     PARTS,
     RECORDINGS,
     StudyResults,
@@ -27,6 +29,7 @@ from phasmid.studies.results import (
 )
 from phasmid.studies.runs import Run, Runner, fingerprint, load_function, numbered
 from phasmid.studies.search import search
+from phasmid.studies.webpage import study_page
 
 Progress = Callable[[int, int, int], None]
 """Receives the numbers of runs done, of all runs, and of failures."""
@@ -64,20 +67,13 @@ def study(
         OutputError: The folder cannot be written, or too many runs failed.
     """
     table, files = load_study_file(source)
-    scenario = load_scenario(_place(table.scenario, files))
-    folder = Path(out) if out is not None else Path("results") / table.name
+    folder = _folder(out, table)
     _check_extra("study", "loky", "pyarrow")
     if table.search is not None:
         _check_extra("search", "optuna", "cmaes")
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
-    for place in (axis.function for axis in table.axes.values()):
-        if place:
-            load_function(place, files)
-    for metric in table.metrics:
-        if metric.function:
-            load_function(metric.function, files)
-    runner = Runner(table, scenario, files.resolve(), folder / RECORDINGS, versions())
+    runner = _runner(table, files, folder)
     parts = fingerprint(runner)
     _prepare(folder, table, parts, force=force)
     total, done, failures = table.count(), 0, 0
@@ -110,7 +106,58 @@ def study(
             f"The first: {errors[0]}",
             hint=f"phasmid study {source} --retry failed" if isinstance(source, str) else "",
         )
-    return load_study(folder)
+    results = load_study(folder)
+    file = "study.toml" if isinstance(source, Mapping) else str(source)
+    where = "" if out is None else f" --out {out}"
+    page = study_page(results, f"phasmid study {plain(file)}{plain(where)}")
+    write_whole(folder / PAGE, page.encode())
+    return results
+
+
+def repeat_run(
+    source: str | Path | Mapping[str, Any], number: int, *, out: str | Path | None = None
+) -> tuple[Recording, list[str]]:
+    """Make one run of a study again.
+
+    Args:
+        source: As in `study`.
+        number: Number of the run in the study.
+        out: Folder of the study; None: ``results/NAME``.
+
+    Returns:
+        The recording, and the metrics that differ from those of the run's row.
+
+    Raises:
+        InvalidInput: The study has changed since, or there is no such row.
+        PhasmidError: The run cannot be made.
+    """
+    table, files = load_study_file(source)
+    folder = _folder(out, table)
+    runner = _runner(table, files, folder)
+    changed = _changes(read_definition(folder)["parts"], fingerprint(runner))
+    if changed:
+        raise InvalidInput(f"the study has changed since: {', '.join(changed[:4])}.")
+    rows = read_rows(folder)
+    rows = rows[rows["number"] == number]
+    if rows.empty:
+        raise InvalidInput(f"{folder} has no run {number}.", hint="a number of its table")
+    row = rows.iloc[0].to_dict()
+    recording = runner.record(runner.point(row))
+    metrics = runner.metrics(recording)
+    return recording, [name for name, value in metrics.items() if value != row[name]]
+
+
+def _folder(out: str | Path | None, table: Study) -> Path:
+    return Path(out) if out is not None else Path("results") / table.name
+
+
+def _runner(table: Study, files: Path, folder: Path) -> Runner:
+    scenario = load_scenario(_place(table.scenario, files))
+    functions = [axis.function for axis in table.axes.values()]
+    functions += [metric.function for metric in table.metrics]
+    for function in filter(None, functions):
+        load_function(function, files)
+    return Runner(table, scenario, files.resolve(), folder / RECORDINGS, versions())
 
 
 def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: bool) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-PARTS, RECORDINGS, DEFINITION = "parts", "recordings", "study.json"
+PARTS, RECORDINGS, DEFINITION, PAGE = "parts", "recordings", "study.json", "study.html"
 """Names in the folder of a study."""
 
 
@@ -59,6 +59,15 @@ class StudyResults:
         if self.study.search is None:
             raise InvalidInput("the study has no [search].", hint="its table")
         return best_points(self.study, self.table)
+
+    @property
+    def best_numbers(self) -> list[int]:
+        """Numbers of the runs of the best points; empty without a search."""
+        if self.study.search is None:
+            return []
+        axes = list(self.study.axes)
+        best = self.table.merge(self.best[axes], on=axes)
+        return [int(number) for number in best["number"]]
 
 
 def load_study(folder: str | Path) -> StudyResults:

@@ -89,6 +89,15 @@ class Runner:
             row |= {"status": "failed", "error": f"{type(error).__name__}: {error}"}
         return row | {"wall_time_s": time.perf_counter() - begin}
 
+    def point(self, row: Row) -> Point:
+        """Return the values of a row's run."""
+        found: Point = {"seed": int(row["seed"])} if self.study.seeds else {}
+        for key, axis in self.study.axes.items():
+            known = {_cell(value): value for value in axis.values or []}
+            is_whole = axis.whole and axis.values is None
+            found[key] = round(float(row[key])) if is_whole else known.get(row[key], row[key])
+        return found
+
     def failed(self, run: Run, error: str) -> Row:
         """Return the row of a run that was never completed."""
         return self._begun(run) | {"status": "failed", "error": error}
@@ -296,7 +305,9 @@ def fingerprint(runner: Runner) -> dict[str, str]:
     study, scenario, folder = runner.study, runner.scenario, runner.folder
     parts = {
         name: json.dumps(value, sort_keys=True, default=str)
-        for name, value in study.model_dump(exclude={"name", "description", "keep"}).items()
+        for name, value in study.model_dump(
+            exclude={"name", "description", "keep"}, exclude_defaults=True
+        ).items()
         if name not in ("axes", "set")
     }
     for key, axis in study.axes.items():
