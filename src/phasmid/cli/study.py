@@ -32,6 +32,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--max-failures", metavar="N", help="stop after more failed runs; default: never"
     )
     parser.add_argument(
+        "--ray",
+        nargs="?",
+        const="local",
+        metavar="ADDRESS",
+        help="make the runs on a Ray cluster, or on a local Ray without an address (extra ray)",
+    )
+    parser.add_argument(
         "--only",
         metavar="N",
         help="make run number N again, compare it with its row, and write its report",
@@ -63,6 +70,7 @@ def run(options: argparse.Namespace) -> int:
                 workers=_count("--workers", options.workers, 1),
                 retry_failed=options.retry == "failed",
                 max_failures=_count("--max-failures", options.max_failures, 0),
+                ray=options.ray,
                 force=options.force,
                 progress=show,
             )

@@ -15,7 +15,7 @@ from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.simulation.channels import versions
 from phasmid.studies.definition import Study, load_study_file
-from phasmid.studies.executor import Done, Executor
+from phasmid.studies.executor import Done, Executor, LocalExecutor
 from phasmid.studies.results import (
     DEFINITION,
     PAGE,
@@ -42,6 +42,7 @@ def study(
     workers: int | None = None,
     retry_failed: bool = False,
     max_failures: int | None = None,
+    ray: str | None = None,
     force: bool = False,
     progress: Progress | None = None,
 ) -> StudyResults:
@@ -53,9 +54,10 @@ def study(
     Args:
         source: A ``study.toml`` file, or its content as a mapping.
         out: Folder of the study; None: ``results/NAME``.
-        workers: Number of processes; None: one per core.
+        workers: Number of processes, or of tasks under way on Ray; None: one per core.
         retry_failed: Make failed runs again.
         max_failures: Number of failed runs after which the study stops; None: it never does.
+        ray: Address of a Ray cluster, or ``local``; None: processes of this machine.
         force: Replace the folder of another study.
         progress: Receives the progress.
 
@@ -95,7 +97,16 @@ def study(
             executor.make(missing)
         return executor.going
 
-    with Executor(runner, folder, min(workers or cores(), total), report) as executor:
+    executor: Executor
+    count = min(workers or cores(), total)
+    if ray is None:
+        executor = LocalExecutor(runner, folder, count, report)
+    else:
+        _check_extra("ray", "ray")
+        from phasmid.studies.ray_executor import RayExecutor
+
+        executor = RayExecutor(runner, folder, workers or cores(), report, ray)
+    with executor:
         if table.search is None:
             make(numbered(parts, table.points()))
         else:
