@@ -100,12 +100,12 @@ def study(
     executor: Executor
     count = min(workers or cores(), total)
     if ray is None:
-        executor = LocalExecutor(runner, folder, count, report)
+        executor = LocalExecutor(runner, folder.resolve(), count, report)
     else:
         _check_extra("ray", "ray")
         from phasmid.studies.ray_executor import RayExecutor
 
-        executor = RayExecutor(runner, folder, workers or cores(), report, ray)
+        executor = RayExecutor(runner, folder.resolve(), workers or cores(), report, ray)
     with executor:
         if table.search is None:
             make(numbered(parts, table.points()))
@@ -115,7 +115,7 @@ def study(
         raise OutputError(
             f"{failures} runs failed, more than {max_failures}; {done} of {total} are done. "
             f"The first: {errors[0]}",
-            hint=f"phasmid study {source} --retry failed" if isinstance(source, str) else "",
+            hint=f"phasmid study {source} --retry failed" if isinstance(source, str | Path) else "",
         )
     results = load_study(folder)
     file = "study.toml" if isinstance(source, Mapping) else str(source)
@@ -168,7 +168,9 @@ def _runner(table: Study, files: Path, folder: Path) -> Runner:
     functions += [metric.function for metric in table.metrics]
     for function in filter(None, functions):
         load_function(function, files)
-    return Runner(table, scenario, files.resolve(), folder / RECORDINGS, versions())
+    # Workers may have other working folders.
+    kept = folder.resolve() / RECORDINGS
+    return Runner(table, scenario, files.resolve(), kept, versions())
 
 
 def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: bool) -> None:
