@@ -53,7 +53,9 @@ def main():
 def study_page(browser):
     """Take the picture of the page of a study."""
     with tempfile.TemporaryDirectory() as folder:
-        results = phasmid.study(IMAGES.parents[1] / "examples/study.toml", out=f"{folder}/study")
+        results = phasmid.study(
+            IMAGES.parents[1] / "examples/studies/gaits.toml", out=f"{folder}/study"
+        )
         window = browser.new_page(viewport={"width": 1100, "height": 1330}, color_scheme="light")
         window.goto((results.folder / "study.html").resolve().as_uri())
         window.wait_for_timeout(1500)

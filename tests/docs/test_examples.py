@@ -96,7 +96,7 @@ def test_the_study_of_the_docs_runs(tmp_path):
     text = re.search(r"```toml\n(.*?)```", page, re.DOTALL).group(1)
     (tmp_path / "gaits.toml").write_text(text, encoding="utf-8")
     study, _ = load_study_file(tmp_path / "gaits.toml")
-    example, _ = load_study_file(ROOT / "examples/study.toml")
+    example, _ = load_study_file(ROOT / "examples/studies/gaits.toml")
     assert study == example
     assert study.count() == 45
     text = text.replace("duration_s = 4", "duration_s = 0.1").replace("count = 5", "count = 1")
