@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from phasmid.studies import StudyResults
 
-MOST_POINTS = 10
-"""Points of a search that are printed."""
+MOST_POINTS, MOST_CAUSES = 10, 3
+"""Points of a search, and causes of failures, that are printed."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -50,8 +50,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Make the missing runs, and return the exit status: 1 where a run failed."""
+    """Make the missing runs, and return the exit status: 1 where all runs failed."""
     from phasmid.studies import study
+    from phasmid.studies.results import causes
 
     only = _count("--only", options.only, 0)
     if only is not None:
@@ -82,16 +83,17 @@ def run(options: argparse.Namespace) -> int:
             )
             return 130
     table = results.table
-    errors = table.loc[table["status"] == "failed", "error"]
+    failed = table[table["status"] == "failed"]
     if not options.quiet:
         _print_table(results.table, [metric.name for metric in results.study.metrics])
         if results.study.search is not None:
             _print_best(results)
         folder = plain(str(results.folder))
-        print(f"\n{len(table)} runs, {len(errors)} failed. Written to {folder}: study.html, parts/")
-    for error, count in errors.value_counts().head(3).items():
-        print(f"phasmid: {count} runs failed: {plain(str(error))}", file=sys.stderr)
-    return 1 if len(errors) else 0
+        print(f"\n{len(table)} runs, {len(failed)} failed. Written to {folder}: study.html, parts/")
+    for count, first in causes(failed)[:MOST_CAUSES]:
+        error = plain(str(first["error"]))
+        print(f"phasmid: failed: {count}, such as run {first['number']}: {error}", file=sys.stderr)
+    return 1 if len(failed) == len(table) else 0
 
 
 def _repeat(options: argparse.Namespace, number: int) -> int:
@@ -129,7 +131,8 @@ def _print_best(results: StudyResults) -> None:
     best = results.best
     print(f"\n{len(best)} points that no other surpasses in all objectives:")
     if len(best):
-        print(plain(best.head(MOST_POINTS).to_string(index=False, float_format="%.5g")))
+        for line in best.head(MOST_POINTS).to_string(index=False, float_format="%.5g").splitlines():
+            print(plain(line))
 
 
 def _count(flag: str, text: str | None, least: int) -> int | None:

@@ -134,3 +134,13 @@ def read_rows(folder: Path) -> pd.DataFrame:
     table = pd.concat(map(pd.read_parquet, parts), ignore_index=True)
     table = table.drop_duplicates("run", keep="last").sort_values("number")
     return table.reset_index(drop=True)
+
+
+def causes(failed: pd.DataFrame) -> list[tuple[int, Any]]:
+    """Return how many failed runs have each cause, with the first of them; the most frequent first.
+
+    Sentences that differ in their numbers only are one cause.
+    """
+    sentences = failed["error"].str.replace(r"[-−]?\d+(\.\d+)?(e[-+]?\d+)?", "#", regex=True)
+    groups = [group for _, group in failed.groupby(sentences)]
+    return [(len(group), group.iloc[0]) for group in sorted(groups, key=len, reverse=True)]

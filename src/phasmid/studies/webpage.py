@@ -15,7 +15,7 @@ import numpy as np
 from phasmid.errors import plain
 from phasmid.reporting.webpage import own_text
 from phasmid.reporting.webpage.packing import json_block, packed
-from phasmid.studies.results import StudyResults
+from phasmid.studies.results import StudyResults, causes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -141,13 +141,10 @@ def _failures(table: pd.DataFrame) -> str:
     failed = table[table["status"] == "failed"]
     if failed.empty:
         return "<p>No run failed.</p>"
-    # Sentences that differ in their numbers only have one cause.
-    causes = failed["error"].str.replace(r"[-−]?\d+(\.\d+)?(e[-+]?\d+)?", "#", regex=True)
-    groups = sorted(failed.groupby(causes), key=lambda item: -len(item[1]))
+    groups = causes(failed)
     rows = ""
-    for _, group in groups[:MOST_CAUSES]:
-        first = group.iloc[0]
-        cells = str(len(group)), str(first["number"]), escape(plain(str(first["error"])))
+    for count, first in groups[:MOST_CAUSES]:
+        cells = str(count), str(first["number"]), escape(plain(str(first["error"])))
         rows += f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
     if len(groups) > MOST_CAUSES:
         rows += f"<tr><td></td><td></td><td>{len(groups) - MOST_CAUSES} more causes</td></tr>"
