@@ -7,7 +7,7 @@ import pytest
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting import draw_robot, figures, plot, walk_picture
-from phasmid.reporting.leg_figures import leg_groups
+from phasmid.reporting.catalogue import leg_groups
 from phasmid.reporting.renderer import Lack
 from phasmid.reporting.style import save_figure, thin
 from phasmid.scenario import load_scenario

@@ -10,12 +10,20 @@ from scipy.spatial import ConvexHull
 from phasmid import kinematics
 from phasmid.errors import InvalidInput
 from phasmid.recording import CHANNELS
-from phasmid.reporting import CATALOGUE, plot, read_source, summarise
-from phasmid.reporting.envelope import beyond, ideal_limits, motor_limits, servo_limits
-from phasmid.reporting.foot_path import feet_in_body
-from phasmid.reporting.friction import LEAST_LOAD, friction_demand
-from phasmid.reporting.power import power_of
-from phasmid.reporting.support import margin_over_time
+from phasmid.reporting import CATALOGUE, plot, read_run, summarise
+from phasmid.reporting.path_figures import (
+    beyond,
+    feet_in_body,
+    ideal_limits,
+    motor_limits,
+    servo_limits,
+)
+from phasmid.reporting.time_figures import (
+    LEAST_LOAD,
+    friction_demand,
+    margin_over_time,
+    power_of,
+)
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 from phasmid.simulation.servo import SERVO_STATE, servo_parameters, servo_step
@@ -121,7 +129,7 @@ def test_the_gait_diagram_shows_stance_and_contact_where_they_are(walk):
 
 
 def test_the_support_margin_is_the_distance_to_the_hull_of_the_standing_feet(short_walk):
-    source = read_source(short_walk)
+    source = read_run(short_walk)
     axis = plot(short_walk, "support-margin").axes[0]
     seen = axis.lines[0].get_ydata()
     angles, body = short_walk["joint_position"].values, short_walk["body_position"].values
@@ -153,7 +161,7 @@ def test_a_margin_that_is_at_times_none_is_told_as_that_of_three_feet(walk):
 def test_without_all_poses_the_margin_is_that_of_the_body_and_says_so(walk):
     recording = walk(duration=2.0, interval=0.01, drop=("body_orientation",))
     assert "of the body's origin" in words(plot(recording, "support-margin"))
-    margin, what = margin_over_time(recording, read_source(recording), "contact")
+    margin, what = margin_over_time(read_run(recording), "contact")
     assert what == "body's origin"
     assert np.isfinite(margin).all()
 
@@ -215,7 +223,7 @@ def test_the_envelope_meets_the_data_sheet_and_mirrors_itself():
 def test_the_envelope_takes_the_voltage_of_servos_that_drive_the_walk(walk):
     def words_of(**fields):
         scenario = load_scenario("paper").replace(**fields)
-        return servo_limits(read_source(walk(duration=1.0, interval=0.05, scenario=scenario)))[1]
+        return servo_limits(read_run(walk(duration=1.0, interval=0.05, scenario=scenario)))[1]
 
     assert words_of() == "limit at 12 V"
     assert words_of(drive="servo", voltage=9) == "limit at 9 V"
@@ -231,7 +239,7 @@ def test_torque_over_speed_is_drawn_sample_by_sample(short_walk):
             np.testing.assert_array_equal(axis.lines[leg].get_xdata(), qd[:, leg, joint])
             np.testing.assert_array_equal(axis.lines[leg].get_ydata(), tau[:, leg, joint])
         advice = [line.get_ydata()[0] for line in axis.lines if len(line.get_ydata()) == 2]
-        stall = read_source(short_walk).robot.servo.stall_torque
+        stall = read_run(short_walk).robot.servo.stall_torque
         np.testing.assert_allclose(sorted(advice), [-stall / 5, stall / 5])
     torque = summarise(short_walk)["torque"]["simulation"]
     assert f"{100 * torque['share_above_continuous']:.2g} % above continuous" in words(figure)
@@ -242,10 +250,10 @@ def test_samples_beyond_the_envelope_are_counted_and_never_left_out(walk, monkey
     tau = np.zeros((401, 6, 3))
     tau[124, 4, 1] = 9.0
     recording = given(recording, joint_torque=tau)
-    assert np.argwhere(beyond(read_source(recording), tau, np.zeros_like(tau))).tolist() == [
+    assert np.argwhere(beyond(read_run(recording), tau, np.zeros_like(tau))).tolist() == [
         [124, 4, 1]
     ]
-    monkeypatch.setattr("phasmid.reporting.envelope.MOST_MARKS", 10)
+    monkeypatch.setattr("phasmid.reporting.path_figures.MOST_MARKS", 10)
     figure = plot(recording, "servo-envelope")
     marks = figure.axes[1].lines[4].get_ydata()
     assert len(marks) == 11
@@ -257,7 +265,7 @@ def test_friction_demand_is_tangential_over_normal_force_in_loaded_stances(short
     stance, normal = short_walk["stance"].values, short_walk["foot_normal_force"].values
     force = short_walk["foot_force"].values.copy()
     force[..., 0], force[..., 1] = 0.3 * normal, 0.4 * normal
-    light = LEAST_LOAD * read_source(short_walk).weight * 0.99
+    light = LEAST_LOAD * read_run(short_walk).weight * 0.99
     normal = normal.copy()
     normal[20:30] = light
     force[20:30] = [1.0, 0.0, light]
@@ -276,7 +284,7 @@ def test_on_a_slope_the_demand_is_that_along_the_slope(walk):
     """A foot that bears its load upright on a slope demands the slope's tangent."""
     scenario = load_scenario("paper").replace(terrain="slope", slope_deg=10)
     recording = walk(duration=2.0, interval=0.05, scenario=scenario, drop=("foot_normal_force",))
-    demand, limit, _ = friction_demand(recording, read_source(recording))
+    demand, limit = friction_demand(read_run(recording))
     standing = recording["stance"].values
     np.testing.assert_allclose(demand[standing], math.tan(math.radians(10)), rtol=1e-9)
     assert np.isnan(demand[~standing]).all()
@@ -286,7 +294,7 @@ def test_on_a_slope_the_demand_is_that_along_the_slope(walk):
 def test_the_cone_is_that_of_the_patch_under_the_foot(walk):
     scenario = load_scenario("paper").replace(patches=[[-5, 5, 0, 5, 0.2]])
     recording = walk(duration=2.0, interval=0.05, scenario=scenario)
-    _, limit, _ = friction_demand(recording, read_source(recording))
+    _, limit = friction_demand(read_run(recording))
     # The feet of the left side, y > 0, stand on ice.
     assert (limit[:, :3] == 0.7).all()
     assert (limit[:, 3:] == 0.2).all()
@@ -303,7 +311,7 @@ def test_foot_paths_in_the_body_do_not_depend_on_where_the_body_goes(short_walk)
         body_position=short_walk["body_position"].values @ R.T + away,
         body_orientation=np.array([math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]),
     )
-    np.testing.assert_allclose(feet_in_body(moved), expected, atol=1e-14)
+    np.testing.assert_allclose(feet_in_body(read_run(moved)), expected, atol=1e-14)
     above, world, side, _ = plot(moved, "foot-path").axes
     for leg in range(6):
         line = np.array(above.lines[leg].get_data()).T
@@ -330,7 +338,7 @@ def test_power_is_torque_times_speed_and_energy_its_integral(walk):
         time, energy = below.lines[number].get_data()
         np.testing.assert_allclose(energy, power * time, atol=1e-9)
     assert (above.get_ylabel(), below.get_ylabel()) == ("power [W]", "energy [J]")
-    kinds = {kind.name: kind for kind in power_of(recording, read_source(recording))}
+    kinds = {kind.name: kind for kind in power_of(read_run(recording))}
     told = summarise(recording)
     assert kinds["given"].energy[-1] == pytest.approx(told["energy"]["work"], rel=1e-12)
     cost = kinds["given"].cost_of_transport
@@ -341,7 +349,7 @@ def test_power_is_torque_times_speed_and_energy_its_integral(walk):
 
 def test_a_supply_that_would_be_fed_counts_nothing(short_walk):
     recording = given(short_walk, **SERVO | {"servo_duty": -0.5})
-    kinds = {kind.name: kind for kind in power_of(recording, read_source(recording))}
+    kinds = {kind.name: kind for kind in power_of(read_run(recording))}
     assert (kinds["electrical"].power == 0).all()
 
 

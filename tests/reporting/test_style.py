@@ -3,7 +3,7 @@
 import matplotlib
 import numpy as np
 
-from phasmid.reporting.source import finite_part
+from phasmid.reporting.run import finite_part
 from phasmid.reporting.style import new_figure, shrink, styled, wrap
 
 

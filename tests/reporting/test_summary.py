@@ -11,7 +11,8 @@ import phasmid
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import yaw_quaternion
 from phasmid.recording import new_recording
-from phasmid.reporting import print_summary, read_source, summarise
+from phasmid.reporting import Source, print_summary, read_run, summarise
+from phasmid.reporting.numbers import commanded_way
 from phasmid.reporting.steps import (
     SETTLING,
     away_from_switches,
@@ -20,7 +21,6 @@ from phasmid.reporting.steps import (
     middle_halves,
     rms,
 )
-from phasmid.reporting.travel import commanded_way
 from phasmid.robot import Robot, load_robot
 from phasmid.scenario import load_scenario
 
@@ -52,10 +52,10 @@ def test_ten_steps_of_forty_millimetres_are_four_hundred(paper_walk):
 
 
 def test_a_commanded_turn_adds_up_step_by_step(short_walk):
-    source = read_source(short_walk)
+    source = read_run(short_walk)
     stride = {"step_turn": math.pi / 8, "step_length": 0.1, "step_sideways": 0.02}
     scenario = source.scenario.replace(**stride)
-    turning = type(source)(source.robot, scenario, source.gait, source.weight)
+    turning = Source(source.robot, scenario, source.gait)
     # Four steps of 1 s, each from where the last one left the body, in its axes.
     place = sum((0.1 + 0.02j) * np.exp(1j * math.pi / 8 * step) for step in range(4))
     way = commanded_way(turning, 4.0)
@@ -167,7 +167,7 @@ def test_a_robot_that_goes_nowhere_has_no_cost_of_transport(short_walk):
 
 
 def test_the_support_margin_is_that_of_the_planned_tripod(short_walk):
-    source = read_source(short_walk)
+    source = read_run(short_walk)
     margin = summarise(short_walk)["support"]["least_margin"]
     # The paper's robot stands on triangles whose nearest edge is about a tenth of a metre away.
     assert 0.05 < margin < 0.15
@@ -248,7 +248,7 @@ def test_a_recording_of_another_number_of_legs_is_refused(short_walk):
 
 def test_the_robot_is_the_one_that_was_simulated(walk):
     scenario = load_scenario("paper").replace(mounts="perpendicular", body_height_mm=90)
-    robot = read_source(walk(duration=1.0, interval=0.05, scenario=scenario)).robot
+    robot = read_run(walk(duration=1.0, interval=0.05, scenario=scenario)).robot
     assert robot.legs[0].mount_yaw == -math.pi / 2
     assert robot.legs[0].neutral_foot[2] == -0.09
 
@@ -359,8 +359,8 @@ def test_what_the_robot_cannot_do_is_said_at_the_end(walk):
         "these servos cannot make this walk.",
         f"The centre of mass leaves the support polygon by {-1000 * margin:.1f} mm: "
         "the robot tips.",
-        "Swinging legs touch the ground: up to 13.8 N outside 80 ms of the switches.",
         "Feet slip 11.9 mm a step on average.",
+        "Swinging legs touch the ground: up to 13.8 N outside 80 ms of the switches.",
     ]
     lines = printed(summary).splitlines()
     assert max(map(len, lines)) <= 80

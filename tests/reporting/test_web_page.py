@@ -16,12 +16,12 @@ from hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid import kinematics
 from phasmid.reporting import report, summarise
 from phasmid.reporting.robot_mesh import link_meshes, quaternions, robot_mesh
-from phasmid.reporting.source import read_source
+from phasmid.reporting.run import read_run
 from phasmid.reporting.style import LEG_COLOURS
 from phasmid.reporting.webpage import Picture, page_html
+from phasmid.reporting.webpage.document import data_table
 from phasmid.reporting.webpage.packing import LARGEST, json_block, packed, unpacked
 from phasmid.reporting.webpage.replay import MOST_BYTES, frames, replay
-from phasmid.reporting.webpage.table import data_table
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 
@@ -189,7 +189,7 @@ def test_formulas_in_headings_of_the_table_are_quoted(walk, name):
     robot = load_robot("phantomx-paper")
     robot = replace(robot, legs=(replace(robot.legs[0], name=name), *robot.legs[1:]))
     recording = walk(duration=1.0, interval=0.01, robot=robot)
-    table, rate = data_table(recording, read_source(recording))
+    table, rate = data_table(recording, read_run(recording).robot.leg_names)
     heading, first, *_ = table.decode().splitlines()
     # A heading is CHANNEL.LEG.JOINT, so that a leg's name never begins a cell; none is bare.
     cells = next(csv.reader([heading]))
@@ -240,9 +240,9 @@ def test_frames_decode_to_the_recordings_poses(walk, preset):
             gait={"name": "alternating", "duty_factor": 0.5, "offsets": offsets}
         )
     recording = walk(duration=2.0, interval=0.01, robot=robot, scenario=scenario)
-    source = read_source(recording)
-    scene = replay(recording, source)
-    rows = frames(recording, len(robot.legs))
+    source = read_run(recording)
+    scene = replay(source)
+    rows = frames(source)
     frame = len(rows) // 3
     sample = recording.isel(time=rows[frame])
     assert unpacked(scene["time"])[frame] == pytest.approx(float(sample["time"]), rel=1e-6)
@@ -297,14 +297,14 @@ def test_legs_wear_the_colours_of_the_figures(page):
 
 def test_a_long_run_has_fewer_frames_and_rows_and_a_page_of_bounded_size(walk):
     recording = walk(duration=900.0, interval=0.02)
-    rows = frames(recording, 6)
-    scene = replay(recording, read_source(recording))
+    rows = frames(read_run(recording))
+    scene = replay(read_run(recording))
     arrays = [value for value in scene.values() if isinstance(value, dict) and "data" in value]
     held = sum(len(array["data"]) for array in arrays)
     # Base64 has four letters for three bytes; the samples' grid keeps fewer, never more.
     assert held <= 1.01 * MOST_BYTES * 4 / 3
     assert len(rows) < 900 * 30
-    table, rate = data_table(recording, read_source(recording))
+    table, rate = data_table(recording, read_run(recording).robot.leg_names)
     assert rate < 50
     assert len(table) < 6e6
 

@@ -6,7 +6,7 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting.robot_mesh import robot_mesh
-from phasmid.reporting.source import finite_part
+from phasmid.reporting.run import read_run
 from phasmid.scenario import load_scenario
 from phasmid.video.film import (
     HIGH,
@@ -57,14 +57,14 @@ def test_frames_show_the_poses_of_their_times(recording, film):
     np.testing.assert_allclose(film.body[:, :3, :3], turned, atol=1e-9)
     q = np.asarray(recording["joint_position"].values)
     np.testing.assert_allclose(film.q, q[rows], atol=1e-9)
-    assert film.origin == "simulated"
+    assert film.run.force_words == "simulated"
 
 
-def test_a_quaternion_and_its_negative_are_one_orientation(recording, source):
+def test_a_quaternion_and_its_negative_are_one_orientation(recording, run):
     flipped = recording.copy(deep=True)
     flipped["body_orientation"][::2] *= -1
-    film = film_of(finite_part(flipped), source, fps=47.0, speed=1.0)
-    other = film_of(finite_part(recording), source, fps=47.0, speed=1.0)
+    film = film_of(read_run(flipped), fps=47.0, speed=1.0)
+    other = film_of(run, fps=47.0, speed=1.0)
     np.testing.assert_allclose(film.body, other.body, atol=1e-12)
 
 
@@ -75,25 +75,25 @@ def test_a_quaternion_and_its_negative_are_one_orientation(recording, source):
         (["joint_position", "joint_position_target"], "the recording has no joint_position; a"),
     ],
 )
-def test_a_recording_without_a_pose_is_refused_in_one_sentence(recording, source, dropped, said):
+def test_a_recording_without_a_pose_is_refused_in_one_sentence(recording, dropped, said):
     with pytest.raises(InvalidInput, match=said):
-        film_of(recording.drop_vars(dropped), source, fps=10.0, speed=1.0)
+        film_of(read_run(recording.drop_vars(dropped)), fps=10.0, speed=1.0)
 
 
-def test_without_seen_forces_the_models_are_shown(recording, source):
+def test_without_seen_forces_the_models_are_shown(recording):
     lacking = recording.drop_vars(["foot_force", "foot_normal_force"])
-    film = film_of(lacking, source, fps=10.0, speed=1.0)
-    assert film.origin == "by the model"
+    film = film_of(read_run(lacking), fps=10.0, speed=1.0)
+    assert film.run.force_words == "by the model"
     assert film.normal is not None
     np.testing.assert_array_equal(film.normal, recording["foot_normal_force_model"].values)
 
 
-def test_the_robot_fills_the_middle_of_the_picture(film, source):
+def test_the_robot_fills_the_middle_of_the_picture(film):
     size = (1280, 532)
     view, displacement = camera_of(film, size)
     seen = []
     for frame in range(len(film.time)):
-        corners = robot_mesh(source.robot, film.q[frame], film.body[frame]).corners
+        corners = robot_mesh(film.run.robot, film.q[frame], film.body[frame]).corners
         seen.append(view.moved(displacement[frame]).project(corners).reshape(-1, 2))
     points = np.concatenate(seen)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray
 from PIL import Image
 
 import phasmid
@@ -19,16 +20,17 @@ SIZE = (640, 360)
 def constant(film, length):
     """Forces that do not change, each leg's its own."""
     time, forces = np.linspace(0.0, length, 200), np.linspace(2.0, 12.0, 6)
-    return replace(film, normal=np.tile(forces, (200, 1)), normal_time=time)
+    run = replace(film.run, recording=xarray.Dataset(coords={"time": time}))
+    return replace(film, run=run, normal=np.tile(forces, (200, 1)))
 
 
-def drawn(recording, film, number=1, size=SIZE):
+def drawn(film, number=1, size=SIZE):
     """A frame around a grey picture, and its figure."""
     width, height = picture_size(film, size)
     view, displacement = camera_of(film, (width, height))
     grey = np.full((height, width, 3), 200, dtype=np.uint8)
     with styled():
-        figure = FrameFigure(recording, film, size, 1.0)
+        figure = FrameFigure(film, size, 1.0)
         pixels = figure.frame(number, grey, view.moved(displacement[number]))
     return pixels, figure, view
 
@@ -39,8 +41,8 @@ def near(pixels, colour):
     return np.nonzero(off < 12)
 
 
-def test_a_frame_holds_picture_words_and_forces(recording, film):
-    pixels, _, _ = drawn(recording, film)
+def test_a_frame_holds_picture_words_and_forces(film):
+    pixels, _, _ = drawn(film)
     assert pixels.shape == (360, 640, 3)
     height = picture_size(film, SIZE)[1]
     assert (pixels[height // 2, 5] == 200).all()
@@ -50,18 +52,18 @@ def test_a_frame_holds_picture_words_and_forces(recording, film):
     assert pixels[: height // 8, -100:].min() < 90
 
 
-def test_without_forces_the_picture_takes_the_whole_frame(recording, film):
+def test_without_forces_the_picture_takes_the_whole_frame(film):
     bare = replace(film, normal=None, force=None)
-    pixels, _, _ = drawn(recording, bare)
+    pixels, _, _ = drawn(bare)
     assert (pixels[-3, -3] == 200).all()
 
 
-def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(recording, film):
-    _, figure, _ = drawn(recording, constant(film, 0.4))
+def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(film):
+    _, figure, _ = drawn(constant(film, 0.4))
     strip = figure._strip
     strip.show(0.2)
     assert strip.axis.get_xlim() == pytest.approx((0.0, 0.4))
-    _, figure, _ = drawn(recording, constant(film, 60.0))
+    _, figure, _ = drawn(constant(film, 60.0))
     strip = figure._strip
     for time, first in ((0.0, 0.0), (30.0, 30.0 - PAST * 10.0), (60.0, 50.0)):
         strip.show(time)
@@ -69,8 +71,8 @@ def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(recording, film):
         assert strip.axis.get_xlim() == pytest.approx((first, first + 10.0))
 
 
-def test_each_legs_line_is_its_force_in_its_colour(recording, film):
-    _, figure, _ = drawn(recording, constant(film, 0.4))
+def test_each_legs_line_is_its_force_in_its_colour(film):
+    _, figure, _ = drawn(constant(film, 0.4))
     lines = figure._strip.axis.lines[:6]
     for leg, line in enumerate(lines):
         assert line.get_color() == leg_colour(leg)
@@ -84,15 +86,15 @@ def test_newtons_have_a_tenth_and_no_negative_zero():
     assert [newtons(f) for f in (-0.01, 0.04, 7.86, 10.0)] == ["0.0 N", "0.0 N", "7.9 N", "10.0 N"]
 
 
-def test_arrows_point_where_the_force_does_in_the_legs_colour(recording, film):
+def test_arrows_point_where_the_force_does_in_the_legs_colour(film):
     force = np.zeros_like(film.force)
-    force[:, 1, 2] = film.source.weight
+    force[:, 1, 2] = film.run.weight
     size = (1280, 533)
     still = replace(film, force=force, normal=None)
-    pixels, _, view = drawn(recording, still, number=0, size=size)
+    pixels, _, view = drawn(still, number=0, size=size)
     rows, columns = near(pixels, leg_colour(1))
     # The whole weight is an arrow of 1.2 spans of the hips, straight up from the foot.
-    hips = film.source.robot.arrays.p_body_hip[:, :2]
+    hips = film.run.robot.arrays.p_body_hip[:, :2]
     foot = film.feet[0, 1]
     tip = foot + np.array([0.0, 0.0, 1.2 * np.ptp(hips, axis=0).max()])
     (x, y), (to_x, to_y) = view.project(np.stack([foot, tip]))

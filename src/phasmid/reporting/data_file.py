@@ -18,7 +18,7 @@ from phasmid.recording import (
 )
 from phasmid.recording.file import cannot_write, new_file
 from phasmid.recording.ros import rows_at
-from phasmid.reporting.source import read_source
+from phasmid.reporting.run import read_run
 
 ENDINGS = {"csv": ".csv", "netcdf": ".nc", "mcap": ".mcap"}
 """Endings of the file names of each format."""
@@ -58,7 +58,7 @@ def export(
     kind = check_export(path, format, force=force)
     if rate is not None and not 0 < rate < np.inf:
         raise InvalidInput(f"rate is {rate}; it must be a finite number greater than 0.")
-    names = read_source(recording).robot.leg_names if "robot" in recording.attrs else None
+    names = read_run(recording).robot.leg_names if "robot" in recording.attrs else None
     chosen = _chosen(recording, channels)
     if rate is not None and kind != "mcap":
         rows = rows_at(np.asarray(chosen["time"].values), rate)

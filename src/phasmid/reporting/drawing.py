@@ -7,33 +7,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid import kinematics
-from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.reporting.camera import View, camera_axes, fitted_view
-from phasmid.reporting.figure_layout import Axes, drive_words, short, time_axis
-from phasmid.reporting.gait_diagram import draw_bars
-from phasmid.reporting.layout import NORMAL_WIDTH, layout, points
+from phasmid.reporting.panels import Axes, time_axis
 from phasmid.reporting.renderer import SceneRenderer, Segment, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose, robot_mesh
-from phasmid.reporting.runs import Run
-from phasmid.reporting.source import Source, attribute, channel, finite_part, read_source
+from phasmid.reporting.run import Run, Source, read_run, short
 from phasmid.reporting.style import (
     FAINT,
     INK,
+    NORMAL_WIDTH,
     Figure,
     Text,
+    layout,
     leg_colour,
     new_figure,
+    points,
     shrink,
     styled,
 )
+from phasmid.reporting.time_figures import Legs, draw_bars
 from phasmid.robot import Appearance
 from phasmid.terrain import Ground
 
@@ -58,16 +57,9 @@ ENDINGS = {"FELL": "fell", "DIVERGED": "diverged", "STOPPED": "stopped", "CUT": 
 """Words for recordings that were not completed."""
 
 
-def can_be_drawn(recording: Recording) -> bool:
-    """Return whether the robot's pose is recorded."""
-    names = {str(name) for name in finite_part(recording).data_vars}
-    posed = {"body_position", "body_orientation"} <= names
-    return posed and bool(names & {"joint_position", "joint_position_target"})
-
-
-def walk_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
+def walk_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
     """Draw `walk_picture` of one run, with all legs."""
-    del legs
+    del legs, note
     return walk_picture(runs[0].recording)
 
 
@@ -81,21 +73,19 @@ def walk_picture(recording: Recording, appearance: Appearance | None = None) -> 
     Raises:
         InvalidInput: The pose is not recorded.
     """
-    source = read_source(recording)
-    moment = swing_moment(finite_part(recording), source)
+    moment = swing_moment(read_run(recording))
     return draw_robot(recording, moment, gait=True, appearance=appearance)
 
 
-def swing_moment(recording: Recording, source: Source) -> float:
+def swing_moment(run: Run) -> float:
     """Return a time in the middle of the walk at which swing feet are high [s]."""
-    time = np.asarray(recording["time"].values)
-    feet = channel(recording, "foot_position")
+    time, feet = run.time, run.channel("foot_position")
     middle = (time[0] + time[-1]) / 2
-    near = np.flatnonzero(np.abs(time - middle) <= source.scenario.stride.period / 2)
+    near = np.flatnonzero(np.abs(time - middle) <= run.scenario.stride.period / 2)
     if feet is None or len(near) == 0:
         return float(middle)
     x, y, z = np.moveaxis(feet[near], -1, 0)
-    height = z - source.scenario.load_terrain().height(x, y)
+    height = z - run.scenario.load_terrain().height(x, y)
     return float(time[near[np.argmax(np.nan_to_num(height.sum(axis=1), nan=-np.inf))]])
 
 
@@ -119,19 +109,20 @@ def draw_robot(
     Raises:
         InvalidInput: The body's pose or the joint angles are not recorded.
     """
-    run = Run(finite_part(recording), read_source(recording, appearance), "", {})
+    run = read_run(recording, appearance)
+    position, orientation, angles = run.pose("this picture")
     now = int(np.argmin(np.abs(run.time - time)))
     page = layout()
     wide = WIDTH if page.width == NORMAL_WIDTH else page.width
     # However wide it is, the picture has as many pixels.
     tall, dpi = 0.54 * wide, DPI * WIDTH / wide
-    gait = gait and "stance" in run.recording.data_vars
-    strip = points(0.55 + 0.145 * len(run.source.robot.legs)) if gait else 0.0
+    gait = gait and run.has("stance")
+    strip = points(0.55 + 0.145 * len(run.robot.legs)) if gait else 0.0
     size = (round(wide * dpi), round(tall * dpi))
-    X_world_body, q = _pose(run, now)
-    view = _view(run.source, X_world_body, q, size)
+    X_world_body, q = body_pose(position[now], orientation[now]), angles[now]
+    view = _view(run, X_world_body, q, size)
     if trail is None:
-        trail = 2 * run.source.scenario.stride.period
+        trail = 2 * run.scenario.stride.period
     with styled():
         figure = new_figure(wide, tall + strip, dpi)
         axis = figure.add_axes((0, strip / (tall + strip), 1, tall / (tall + strip)))
@@ -143,27 +134,15 @@ def draw_robot(
             picture = _rendered(run, view, X_world_body, q, paths)
             axis.imshow(picture, extent=(0, *size, 0), aspect="auto", interpolation="none")
         else:
-            _draw_stick_figure(axis, run.source, view, X_world_body, q, paths)
+            _draw_stick_figure(axis, run, view, X_world_body, q, paths)
         _draw_forces(axis, run, view, now)
-        _number_legs(axis, run.source, view, X_world_body, q)
+        _number_legs(axis, run, view, X_world_body, q)
         if gait:
             left, below = points(1.25) / wide, points(0.40) / (tall + strip)
             height = (strip - points(0.52)) / (tall + strip)
             below_picture = figure.add_axes((left, below, 0.965 - left, height))
             _draw_gait(below_picture, run, now)
     return figure
-
-
-def _pose(run: Run, now: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the body's pose and the joint angles."""
-    position, orientation = run.channel("body_position"), run.channel("body_orientation")
-    angles = run.channel("joint_position")
-    if angles is None:
-        angles = run.channel("joint_position_target")
-    if position is None or orientation is None or angles is None:
-        lacking = "joint_position" if angles is None else "body_position and body_orientation"
-        raise InvalidInput(f"the recording has no {lacking}; this picture needs it.")
-    return body_pose(position[now], orientation[now]), angles[now]
 
 
 def _view(source: Source, X_world_body: np.ndarray, q: np.ndarray, size: tuple[int, int]) -> View:
@@ -178,22 +157,21 @@ def _view(source: Source, X_world_body: np.ndarray, q: np.ndarray, size: tuple[i
 
 def _write_caption(axis: Axes, run: Run, now: int) -> list[Text]:
     """Write title and caption into the picture's corner; return the texts."""
-    recording, source = run.recording, run.source
-    lines = [drive_words(recording, source), f"t = {run.time[now]:.2f} s"]
-    step = 1000 * source.scenario.stride.step_length
+    lines = [run.drive_words, f"t = {run.time[now]:.2f} s"]
+    step = 1000 * run.scenario.stride.step_length
     lines[1] += f" · step {step:.4g} mm · squares {1000 * SQUARE:g} mm"
-    ending = ENDINGS.get(attribute(recording, "ending"))
+    ending = ENDINGS.get(run.attribute("ending"))
     if ending:
         lines.append(f"{ending} at {run.time[-1]:.2f} s")
-    if source.scenario.terrain.kind != "flat":
-        lines.insert(0, f"terrain: {source.scenario.terrain.kind}")
+    if run.scenario.terrain.kind != "flat":
+        lines.insert(0, f"terrain: {run.scenario.terrain.kind}")
     forces = _forces(run, now)
     if forces is not None:
-        seen = "foot_force" in recording.data_vars
-        what = "ground on foot" if seen else f"{short(attribute(recording, 'force_model'))} forces"
+        seen = run.has("foot_force")
+        what = "ground on foot" if seen else f"{short(run.attribute('force_model'))} forces"
         lines.append(f"arrows: {what}; {_newtons(forces[2].max())} the largest normal force")
     width = float(axis.bbox.width)
-    title = f"{short(source.robot.name)}, {short(source.gait.name)} gait"
+    title = f"{short(run.robot.name)}, {short(run.gait.name)} gait"
     look: dict[str, Any] = {"va": "top", "transform": axis.transAxes}
     texts = [axis.text(0.025, 0.96, title, fontsize=points(14), fontweight="bold", **look)]
     shrink(texts[0], 0.95 * width, least=points(9.0))
@@ -220,11 +198,6 @@ def _newtons(force: float) -> str:
     if force < 0.05:
         return "0 N"
     return f"{force:#.3g} N" if force < 99.95 else f"{force:.0f} N"
-
-
-def hip_span(source: Source) -> float:
-    """Return the longer side of the rectangle of the hips [m], the scale of marks."""
-    return float(np.ptp(source.robot.arrays.p_body_hip[:, :2], axis=0).max())
 
 
 def _foot_paths(
@@ -255,15 +228,15 @@ def _rendered(
     run: Run, view: View, X_world_body: np.ndarray, q: np.ndarray, paths: Sequence[np.ndarray]
 ) -> np.ndarray:
     """Return the robot on its ground, with foot paths as rods."""
-    radius = 0.006 * hip_span(run.source)
+    radius = 0.006 * run.hip_span
     segments: list[Segment] = [
         (path[k], path[k + 1], radius, leg_colour(leg))
         for leg, path in enumerate(paths)
         for k in range(len(path) - 1)
     ]
-    terrain = run.source.scenario.load_terrain()
+    terrain = run.scenario.load_terrain()
     place = X_world_body[None, :2, 3]
-    renderer = SceneRenderer(run.source.robot, terrain, place, view, SQUARE)
+    renderer = SceneRenderer(run.robot, terrain, place, view, SQUARE)
     try:
         return renderer.picture(view, X_world_body, q, segments)
     finally:
@@ -302,7 +275,7 @@ def _draw_stick_figure(
     hips = view.project(p_world_joints[:, 0])
     around = np.argsort(np.arctan2(*(source.robot.arrays.p_body_hip[:, :2].T[::-1])))
     axis.fill(*hips[around].T, facecolor="#7d8796", edgecolor=INK, linewidth=2, zorder=3)
-    front = X_world_body[:3, 3] + np.outer([0.0, 0.3 * hip_span(source)], X_world_body[:3, 0])
+    front = X_world_body[:3, 3] + np.outer([0.0, 0.3 * source.hip_span], X_world_body[:3, 0])
     tail, tip = view.project(front)
     axis.annotate(
         "",
@@ -338,10 +311,10 @@ def _draw_forces(axis: Axes, run: Run, view: View, now: int) -> None:
         return
     stance = run.channel("stance")
     feet, force, normal = forces
-    draw_force_arrows(axis, run.source, view, feet, force, [FORCE_COLOUR] * len(feet))
+    draw_force_arrows(axis, run, view, feet, force, [FORCE_COLOUR] * len(feet))
     pixel = view.size[0] / 1000
     for leg, (x, y) in enumerate(view.project(feet)):
-        loaded = np.linalg.norm(force[leg]) > 0.01 * run.source.weight
+        loaded = np.linalg.norm(force[leg]) > 0.01 * run.weight
         if loaded or (stance is not None and stance[now, leg]):
             axis.text(
                 x + 10 * pixel,
@@ -379,7 +352,7 @@ def draw_force_arrows(
     from matplotlib.patches import Circle, FancyArrow
 
     pixel = view.size[0] / 1000
-    tips = view.project(feet + force / source.weight * FORCE_LENGTH * hip_span(source))
+    tips = view.project(feet + force / source.weight * FORCE_LENGTH * source.hip_span)
     drawn: list[Any] = []
     for (x, y), (to_x, to_y), size, colour in zip(
         view.project(feet), tips, np.linalg.norm(force, axis=1), colours, strict=True
@@ -412,7 +385,7 @@ def _number_legs(
 
     for number, (leg, angles) in enumerate(zip(source.robot.legs, q, strict=True)):
         X_world_knee = X_world_body @ leg.X_body_hip @ kinematics.leg_frames(leg, angles)[2]
-        x, y = view.project(X_world_knee[:3, 3] + [0.0, 0.0, 0.13 * hip_span(source)])
+        x, y = view.project(X_world_knee[:3, 3] + [0.0, 0.0, 0.13 * source.hip_span])
         axis.text(
             x,
             y,
@@ -429,9 +402,8 @@ def _number_legs(
 
 def _draw_gait(axis: Axes, run: Run, now: int) -> None:
     """Draw the gait diagram over four cycles around the moment."""
-    reach = 2 * run.source.scenario.stride.period + 1e-9
-    part = slice(run.time[now] - reach, run.time[now] + reach)
-    part_of_run = replace(run, recording=run.recording.sel(time=part))
-    draw_bars(axis, part_of_run, tuple(range(1, len(run.source.robot.legs) + 1)))
+    reach = 2 * run.scenario.stride.period
+    part = run.between(run.time[now] - reach, run.time[now] + reach)
+    draw_bars(axis, part, tuple(range(1, len(run.robot.legs) + 1)))
     axis.axvline(run.time[now], color=FORCE_COLOUR, linewidth=1.6)
-    time_axis(axis, part_of_run.time, "pale: planned stance, dark: contact")
+    time_axis(axis, part.time, "pale: planned stance, dark: contact")

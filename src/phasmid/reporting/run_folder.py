@@ -12,9 +12,8 @@ from pathlib import Path
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, save_mcap, save_recording
 from phasmid.reporting.catalogue import CATALOGUE, report_figures
-from phasmid.reporting.drawing import can_be_drawn, walk_picture
-from phasmid.reporting.runs import gather
-from phasmid.reporting.source import read_source
+from phasmid.reporting.drawing import walk_picture
+from phasmid.reporting.run import read_run
 from phasmid.reporting.style import encoded_figure, save_figure
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.robot import Appearance
@@ -62,7 +61,7 @@ def report(
     folder = Path(folder)
     check_folder(folder, force=force)
     # A recording without its robot is refused before anything is written.
-    source = read_source(recording)
+    run = read_run(recording)
     if mcap:
         check_mcap()
     target = folder.resolve()
@@ -73,7 +72,7 @@ def report(
             partial.mkdir()
             _fill(recording, partial, figures=figures, appearance=appearance)
             if mcap:
-                save_mcap(recording, partial / "recording.mcap", leg_names=source.robot.leg_names)
+                save_mcap(recording, partial / "recording.mcap", leg_names=run.robot.leg_names)
             _take_place(partial, target, folder, force=force)
         except BaseException:
             shutil.rmtree(partial, ignore_errors=True)
@@ -189,17 +188,15 @@ def _write_figures(
 
     place = folder / "figures"
     place.mkdir()
-    run = gather([recording])[0]
     pictures, still = [], None
-    for name, kind, legs in report_figures(run):
-        figure = kind.draw([run], legs)
+    for name, kind, figure in report_figures(recording):
         svg = encoded_figure(figure, "svg")
         if kind.in_page:
             pictures.append(Picture(name, kind.sentence, svg))
         if kind.in_folder:
             (place / f"{name}.svg").write_bytes(svg)
             save_figure(figure, place / f"{name}.png")
-    if can_be_drawn(recording):
+    if read_run(recording).can_be_drawn:
         still = encoded_figure(walk_picture(recording, appearance), "png")
         (place / "walk.png").write_bytes(still)
     page = page_html(recording, summary, pictures, still, appearance)

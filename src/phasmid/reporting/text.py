@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator
-from typing import IO, Any, Protocol, cast, runtime_checkable
+from typing import IO, Any
 
 import numpy as np
 
 from phasmid.errors import InvalidInput, plain
-from phasmid.gait import shortfall
+from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import REFINEMENT, Summary
-from phasmid.reporting.warnings import largest_joint
 
 WIDTH = 80
 """Largest width of the tables [columns]."""
@@ -26,16 +25,8 @@ MOST_EVENTS = 5
 """Events of a controller, and waypoints, that are printed."""
 
 
-@runtime_checkable
-class Sink(Protocol):
-    """A file, standard output, or text in memory."""
-
-    def write(self, text: str, /) -> int:
-        """Take some text."""
-
-
 def print_summary(
-    summary: Summary, *, legs: tuple[int, ...] | None = None, file: Sink | None = None
+    summary: Summary, *, legs: tuple[int, ...] | None = None, file: IO[str] | None = None
 ) -> None:
     """Print the numbers of `summarise`, about a screen of them.
 
@@ -57,7 +48,7 @@ def print_summary(
     for number in shown:
         if not 1 <= number <= len(names):
             raise InvalidInput(f"there is no leg {number}; legs are 1 to {len(names)}.")
-    console = Console(file=cast("IO[str] | None", file), highlight=False, markup=False)
+    console = Console(file=file, highlight=False, markup=False)
     width = min(console.width, WIDTH)
     for line in textwrap.wrap(headline(summary), width):
         console.print(Text(line, style="bold"))
@@ -78,7 +69,7 @@ def print_summary(
     heads = ("normal [N]", "slip", "coxa", "femur", "tibia")
     units = ("sim / model" if both else "mean", "[mm]", *["peak / rms"] * 3)
     rows = [
-        leg_row(summary, number - 1, f"{number} {names[number - 1].replace('_', ' ')}")
+        [f"{number} {names[number - 1].replace('_', ' ')}", *leg_row(summary, number - 1)]
         for number in shown
     ]
     columns = zip(heads, units, *(row[1:] for row in rows), strict=True)
@@ -143,35 +134,23 @@ def _distance(summary: Summary) -> str:
 
 def _agreement(summary: Summary) -> str:
     """Return the model's rms differences from the simulation as shares of the simulated values."""
-    compared = summary.get("model_against_simulation", {})
     parts = []
-    for what, name, reference in (
-        ("torques", "torque", summary.get("torque", {}).get("simulation", {}).get("rms")),
-        (
-            "normal forces",
-            "normal_force",
-            summary.get("normal_force", {}).get("simulation", {}).get("mean_in_stance"),
-        ),
+    for words, name, reference in (
+        ("torques", "torque", "rms"),
+        ("normal forces", "normal_force", "mean_in_stance"),
     ):
-        difference = compared.get(name, {}).get("rms")
-        share = _share(difference, reference)
-        if share is not None:
-            parts.append(f"{what} {100 * share:.{0 if share > 0.095 else 1}f} %")
-    return (
-        f"rms difference of {', of '.join(parts)}"
-        if parts
-        else "not compared: this run has no model"
-    )
-
-
-def _share(difference: Any, reference: Any) -> float | None:
-    """Return the root of the summed squares of one over that of the other; None if unknown."""
-    if difference is None or reference is None:
-        return None
-    pairs = np.array([np.array(difference, float).ravel(), np.array(reference, float).ravel()])
-    pairs = pairs[:, np.isfinite(pairs).all(axis=0)]
-    squares = (pairs**2).sum(axis=1)
-    return float(np.sqrt(squares[0] / squares[1])) if squares[1] > 0 else None
+        difference = summary.get("model_against_simulation", {}).get(name, {}).get("rms")
+        values = summary.get(name, {}).get("simulation", {}).get(reference)
+        if difference is None or values is None:
+            continue
+        pairs = np.array([np.array(difference, float).ravel(), np.array(values, float).ravel()])
+        squares = (pairs[:, np.isfinite(pairs).all(axis=0)] ** 2).sum(axis=1)
+        if squares[1] > 0:
+            share = float(np.sqrt(squares[0] / squares[1]))
+            parts.append(f"{words} {100 * share:.{0 if share > 0.095 else 1}f} %")
+    if not parts:
+        return "not compared: this run has no model"
+    return f"rms difference of {', of '.join(parts)}"
 
 
 def facts(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -202,9 +181,7 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
             f"{_mm(way['body_height_range'])} between lowest and highest",
         )
     if "least_margin" in summary.get("support", {}):
-        margin = summary["support"]["least_margin"]
-        least = f"{_mm(margin)} margin at the least"
-        yield "Support", least if math.isfinite(margin) else shortfall(margin)
+        yield "Support", f"{_mm(summary['support']['least_margin'])} margin at the least"
     if "slip" in summary:
         slip = summary["slip"]
         yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"
@@ -353,38 +330,31 @@ def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
 def _refinement_facts(summary: Summary) -> Iterator[tuple[str, str]]:
     found = summary.get("time_step_refinement", {})
     if len(found) == len(REFINEMENT):
+        way = found["way"]
+        small = f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
         yield (
             "Time step",
             f"{1000 * found['time_step']:g} ms against half of it, the first "
             f"{found['duration']:g} s: normal forces {100 * found['normal_force']:.2g} %, "
-            f"torques {100 * found['joint_torque']:.2g} % (rms), way {_small(found['way'])}",
+            f"torques {100 * found['joint_torque']:.2g} % (rms), way {small}",
         )
 
 
-def _small(way: float) -> str:
-    """Return a small length in millimetres or micrometres."""
-    return f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
-
-
-def leg_row(summary: Summary, leg: int, name: str) -> list[str]:
-    """Return a leg's row of the table: name, normal force [N], slip [mm] and torques [N·m].
-
-    Args:
-        summary: Result of `summarise`.
-        leg: Index of the leg, from 0.
-        name: Name of the row.
-    """
+def leg_row(summary: Summary, leg: int) -> list[str]:
+    """Return normal force [N], slip [mm] and torques [N·m] of a leg, counted from 0."""
     means = [kind.get("mean_in_stance") for kind in summary.get("normal_force", {}).values()]
     slips = summary.get("slip", {}).get("mean_by_leg")
-    torque = _first(summary.get("torque", {}))
-    row = [name, " / ".join(_newtons(mean and mean[leg]) for mean in means) or ABSENT]
-    row.append(_number(slips and slips[leg], "{:.2f}", 1000))
-    for joint in range(3):
-        if torque:
-            row.append(f"{torque['peak'][leg][joint]:.3f} / {torque['rms'][leg][joint]:.3f}")
-        else:
-            row.append(ABSENT)
-    return row
+    kinds = summary.get("torque", {})
+    torque = kinds.get("simulation") or kinds.get("model")
+    joints = [ABSENT] * 3
+    if torque:
+        pairs = zip(torque["peak"][leg], torque["rms"][leg], strict=True)
+        joints = [f"{peak:.3f} / {rms:.3f}" for peak, rms in pairs]
+    return [
+        " / ".join(_newtons(mean and mean[leg]) for mean in means) or ABSENT,
+        f"{1000 * slips[leg]:.2f}" if slips and slips[leg] is not None else ABSENT,
+        *joints,
+    ]
 
 
 def _newtons(force: float | None) -> str:
@@ -435,16 +405,6 @@ def _at_supply(summary: Summary) -> str:
     """Return the supply voltage of servos with their own law, in words."""
     supply = summary["robot"].get("supply")
     return "" if supply is None else f" at {supply:g} V"
-
-
-def _first(kinds: dict[str, Any]) -> dict[str, Any]:
-    """Return the simulated numbers, or else the model's."""
-    found: dict[str, Any] = kinds.get("simulation") or kinds.get("model") or {}
-    return found
-
-
-def _number(value: float | None, form: str, scale: float = 1.0) -> str:
-    return ABSENT if value is None else form.format(scale * value)
 
 
 def _degrees(value: float) -> str:

@@ -10,11 +10,10 @@ from jaxtyping import Float
 
 from phasmid import kinematics
 from phasmid.errors import InvalidInput
-from phasmid.recording import Recording
 from phasmid.reporting.camera import View, camera_axes, fitted_view
 from phasmid.reporting.drawing import AZIMUTH, UNEVEN_AZIMUTH
 from phasmid.reporting.robot_mesh import robot_mesh
-from phasmid.reporting.source import Source, channel
+from phasmid.reporting.run import Run
 from phasmid.scenario import Scenario
 from phasmid.terrain import Ground
 
@@ -39,76 +38,56 @@ SQUARE = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """A recording, frame by frame.
+    """A run, frame by frame.
 
     Attributes:
-        source: Robot and experiment.
+        run: The run.
         time: Time of each frame [s], shape (F,).
         body: Pose of the trunk, ``X_world_body``, shape (F, 4, 4).
         q: Joint angles [rad], shape (F, L, 3).
         feet: Foot positions in the world [m], shape (F, L, 3); None where not recorded.
         force: Forces on the feet in world axes [N], shape (F, L, 3); None likewise.
-        normal: Normal forces of all samples [N], shape (T, L), at times `normal_time`.
-        normal_time: Times of the samples [s], shape (T,).
-        origin: ``simulated``, ``by the model`` or ``as recorded``, of the forces.
+        normal: Normal forces of all samples of the run [N], shape (T, L); None likewise.
     """
 
-    source: Source
+    run: Run
     time: Float[np.ndarray, " frames"]
     body: Float[np.ndarray, "frames 4 4"]
     q: Float[np.ndarray, "frames legs 3"]
     feet: Float[np.ndarray, "frames legs 3"] | None
     force: Float[np.ndarray, "frames legs 3"] | None
     normal: Float[np.ndarray, "time legs"] | None
-    normal_time: Float[np.ndarray, " time"]
-    origin: str
 
 
-def film_of(recording: Recording, source: Source, *, fps: float, speed: float) -> Film:
-    """Return the frames of a recording's video.
+def film_of(run: Run, *, fps: float, speed: float) -> Film:
+    """Return the frames of a run's video.
 
     Args:
-        recording: Finite part of a recording with the body's pose and joint angles.
-        source: Its robot and experiment.
+        run: A run with the body's pose and joint angles.
         fps: Frames per second of the video.
         speed: Recorded seconds per second of the video.
 
     Raises:
         InvalidInput: The pose is not recorded, or there are too many frames.
     """
-    position, orientation = (
-        channel(recording, name) for name in ("body_position", "body_orientation")
-    )
-    angles = channel(recording, "joint_position")
-    if angles is None:
-        angles = channel(recording, "joint_position_target")
-    if position is None or orientation is None or angles is None:
-        lacking = "joint_position" if angles is None else "body_position and body_orientation"
-        raise InvalidInput(f"the recording has no {lacking}; a video needs it.")
-    stamps = np.asarray(recording["time"].values)
-    time = frame_times(stamps, fps, speed)
+    position, orientation, angles = run.pose("a video")
+    time = frame_times(run.time, fps, speed)
     body = np.zeros((len(time), 4, 4))
-    body[:, :3, :3] = kinematics.quaternion_rotation(_orientations(stamps, orientation, time))
-    body[:, :3, 3] = interpolate(stamps, position, time)
+    body[:, :3, :3] = kinematics.quaternion_rotation(_orientations(run.time, orientation, time))
+    body[:, :3, 3] = interpolate(run.time, position, time)
     body[:, 3, 3] = 1
-    feet = channel(recording, "foot_position")
-    force, ending = channel(recording, "foot_force"), ""
-    origin = "simulated" if recording.attrs.get("kind") == "simulation" else "as recorded"
-    if force is None:
-        force, ending, origin = channel(recording, "foot_force_model"), "_model", "by the model"
-    normal = channel(recording, f"foot_normal_force{ending}")
+    feet, force = run.channel("foot_position"), run.channel("foot_force", "foot_force_model")
+    normal = run.channel(f"foot_normal_force{'' if run.has('foot_force') else '_model'}")
     if normal is None and force is not None:
         normal = force[..., 2]
     return Film(
-        source,
+        run,
         time,
         body,
-        interpolate(stamps, angles, time),
-        None if feet is None else interpolate(stamps, feet, time),
-        None if force is None or feet is None else interpolate(stamps, force, time),
+        interpolate(run.time, angles, time),
+        None if feet is None else interpolate(run.time, feet, time),
+        None if force is None or feet is None else interpolate(run.time, force, time),
         normal,
-        stamps,
-        origin,
     )
 
 
@@ -171,8 +150,8 @@ def camera_of(film: Film, size: tuple[int, int]) -> tuple[View, Float[np.ndarray
     """
     rows = np.unique(np.linspace(0, len(film.time) - 1, LOOKS).astype(int))
     every = float(film.time[1] - film.time[0]) if len(film.time) > 1 else 1.0
-    path = smoothed(film.body[:, :3, 3], 0.5 * film.source.scenario.stride.period / every)
-    robot, terrain = film.source.robot, film.source.scenario.load_terrain()
+    path = smoothed(film.body[:, :3, 3], 0.5 * film.run.scenario.stride.period / every)
+    robot, terrain = film.run.robot, film.run.scenario.load_terrain()
     displacement = path - path[0]
     points = np.concatenate(
         [

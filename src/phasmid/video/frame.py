@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from phasmid.recording import Recording
 from phasmid.reporting.camera import View
 from phasmid.reporting.drawing import draw_force_arrows
-from phasmid.reporting.figure_layout import drive_words, short
-from phasmid.reporting.source import attribute, run_title
+from phasmid.reporting.run import short
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -55,15 +53,12 @@ class FrameFigure:
     """Draws the frames of a film, one after the other, under `phasmid.reporting.style.styled`.
 
     Args:
-        recording: The recording.
-        film: Its frames.
+        film: The frames.
         size: Width and height of a frame [pixels].
         speed: Recorded seconds per second of the video.
     """
 
-    def __init__(
-        self, recording: Recording, film: Film, size: tuple[int, int], speed: float
-    ) -> None:
+    def __init__(self, film: Film, size: tuple[int, int], speed: float) -> None:
         self._film, self._speed = film, speed
         width, height = size
         self._figure = new_figure(width / DPI, height / DPI, DPI)
@@ -74,7 +69,7 @@ class FrameFigure:
         self._picture = self._figure.add_axes(place)
         self._picture.set_axis_off()
         self._picture.set(xlim=(0, inner[0]), ylim=(inner[1], 0))
-        self._clock = _write_words(self._figure, recording, film, height, place[1])
+        self._clock = _write_words(self._figure, film, height, place[1])
         self._arrows: list[Any] = []
         self._strip = None
         if film.normal is not None:
@@ -95,9 +90,9 @@ class FrameFigure:
             patch.remove()
         self._arrows = []
         if film.feet is not None and film.force is not None:
-            colours = [leg_colour(leg) for leg in range(len(film.source.robot.legs))]
+            colours = [leg_colour(leg) for leg in range(len(film.run.robot.legs))]
             forces = film.feet[number], film.force[number]
-            self._arrows = draw_force_arrows(self._picture, film.source, view, *forces, colours)
+            self._arrows = draw_force_arrows(self._picture, film.run, view, *forces, colours)
         clock = f"t = {time:.2f} s"
         self._clock.set_text(clock if self._speed == 1 else f"{self._speed:g}×   {clock}")
         if self._strip is not None:
@@ -111,11 +106,9 @@ class FrameFigure:
         return np.asarray(frame)
 
 
-def _write_words(
-    figure: Figure, recording: Recording, film: Film, height: int, bottom: float
-) -> Any:
+def _write_words(figure: Figure, film: Film, height: int, bottom: float) -> Any:
     """Write title, drive and legend into the picture; return the text of the clock."""
-    title, line, legend = words(recording, film)
+    title, line, legend = words(film)
     large = max(0.030 * height, 13.0) * 72 / DPI
     small = max(0.0205 * height, 10.0) * 72 / DPI
     edge = 0.02 * height
@@ -132,19 +125,18 @@ def _write_words(
     return clock
 
 
-def words(recording: Recording, film: Film) -> list[str]:
+def words(film: Film) -> list[str]:
     """Return the lines of a frame: run and robot, drive, and legend."""
-    source = film.source
-    drive = drive_words(recording, source)
-    ending = attribute(recording, "ending")
+    run = film.run
+    drive, ending = run.drive_words, run.attribute("ending")
     if ending in ("FELL", "DIVERGED"):
-        drive += f" · {ending.lower()} at {film.normal_time[-1]:.2f} s"
-    legend = f"squares {1000 * square_side(source.scenario):.4g} mm"
-    if source.scenario.terrain.kind != "flat":
-        legend = f"terrain: {source.scenario.terrain.kind} · {legend}"
+        drive += f" · {ending.lower()} at {run.time[-1]:.2f} s"
+    legend = f"squares {1000 * square_side(run.scenario):.4g} mm"
+    if run.scenario.terrain.kind != "flat":
+        legend = f"terrain: {run.scenario.terrain.kind} · {legend}"
     if film.force is not None:
-        legend += f" · arrows: force of the ground on the feet, {film.origin}"
-    return [short(run_title(source)), drive, legend]
+        legend += f" · arrows: force of the ground on the feet, {run.force_words}"
+    return [short(run.title), drive, legend]
 
 
 class _Strip:
@@ -159,10 +151,10 @@ class _Strip:
     ) -> None:
         from matplotlib.patches import Rectangle
 
-        self._normal, self._time = normal, film.normal_time
+        self._normal, self._time = normal, film.run.time
         self._begin, end = float(self._time[0]), float(self._time[-1])
         self._length = max(end - self._begin, 1e-3)
-        cycles = CYCLES * film.source.scenario.stride.period
+        cycles = CYCLES * film.run.scenario.stride.period
         self.window = min(self._length, float(np.clip(cycles, SHORTEST, LONGEST)))
         width, height = size
         tall = round(STRIP * height)
@@ -171,7 +163,7 @@ class _Strip:
         extent = (1 - 13.7 * letters / width, (tall - 2.25 * letters) / height)
         self.axis = figure.add_axes((*edges, *extent))
         type_size = 0.92 * letters * 72 / DPI
-        weight = film.source.weight
+        weight = film.run.weight
         most = min(float(normal.max()), TALLEST * weight)
         least = max(min(float(normal.min()), 0.0), -0.5 * weight)
         self.axis.set_ylim(least, max(1.06 * most, 0.05 * weight))

@@ -11,7 +11,7 @@ from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, new_file
 from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
-from phasmid.reporting.source import finite_part, read_source
+from phasmid.reporting.run import read_run
 from phasmid.reporting.style import styled
 from phasmid.robot import Appearance
 from phasmid.video.encoder import encode, h264_encoder
@@ -68,8 +68,7 @@ def save_video(
     size = _checked_size(SIZES[suffix] if size is None else size)
     fps = _checked_rate("fps", RATES[suffix] if fps is None else fps, FASTEST[suffix])
     speed = _checked_rate("speed", speed, 1000.0)
-    source, recording = read_source(recording, appearance), finite_part(recording)
-    film = film_of(recording, source, fps=fps, speed=speed)
+    film = film_of(read_run(recording, appearance), fps=fps, speed=speed)
     missing = lack(suffix)
     if missing is not None:
         raise InvalidInput(f"{missing.sentence}.", hint=missing.advice)
@@ -78,23 +77,22 @@ def save_video(
     except OSError as error:
         raise cannot_write(path, error) from None
     with styled(), new_file(path, option="--video FILE", force=force) as place:
-        frames = _frames(recording, film, size, speed, progress)
+        frames = _frames(film, size, speed, progress)
         encode(frames, place, fps, len(film.time))
     return path
 
 
 def _frames(
-    recording: Recording,
     film: Film,
     size: tuple[int, int],
     speed: float,
     progress: Progress | None,
 ) -> Iterator[Pixels]:
     view, displacement = camera_of(film, picture_size(film, size))
-    figure = FrameFigure(recording, film, size, speed)
-    scenario = film.source.scenario
+    figure = FrameFigure(film, size, speed)
+    scenario = film.run.scenario
     path, square = film.body[:, :2, 3], square_side(scenario)
-    renderer = SceneRenderer(film.source.robot, scenario.load_terrain(), path, view, square)
+    renderer = SceneRenderer(film.run.robot, scenario.load_terrain(), path, view, square)
     try:
         for number in range(len(film.time)):
             moved = view.moved(displacement[number])
