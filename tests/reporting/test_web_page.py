@@ -15,7 +15,7 @@ import pytest
 from hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid import kinematics
 from phasmid.reporting import report, summarise
-from phasmid.reporting.robot_mesh import link_meshes, quaternions, robot_mesh
+from phasmid.reporting.robot_mesh import link_meshes, quaternions, robot_corners
 from phasmid.reporting.run import read_run
 from phasmid.reporting.style import LEG_COLOURS
 from phasmid.reporting.webpage import Picture, page_html
@@ -263,8 +263,8 @@ def test_frames_decode_to_the_recordings_poses(walk, preset):
     X_world_body = np.eye(4)
     X_world_body[:3, :3] = kinematics.quaternion_rotation(sample["body_orientation"].values)
     X_world_body[:3, 3] = sample["body_position"].values
-    truth = robot_mesh(source.robot, sample["joint_position"].values, X_world_body)
-    truth = truth.corners.reshape(-1, 3)
+    truth = robot_corners(source.robot, sample["joint_position"].values, X_world_body)
+    truth = truth.reshape(-1, 3)
     # Half a step of a vertex and of a link's place, each below 0.5 m over 32767, on each of three
     # axes; and half a step of a quaternion's four entries, which turns by at most 4 / 32767 over
     # an arm below 0.5 m, for the link and for the body.
@@ -287,8 +287,8 @@ def unit(q):
 def test_a_robots_pieces_make_the_whole_robot():
     robot = load_robot("octopod")
     pieces = [mesh for meshes in link_meshes(robot).values() for mesh in meshes]
-    whole = robot_mesh(robot, np.zeros((len(robot.legs), 3)), np.eye(4))
-    assert len(whole.corners) == sum(len(mesh.corners) for mesh in pieces)
+    whole = robot_corners(robot, np.zeros((len(robot.legs), 3)), np.eye(4))
+    assert len(whole) == sum(len(mesh.corners) for mesh in pieces)
 
 
 def test_legs_wear_the_colours_of_the_figures(page):

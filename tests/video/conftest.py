@@ -7,7 +7,7 @@ from phasmid.reporting.run import read_run
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
 from phasmid.video import lack
-from phasmid.video.film import film_of
+from phasmid.video.film import frames_of
 
 
 @pytest.fixture(scope="session")
@@ -22,8 +22,8 @@ def run(recording):
 
 
 @pytest.fixture(scope="session")
-def film(run):
-    return film_of(run, fps=10.0, speed=1.0)
+def frames(run):
+    return frames_of(run, fps=10.0, speed=1.0)
 
 
 @pytest.fixture(scope="session")

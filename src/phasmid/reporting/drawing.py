@@ -17,7 +17,7 @@ from phasmid.recording import Recording
 from phasmid.reporting.camera import View, camera_axes, fitted_view
 from phasmid.reporting.panels import Axes, time_axis
 from phasmid.reporting.renderer import SceneRenderer, Segment, opengl_lack
-from phasmid.reporting.robot_mesh import body_pose, robot_mesh
+from phasmid.reporting.robot_mesh import body_pose, robot_corners
 from phasmid.reporting.run import Run, Source, read_run, short
 from phasmid.reporting.style import (
     FAINT,
@@ -150,7 +150,7 @@ def _view(source: Source, X_world_body: np.ndarray, q: np.ndarray, size: tuple[i
     level = source.scenario.load_terrain().is_level
     yaw = math.atan2(X_world_body[1, 0], X_world_body[0, 0])
     axes = camera_axes(yaw + (AZIMUTH if level else UNEVEN_AZIMUTH), ELEVATION)
-    corners = robot_mesh(source.robot, q, X_world_body).corners.reshape(-1, 3)
+    corners = robot_corners(source.robot, q, X_world_body).reshape(-1, 3)
     share = 1.0 if level else UNEVEN_SHARE
     return fitted_view(corners, axes, size, (0.80 * share, 0.78 * share), (0.53, 0.54))
 
@@ -185,13 +185,10 @@ def _write_caption(axis: Axes, run: Run, now: int) -> list[Text]:
 
 def _forces(run: Run, now: int) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Return foot positions [m], forces and normal forces [N]; simulated, or the model's."""
-    feet = run.channel("foot_position")
-    for ending in ("", "_model"):
-        force = run.channel(f"foot_force{ending}")
-        if force is not None and feet is not None:
-            normal = run.channel(f"foot_normal_force{ending}")
-            return feet[now], force[now], force[now][:, 2] if normal is None else normal[now]
-    return None
+    feet, force, normal = run.channel("foot_position"), run.foot_force, run.normal_force
+    if feet is None or force is None or normal is None:
+        return None
+    return feet[now], force[now], normal[now]
 
 
 def _newtons(force: float) -> str:

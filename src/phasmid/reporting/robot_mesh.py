@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import kinematics
-from phasmid.reporting.shapes import Mesh, ball, beam, box, cylinder, joined, loft, rgb, slab
+from phasmid.reporting.shapes import Mesh, ball, beam, box, cylinder, loft, rgb, slab
 from phasmid.reporting.style import leg_colour
 from phasmid.reporting.terrain_mesh import indexed
 from phasmid.robot import JOINTS, Leg, Part, Robot
@@ -23,33 +23,32 @@ GREY = 0.15
 
 
 def body_pose(
-    position: Float[np.ndarray, "3"], orientation: Float[np.ndarray, "4"]
-) -> Float[np.ndarray, "4 4"]:
-    """Return ``X_world_body`` of a position [m] and a unit quaternion."""
-    X = np.eye(4)
-    X[:3, :3] = kinematics.quaternion_rotation(orientation)
-    X[:3, 3] = position
+    position: Float[np.ndarray, "*batch 3"], orientation: Float[np.ndarray, "*batch 4"]
+) -> Float[np.ndarray, "*batch 4 4"]:
+    """Return ``X_world_body`` of positions [m] and unit quaternions."""
+    X = np.zeros((*position.shape[:-1], 4, 4))
+    X[..., :3, :3] = kinematics.quaternion_rotation(orientation)
+    X[..., :3, 3], X[..., 3, 3] = position, 1.0
     return X
 
 
-def robot_mesh(
+def robot_corners(
     robot: Robot, q: Float[np.ndarray, "legs 3"], X_world_body: Float[np.ndarray, "4 4"]
-) -> Mesh:
-    """Return the robot in the world.
+) -> Float[np.ndarray, "triangles 3 3"]:
+    """Return the corners of the robot's triangles in the world [m].
 
     Args:
         robot: The robot.
         q: Joint angles [rad], shape (L, 3).
         X_world_body: Pose of the body.
     """
-    frames = [
-        X_world_body @ leg.X_body_hip @ kinematics.leg_frames(leg, q[number])
-        for number, leg in enumerate(robot.legs)
-    ]
-    return joined(
+    solids = link_meshes(robot)
+    links = [place for place in solids if place is not None]
+    X = dict(zip(links, link_poses(robot, q[None], links)[0], strict=True))
+    return np.concatenate(
         [
-            mesh.at(X_world_body if place is None else frames[place[0]][place[1]])
-            for place, meshes in link_meshes(robot).items()
+            mesh.at(X_world_body if place is None else X_world_body @ X[place]).corners
+            for place, meshes in solids.items()
             for mesh in meshes
         ]
     )
@@ -75,7 +74,7 @@ def link_meshes(robot: Robot) -> dict[Place | None, list[Mesh]]:
         return {place: meshes for place, meshes in found.items() if meshes or place is None}
     width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
     height = float(robot.body.size[2])
-    found = {None: [body_mesh(robot, width)]}
+    found = {None: body_meshes(robot, width)}
     for number, leg in enumerate(robot.legs):
         links = _leg(leg, width, leg_colour(number), height)
         found |= {(number, frame): meshes for frame, meshes in enumerate(links)}
@@ -107,23 +106,12 @@ def mesh_pieces(robot: Robot) -> MeshPieces:
     for place, solid in solids.items():
         link = -1 if place is None else links.index(place)
         for mesh in solid:
-            for colour, corners in _by_colour(mesh):
-                key = hashlib.sha256(np.ascontiguousarray(corners).tobytes()).digest()
-                if key not in numbers:
-                    numbers[key] = len(meshes)
-                    meshes.append(indexed(corners))
-                shade = tuple(round(float(c), 4) for c in colour)
-                pieces.append((link, numbers[key], shade))
+            key = hashlib.sha256(np.ascontiguousarray(mesh.corners).tobytes()).digest()
+            if key not in numbers:
+                numbers[key] = len(meshes)
+                meshes.append(indexed(mesh.corners))
+            pieces.append((link, numbers[key], tuple(np.round(mesh.colour, 4).tolist())))
     return MeshPieces(meshes, links, pieces)
-
-
-def _by_colour(mesh: Mesh) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return each colour of a mesh and the corners of its triangles."""
-    # Most meshes have one colour; sorting thousands takes long.
-    if np.all(mesh.colours == mesh.colours[:1]):
-        return [(mesh.colours[0], mesh.corners)] if len(mesh.corners) else []
-    colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
-    return [(colour, mesh.corners[which.ravel() == k]) for k, colour in enumerate(colours)]
 
 
 def link_poses(
@@ -151,10 +139,10 @@ def _mesh(part: Part, leg_colour: str = "") -> Mesh:
     colour = np.array(part.color[:3])
     if leg_colour and np.ptp(colour) > GREY:
         colour = rgb(leg_colour)
-    return Mesh(part.vertices[part.faces], np.broadcast_to(colour, (len(part.faces), 3)))
+    return Mesh(part.vertices[part.faces], colour)
 
 
-def body_mesh(robot: Robot, width: float) -> Mesh:
+def body_meshes(robot: Robot, width: float) -> list[Mesh]:
     """Return the trunk in its own frame: two plates at the hips, boxes between and on top."""
     hips = robot.arrays.p_body_hip
     length, breadth, height = (float(s) for s in robot.body.size)
@@ -178,15 +166,13 @@ def body_mesh(robot: Robot, width: float) -> Mesh:
     lid = top + 0.372 * height
     arrow = np.array([[tip, 0], [root, side], [root + 0.02 * length, 0], [root, -side]])
     rings = np.stack([np.c_[arrow, np.full(4, z)] for z in (lid - 0.004, lid)])
-    return joined([*parts, loft(rings, LAMP)])
+    return [*parts, loft(rings, LAMP)]
 
 
 def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Mesh]]:
     """Return coxa, femur and tibia as servos, brackets and a blade with a rubber foot."""
     coxa, femur, tibia = (float(length) for length in leg.lengths)
-    up = np.array([0.0, 0.0, 1.0])
-    zero = np.zeros(3)
-    hip = cylinder(-0.40 * height * up, 0.40 * height * up, (0.46 * w, 0.46 * w), FRAME)
+    hip = cylinder(0.80 * height, 0.46 * w, FRAME)
     yoke = beam(
         [
             (-0.30 * w, 0.34 * w, 0.42 * w),
@@ -196,7 +182,7 @@ def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Mesh]]:
         ],
         SERVO,
     )
-    pivot = cylinder(-0.66 * w * up, 0.66 * w * up, (0.36 * w, 0.36 * w), FRAME)
+    pivot = cylinder(1.32 * w, 0.36 * w, FRAME)
     thigh = [pivot]
     for side in (-1, 1):
         plate = beam(
@@ -232,4 +218,4 @@ def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Mesh]]:
         ],
         colour,
     )
-    return [[hip, yoke], thigh, [pivot, blade], [ball(zero, 0.17 * w, RUBBER)]]
+    return [[hip, yoke], thigh, [pivot, blade], [ball(0.17 * w, RUBBER)]]

@@ -176,6 +176,18 @@ class Run(Source):
             raise InvalidInput(f"the recording has no {lacking}; {what} needs it.")
         return position, orientation, angles
 
+    @property
+    def foot_force(self) -> np.ndarray | None:
+        """Forces on the feet [N], shape (N, L, 3), recorded or of the model."""
+        return self.channel("foot_force", "foot_force_model")
+
+    @property
+    def normal_force(self) -> np.ndarray | None:
+        """Normal forces on the feet [N], shape (N, L), of the same origin as `foot_force`."""
+        force = self.foot_force
+        normal = self.channel(f"foot_normal_force{'' if self.has('foot_force') else '_model'}")
+        return force[..., 2] if normal is None and force is not None else normal
+
     def attribute(self, name: str) -> str:
         """Return an attribute as text that is safe to print; empty where it is absent."""
         return plain(str(self.recording.attrs.get(name, "")))

@@ -7,31 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import ConvexHull
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Coloured triangles; from outside their corners run counter-clockwise.
+    """Triangles of one colour; from outside their corners run counter-clockwise.
 
     Attributes:
         corners: Corners of each triangle [m], shape (T, 3, 3).
-        colours: Colour of each triangle, red, green and blue, 0 to 1, shape (T, 3).
+        colour: Red, green and blue, 0 to 1.
     """
 
     corners: Float[np.ndarray, "triangles 3 3"]
-    colours: Float[np.ndarray, "triangles 3"]
+    colour: Float[np.ndarray, "3"]
 
     def at(self, X: Float[np.ndarray, "4 4"]) -> Mesh:
         """Return the mesh moved by a pose."""
-        return Mesh(self.corners @ X[:3, :3].T + X[:3, 3], self.colours)
-
-
-def joined(meshes: list[Mesh]) -> Mesh:
-    """Return several meshes as one."""
-    return Mesh(
-        np.concatenate([mesh.corners for mesh in meshes]),
-        np.concatenate([mesh.colours for mesh in meshes]),
-    )
+        return Mesh(self.corners @ X[:3, :3].T + X[:3, 3], self.colour)
 
 
 def rgb(colour: str) -> Float[np.ndarray, "3"]:
@@ -54,17 +47,7 @@ def loft(rings: Float[np.ndarray, "rings points 3"], colour: str) -> Mesh:
         outline = ring[::order]
         hub = np.broadcast_to(outline.mean(axis=0), outline.shape)
         triangles.append(np.stack([hub, outline, np.roll(outline, -1, axis=0)], axis=1))
-    corners = np.concatenate(triangles)
-    return Mesh(corners, np.broadcast_to(rgb(colour), (len(corners), 3)))
-
-
-def _outline(half_y: float, half_z: float, chamfer: float) -> np.ndarray:
-    """Return a rectangle with cut corners in y and z, counter-clockwise, shape (8, 2)."""
-    c = chamfer * min(half_y, half_z)
-    y, z = half_y, half_z
-    points = [(y, z - c), (y - c, z), (c - y, z), (-y, z - c)]
-    points += [(-y, c - z), (c - y, -z), (y - c, -z), (y, c - z)]
-    return np.array(points)
+    return Mesh(np.concatenate(triangles), rgb(colour))
 
 
 def beam(sections: list[tuple[float, float, float]], colour: str, chamfer: float = 0.35) -> Mesh:
@@ -75,11 +58,13 @@ def beam(sections: list[tuple[float, float, float]], colour: str, chamfer: float
         colour: Such as ``#4a6fc4``.
         chamfer: Part of the smaller half width that is cut off a corner.
     """
-    rings = np.zeros((len(sections), 8, 3))
-    for ring, (x, half_y, half_z) in zip(rings, sections, strict=True):
-        ring[:, 0] = x
-        ring[:, 1:] = _outline(half_y, half_z, chamfer)
-    return loft(rings, colour)
+    rings = []
+    for x, y, z in sections:
+        c = chamfer * min(y, z)
+        upper = [(x, y, z - c), (x, y - c, z), (x, c - y, z), (x, -y, z - c)]
+        lower = [(x, -y, c - z), (x, c - y, -z), (x, y - c, -z), (x, y, c - z)]
+        rings.append(upper + lower)
+    return loft(np.array(rings), colour)
 
 
 def box(centre: tuple[float, float, float], size: tuple[float, float, float], colour: str) -> Mesh:
@@ -93,42 +78,31 @@ def box(centre: tuple[float, float, float], size: tuple[float, float, float], co
         colour,
         chamfer=0.24,
     )
-    return Mesh(mesh.corners + np.array(centre), mesh.colours)
+    return Mesh(mesh.corners + np.array(centre), mesh.colour)
 
 
-def cylinder(
-    start: Float[np.ndarray, "3"],
-    end: Float[np.ndarray, "3"],
-    radii: tuple[float, float],
-    colour: str,
-    sides: int = 28,
-) -> Mesh:
-    """Return a cylinder with bevelled ends, or a cone where the radii differ [m]."""
-    axis = end - start
-    length = float(np.linalg.norm(axis))
-    axis = axis / length
-    aside = np.cross(axis, [0.0, 0.0, 1.0] if abs(axis[2]) < 0.9 else [1.0, 0.0, 0.0])
-    aside /= np.linalg.norm(aside)
+def turned(profile: list[tuple[float, float]], sides: int, colour: str) -> Mesh:
+    """Return the solid of revolution about z through pairs of height and radius [m]."""
     angle = np.arange(sides) * 2 * math.pi / sides
-    round_about = np.cos(angle)[:, None] * aside + np.sin(angle)[:, None] * np.cross(axis, aside)
-    bevel = 0.15 * min(*radii, length) if radii[0] == radii[1] else 0.0
-    places = [(0.0, radii[0] - bevel), (bevel, radii[0])]
-    places += [(length - bevel, radii[1]), (length, radii[1] - bevel)]
-    if bevel == 0.0:
-        places = places[::3]
-    rings = np.stack([start + place * axis + radius * round_about for place, radius in places])
-    return loft(rings, colour)
+    rings = [
+        np.stack([r * np.cos(angle), r * np.sin(angle), np.full(sides, z)], axis=-1)
+        for z, r in profile
+    ]
+    return loft(np.stack(rings), colour)
 
 
-def ball(centre: Float[np.ndarray, "3"], radius: float, colour: str) -> Mesh:
-    """Return a ball [m]."""
-    angle = np.arange(20) * math.pi / 10
-    latitudes = np.linspace(-1.45, 1.45, 9)
-    around = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    rings = np.zeros((len(latitudes), len(angle), 3))
-    rings[..., :2] = np.cos(latitudes)[:, None, None] * around
-    rings[..., 2] = np.sin(latitudes)[:, None]
-    return loft(centre + radius * rings, colour)
+def cylinder(height: float, radius: float, colour: str) -> Mesh:
+    """Return a cylinder with bevelled ends along z, about the origin [m]."""
+    top, bevel = height / 2, 0.15 * min(radius, height)
+    ends = [(top - bevel, radius), (top, radius - bevel)]
+    return turned([*((-z, r) for z, r in reversed(ends)), *ends], 28, colour)
+
+
+def ball(radius: float, colour: str) -> Mesh:
+    """Return a ball about the origin [m]."""
+    latitudes = np.linspace(-1.45, 1.45, 9).tolist()
+    profile = [(radius * math.sin(angle), radius * math.cos(angle)) for angle in latitudes]
+    return turned(profile, 20, colour)
 
 
 def slab(
@@ -145,7 +119,8 @@ def slab(
     """
     angle = np.arange(24) * math.pi / 12
     circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    outline = _hull((points[:, None] + circle).reshape(-1, 2))
+    around = (points[:, None] + circle).reshape(-1, 2)
+    outline = around[ConvexHull(around).vertices]
     middle = outline.mean(axis=0)
     bevel = 0.2 * (high - low)
     size = np.linalg.norm(outline - middle, axis=1, keepdims=True)
@@ -154,21 +129,3 @@ def slab(
     return loft(
         np.stack([np.c_[ring, np.full(len(ring), height)] for height, ring in heights]), colour
     )
-
-
-def _hull(points: np.ndarray) -> np.ndarray:
-    """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
-    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
-
-    def chain(row: np.ndarray) -> list[np.ndarray]:
-        kept: list[np.ndarray] = []
-        for point in row:
-            while len(kept) > 1:
-                a, b = kept[-1] - kept[-2], point - kept[-2]
-                if a[0] * b[1] - a[1] * b[0] > 1e-15:
-                    break
-                kept.pop()
-            kept.append(point)
-        return kept[:-1]
-
-    return np.array(chain(ordered) + chain(ordered[::-1]))

@@ -11,11 +11,12 @@ from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, new_file
 from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
-from phasmid.reporting.run import read_run
+from phasmid.reporting.robot_mesh import body_pose
+from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import styled
 from phasmid.robot import Appearance
 from phasmid.video.encoder import encode, h264_encoder
-from phasmid.video.film import Film, camera_of, film_of, square_side
+from phasmid.video.film import camera_of, frames_of, square_side
 from phasmid.video.frame import FrameFigure, Pixels, picture_size
 
 SIZES = {".mp4": (1280, 720), ".gif": (640, 360)}
@@ -68,7 +69,8 @@ def save_video(
     size = _checked_size(SIZES[suffix] if size is None else size)
     fps = _checked_rate("fps", RATES[suffix] if fps is None else fps, FASTEST[suffix])
     speed = _checked_rate("speed", speed, 1000.0)
-    film = film_of(read_run(recording, appearance), fps=fps, speed=speed)
+    run = read_run(recording, appearance)
+    frames = frames_of(run, fps=fps, speed=speed)
     missing = lack(suffix)
     if missing is not None:
         raise InvalidInput(f"{missing.sentence}.", hint=missing.advice)
@@ -77,29 +79,27 @@ def save_video(
     except OSError as error:
         raise cannot_write(path, error) from None
     with styled(), new_file(path, option="--video FILE", force=force) as place:
-        frames = _frames(film, size, speed, progress)
-        encode(frames, place, fps, len(film.time))
+        pixels = _draw(run, frames, size, speed, progress)
+        encode(pixels, place, fps, len(frames.time))
     return path
 
 
-def _frames(
-    film: Film,
-    size: tuple[int, int],
-    speed: float,
-    progress: Progress | None,
+def _draw(
+    run: Run, frames: Run, size: tuple[int, int], speed: float, progress: Progress | None
 ) -> Iterator[Pixels]:
-    view, displacement = camera_of(film, picture_size(film, size))
-    figure = FrameFigure(film, size, speed)
-    scenario = film.run.scenario
-    path, square = film.body[:, :2, 3], square_side(scenario)
-    renderer = SceneRenderer(film.run.robot, scenario.load_terrain(), path, view, square)
+    view, displacement = camera_of(frames, picture_size(run, size))
+    figure = FrameFigure(run, frames, size, speed)
+    position, orientation, q = frames.pose("a video")
+    X_world_body, square = body_pose(position, orientation), square_side(run.scenario)
+    terrain, count = run.scenario.load_terrain(), len(frames.time)
+    renderer = SceneRenderer(run.robot, terrain, position[:, :2], view, square)
     try:
-        for number in range(len(film.time)):
+        for number in range(count):
             moved = view.moved(displacement[number])
-            picture = renderer.picture(moved, film.body[number], film.q[number])
+            picture = renderer.picture(moved, X_world_body[number], q[number])
             yield figure.frame(number, picture, moved)
             if progress is not None:
-                progress(number + 1, len(film.time))
+                progress(number + 1, count)
     finally:
         renderer.close()
 

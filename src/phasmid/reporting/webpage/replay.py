@@ -142,11 +142,10 @@ def _support(kept: Run, terrain: Ground, body: Float[np.ndarray, "frames 3"]) ->
     """Return feet, forces, contacts, centre of mass and margin, where recorded."""
     found: dict[str, Any] = {}
     feet, standing = kept.channel("foot_position"), kept.channel("contact", "stance")
-    force = kept.channel("foot_force", "foot_force_model")
     if feet is not None:
         found["feet"] = packed(feet - body[:, None], "i16")
-        if force is not None:
-            found["forces"] = packed(force, "i16")
+        if kept.foot_force is not None:
+            found["forces"] = packed(kept.foot_force, "i16")
             found["force_words"] = kept.force_words
     if standing is not None:
         found["down"] = packed(standing, "u8")
