@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.report import print_damage
 from phasmid.cli.walk import leg_numbers
-from phasmid.errors import AlreadyExists, InvalidInput, OutputError, nearest, plain
+from phasmid.errors import InvalidInput, nearest, plain
 
 if TYPE_CHECKING:
     from phasmid.reporting.catalogue import FigureKind
@@ -71,6 +71,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw figures, and return the exit status."""
     from phasmid.recording import load_recording
+    from phasmid.recording.file import check_new_file
     from phasmid.reporting.catalogue import CATALOGUE, check_figure, draw_groups, find_figure
     from phasmid.reporting.run import gather
     from phasmid.reporting.style import NARROWEST, WIDEST, laid_out
@@ -96,7 +97,8 @@ def run(options: argparse.Namespace) -> int:
         kind.name: _files(folder, kind.name, 1 if legs else len(kind.groups(count)), kinds)
         for kind in chosen
     }
-    _check_files([path for rows in targets.values() for row in rows for path in row], options.force)
+    for path in (path for rows in targets.values() for row in rows for path in row):
+        check_new_file(path, option="--out DIR", force=options.force)
     # Refuse before anything is drawn.
     for kind in chosen:
         check_figure(runs, kind)
@@ -201,18 +203,6 @@ def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[li
     return [[folder / f"{name}{suffix_of(k)}.{kind}" for kind in kinds] for k in range(count)]
 
 
-def _check_files(files: Sequence[Path], force: bool) -> None:
-    from phasmid.recording.file import cannot_write
-
-    for path in files:
-        try:
-            exists = path.exists()
-        except OSError as error:
-            raise cannot_write(path, error) from None
-        if exists and not force:
-            raise AlreadyExists(path, option="--out DIR")
-
-
 def _write(figure: Figure, files: Sequence[Path], dpi: float) -> None:
     from phasmid.recording.file import cannot_write, write_whole
     from phasmid.reporting.style import encoded_figure
@@ -220,8 +210,6 @@ def _write(figure: Figure, files: Sequence[Path], dpi: float) -> None:
     for path in files:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-        except FileExistsError:
-            raise OutputError(f"cannot write {path}: {path.parent} is not a folder.") from None
         except OSError as error:
             raise cannot_write(path, error) from None
         write_whole(path, encoded_figure(figure, path.suffix[1:], dpi=dpi))

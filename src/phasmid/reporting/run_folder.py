@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import secrets
 import shutil
@@ -11,6 +10,7 @@ from pathlib import Path
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, save_mcap, save_recording
+from phasmid.recording.file import cannot_write, check_place
 from phasmid.reporting.catalogue import CATALOGUE, report_figures
 from phasmid.reporting.drawing import walk_picture
 from phasmid.reporting.run import read_run
@@ -78,8 +78,7 @@ def report(
             shutil.rmtree(partial, ignore_errors=True)
             raise
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write {folder}: {reason}.") from None
+        raise cannot_write(folder, error) from None
     except OutputError as error:
         # A message must not name the folder that was there only for a moment.
         error.what = error.what.replace(str(partial), str(folder))
@@ -105,19 +104,11 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
             hint=f'"{folder / "walk"}"',
         )
     try:
-        exists = folder.exists() or folder.is_symlink()
-        if exists:
+        if folder.exists() or folder.is_symlink():
             _check_existing(folder, force=force)
-        parent = folder.resolve().parent
-        while not parent.exists():
-            parent = parent.parent
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write {folder}: {reason}.") from None
-    if not parent.is_dir():
-        raise OutputError(f"cannot write {folder}: {parent} is not a folder.")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {folder}: {parent} is not writable.")
+        raise cannot_write(folder, error) from None
+    check_place(folder)
 
 
 def _check_existing(folder: Path, *, force: bool) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
-from phasmid.errors import AlreadyExists, InvalidInput, OutputError
+from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
-from phasmid.recording.file import cannot_write, new_file
+from phasmid.recording.file import cannot_write, check_new_file, new_file
 from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose
 from phasmid.reporting.run import Run, read_run
@@ -137,21 +136,7 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
             f'"{path}" does not end in {" or ".join(SIZES)}; a video must.',
             hint=f'"{path.with_suffix(".mp4") if path.name else "walk.mp4"}"',
         )
-    try:
-        folder, exists = path.is_dir(), path.exists() or path.is_symlink()
-        parent = path.resolve().parent
-        while not parent.exists():
-            parent = parent.parent
-    except OSError as error:
-        raise cannot_write(path, error) from None
-    if folder:
-        raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
-    if exists and not force:
-        raise AlreadyExists(path, option="--video FILE")
-    if not parent.is_dir():
-        raise OutputError(f"cannot write {path}: {parent} is not a folder.")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {path}: {parent} is not writable.")
+    check_new_file(path, option="--video FILE", force=force)
     return path
 
 
