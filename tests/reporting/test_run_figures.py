@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from phasmid import kinematics
+from phasmid import kinematics, sense
 from phasmid.errors import InvalidInput
 from phasmid.recording import CHANNELS
-from phasmid.reporting import CATALOGUE, plot, read_run, summarise
+from phasmid.reporting import CATALOGUE, figures, plot, read_run, summarise
 from phasmid.reporting.path_figures import (
     beyond,
     feet_in_body,
@@ -148,16 +148,6 @@ def test_the_support_margin_is_the_distance_to_the_hull_of_the_standing_feet(sho
     assert "while three feet stand" not in words(axis.figure)
 
 
-def test_a_margin_that_is_at_times_none_is_told_as_that_of_three_feet(walk):
-    recording = walk(duration=2.0, interval=0.01)
-    contact = recording["contact"].values.copy()
-    contact[:7] = False
-    recording["contact"] = (recording["contact"].dims, contact)
-    said = words(plot(recording, "support-margin"))
-    assert "while three feet stand" in said
-    assert "shaded: fewer than three feet" in said
-
-
 def test_without_all_poses_the_margin_is_that_of_the_body_and_says_so(walk):
     recording = walk(duration=2.0, interval=0.01, drop=("body_orientation",))
     assert "of the body's origin" in words(plot(recording, "support-margin"))
@@ -174,6 +164,7 @@ def test_where_fewer_than_three_feet_stand_there_is_no_margin(short_walk):
     line = figure.axes[0].lines[0].get_ydata()
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(line)), np.arange(100, 150))
     assert "shaded: fewer than three feet" in words(figure)
+    assert "while three feet stand" in words(figure)
     assert "shaded" not in words(plot(short_walk, "support-margin"))
 
 
@@ -392,14 +383,6 @@ def test_runs_are_compared_line_by_line_and_told_apart_by_what_differs(walk):
     assert len({dash for _, dash in looks}) == 2
 
 
-def test_runs_of_one_scenario_are_told_apart_by_their_names_alone(short_walk):
-    figure = plot([short_walk, short_walk], "power", labels=["before", "after"])
-    text = words(figure)
-    assert "before · cost of transport" in text
-    assert "after · cost of transport" in text
-    assert "power given [W]" in text
-
-
 def test_robots_that_differ_are_named(walk):
     robot = replace(load_robot("phantomx-paper"), name="my-robot")
     runs = [walk(duration=2.0, interval=0.05), walk(duration=2.0, interval=0.05, robot=robot)]
@@ -438,24 +421,9 @@ def test_a_figure_says_which_channel_is_lacking_and_how_to_get_it(walk, name, dr
     assert hint in refused.value.hint
 
 
-@pytest.mark.parametrize("name", DRAWN)
-def test_a_leg_that_is_not_there_is_refused(full_walk, name):
-    if name in ("sensors", "support-margin", "power"):
-        pytest.skip("shows all legs, or none")
-    with pytest.raises(InvalidInput, match="there is no leg 7; legs are 1 to 6"):
-        plot(full_walk, name, legs=[7])
-
-
-def test_names_runs_and_labels_are_checked(short_walk):
-    with pytest.raises(InvalidInput, match='no figure "joint-torqe"') as refused:
-        plot(short_walk, "joint-torqe")
-    assert refused.value.hint == "joint-torque"
+def test_too_many_runs_are_refused(short_walk):
     with pytest.raises(InvalidInput, match="7 runs were given; a figure shows 1 to 6"):
         plot([short_walk] * 7, "power")
-    with pytest.raises(InvalidInput, match="1 labels were given for 2 runs"):
-        plot([short_walk] * 2, "power", labels=["a"])
-    with pytest.raises(InvalidInput, match="the figure walk shows one run; 2 were given"):
-        plot([short_walk] * 2, "walk")
 
 
 def test_an_analysis_has_figures_of_what_the_model_computes(walk):
@@ -486,3 +454,23 @@ def test_runs_that_are_alike_are_told_apart(short_walk):
     assert [text.get_text() for text in legend.get_texts()] == ["walk, run 1", "walk, run 2"]
     widths = [handle.get_linewidth() for handle in legend.get_lines()]
     assert widths == [first.get_linewidth(), later.get_linewidth()]
+
+
+def test_a_recording_with_sensors_has_their_figure(short_walk):
+    told = sense(load_scenario("paper"), short_walk)
+    assert "sensors" not in figures(short_walk)
+    figure = figures(told)["sensors"]
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    # The synthetic walk knows no angular velocity, so that there is no inertial sensor.
+    assert labels == ["femur [°]", "femur load [1]", "foot [N]"]
+    assert figure.axes[0].get_xlim() == (2.0, 4.0)
+
+
+def test_told_is_drawn_over_true_in_degrees(short_walk):
+    told = sense(load_scenario("paper"), short_walk)
+    true_line, told_line = plot(told, "sensors").axes[0].lines
+    last = told.isel(time=slice(200, None))
+    angle = np.degrees(last.joint_position.values[:, 0, 1])
+    assert np.allclose(true_line.get_ydata(), angle, atol=1e-12)
+    angle = np.degrees(last.joint_position_measured.values[:, 0, 1])
+    assert np.allclose(told_line.get_ydata(), angle, atol=1e-12)

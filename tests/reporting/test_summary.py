@@ -17,7 +17,6 @@ from phasmid.reporting.steps import (
     SETTLING,
     away_from_switches,
     durations,
-    intervals,
     middle_halves,
     rms,
 )
@@ -383,21 +382,6 @@ def test_a_completed_walk_that_left_its_way_is_warned_of(short_walk, share):
         assert not any("of its way" in sentence for sentence in summarise(told)["warnings"])
 
 
-def test_a_completed_turn_that_was_not_made_is_warned_of(walk):
-    scenario = load_scenario("paper").replace(step_length=0.0, step_turn_deg=10.0)
-    told = walk(duration=4.0, interval=0.01, scenario=scenario, ending="COMPLETED")
-    # The made-up walk goes straight ahead and never turns.
-    assert (
-        "The robot turned 0 % of its turn: it does not follow its plan."
-        in (summarise(told)["warnings"])
-    )
-
-
-def test_a_completed_walk_on_its_way_is_not_warned_of(short_walk):
-    done = short_walk.assign_attrs({"ending": "COMPLETED"})
-    assert not any("its plan" in sentence for sentence in summarise(done)["warnings"])
-
-
 @pytest.mark.parametrize(
     ("force", "torque", "proposed"),
     [
@@ -431,14 +415,6 @@ def test_too_few_standing_feet_are_warned_of(short_walk):
     assert any("fewer than three feet stand" in sentence for sentence in told)
 
 
-def test_the_table_sets_both_normal_forces_side_by_side(short_walk):
-    text = printed(summarise(short_walk))
-    # A third of 26 N, and 2 % more.
-    assert "8.67 / 8.84" in text
-    assert "[mm]" in text
-    assert "leave out 80 ms around the switches" in " ".join(text.split())
-
-
 def test_robots_with_more_and_fewer_legs_are_summarised(walk, eight_legs):
     robot, scenario = eight_legs
     recording = walk(duration=4.0, interval=0.02, robot=robot, scenario=scenario)
@@ -447,21 +423,6 @@ def test_robots_with_more_and_fewer_legs_are_summarised(walk, eight_legs):
     assert len(summary["torque"]["simulation"]["peak"]) == 8
     assert summary["normal_force"]["simulation"]["sum_over_weight"] == pytest.approx(1.0)
     assert "8 leg 8" in printed(summary)
-
-
-def test_intervals_are_the_runs_of_true_samples():
-    mask = np.array([True, False, True, True, False, True])
-    assert intervals(mask) == [(0, 1), (2, 4), (5, 6)]
-    assert intervals(np.zeros(3, dtype=bool)) == []
-
-
-def test_samples_near_a_switch_and_both_ends_are_left_out():
-    time = np.arange(101) * 0.01
-    stance = (time >= 0.5)[:, None]
-    away = away_from_switches(time, stance)[:, 0]
-    np.testing.assert_array_equal(
-        np.flatnonzero(~away), [*range(8), *range(43, 58), *range(93, 101)]
-    )
 
 
 def test_samples_near_a_switch_are_those_of_the_definition():
@@ -491,12 +452,6 @@ def test_a_walk_that_ends_just_before_a_switch_is_judged_as_one_that_ends_on_it(
         assert summary["normal_force"]["simulation"]["largest_in_swing"] == 0.0, duration
         assert max(summary["model_against_simulation"]["normal_force"]["rms"]) < 0.1, duration
         assert summary.get("warnings", []) == [], duration
-
-
-def test_the_middle_half_of_a_stance_leaves_a_quarter_at_each_end():
-    stance = np.zeros((20, 1), dtype=bool)
-    stance[4:12] = True
-    np.testing.assert_array_equal(np.flatnonzero(middle_halves(stance)), [6, 7, 8, 9])
 
 
 def test_a_stance_that_the_recording_cuts_short_has_no_known_middle():

@@ -15,9 +15,8 @@ import pytest
 from hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid import kinematics
 from phasmid.reporting import report, summarise
-from phasmid.reporting.robot_mesh import link_meshes, quaternions, robot_corners
+from phasmid.reporting.robot_mesh import quaternions, robot_corners
 from phasmid.reporting.run import read_run
-from phasmid.reporting.style import LEG_COLOURS
 from phasmid.reporting.webpage import Picture, page_html
 from phasmid.reporting.webpage.document import data_table
 from phasmid.reporting.webpage.packing import LARGEST, json_block, packed, unpacked
@@ -284,17 +283,6 @@ def unit(q):
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
-def test_a_robots_pieces_make_the_whole_robot():
-    robot = load_robot("octopod")
-    pieces = [mesh for meshes in link_meshes(robot).values() for mesh in meshes]
-    whole = robot_corners(robot, np.zeros((len(robot.legs), 3)), np.eye(4))
-    assert len(whole) == sum(len(mesh.corners) for mesh in pieces)
-
-
-def test_legs_wear_the_colours_of_the_figures(page):
-    assert scene_of(page)["legs"] == list(LEG_COLOURS[:6])
-
-
 def test_a_long_run_has_fewer_frames_and_rows_and_a_page_of_bounded_size(walk):
     recording = walk(duration=900.0, interval=0.02)
     rows = frames(read_run(recording))
@@ -315,11 +303,6 @@ def test_without_a_pose_the_page_says_so(walk):
     assert scene_of(page) is None
     assert "robot's pose is not recorded" in page
     read(page)
-
-
-def test_without_figures_there_is_no_page(walk, tmp_path):
-    folder = report(walk(duration=2.0, interval=0.02), tmp_path / "walk", figures=False)
-    assert not (folder / "report.html").exists()
 
 
 def test_the_page_of_the_papers_run_is_below_5_MB(paper_walk):
