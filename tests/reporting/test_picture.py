@@ -9,9 +9,8 @@ from phasmid import kinematics
 from phasmid.kinematics import yaw_quaternion
 from phasmid.reporting.camera import FAR, View, camera_axes, fitted_view
 from phasmid.reporting.renderer import SceneRenderer, opengl_lack
-from phasmid.reporting.robot_mesh import body_pose, robot_corners
-from phasmid.reporting.shapes import ball, beam, box, cylinder, rgb, slab
-from phasmid.reporting.style import leg_colour
+from phasmid.reporting.robot_mesh import ball, beam, body_pose, box, cylinder, robot_corners, slab
+from phasmid.reporting.style import leg_colour, rgb
 from phasmid.reporting.terrain_mesh import DARK_SQUARE, floor_image, indexed, landscape
 from phasmid.robot import load_robot
 from phasmid.terrain import Blocks, Blocky, Flat, Ground, Patch, Rough, Steps, Waves

@@ -19,7 +19,7 @@ from phasmid.reporting.robot_mesh import quaternions, robot_corners
 from phasmid.reporting.run import read_run
 from phasmid.reporting.webpage import Picture, page_html
 from phasmid.reporting.webpage.document import data_table
-from phasmid.reporting.webpage.packing import LARGEST, json_block, packed, unpacked
+from phasmid.reporting.webpage.packing import FORMS, LARGEST, json_block, packed
 from phasmid.reporting.webpage.replay import MOST_BYTES, frames, replay
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
@@ -277,6 +277,12 @@ def test_frames_decode_to_the_recordings_poses(walk, preset):
     forces = unpacked(scene["forces"])[frame]
     assert forces == pytest.approx(sample["foot_force"].values, abs=scene["forces"]["step"])
     assert np.array_equal(unpacked(scene["down"])[frame], sample["contact"].values)
+
+
+def unpacked(array):
+    """The array of `packed`, within half a step, as the player reads it."""
+    numbers = np.frombuffer(base64.b64decode(array["data"]), dtype=FORMS[array["kind"]])
+    return numbers.reshape(array["shape"]).astype(float) * array["step"]
 
 
 def unit(q):

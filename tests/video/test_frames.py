@@ -9,8 +9,7 @@ from PIL import Image
 
 import phasmid
 from phasmid.errors import InvalidInput
-from phasmid.reporting.shapes import rgb
-from phasmid.reporting.style import leg_colour, styled
+from phasmid.reporting.style import leg_colour, rgb, styled
 from phasmid.video.film import camera_of
 from phasmid.video.frame import PAST, FrameFigure, newtons, picture_size
 

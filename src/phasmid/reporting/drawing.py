@@ -94,7 +94,6 @@ def draw_robot(
     time: float,
     *,
     gait: bool = False,
-    trail: float | None = None,
     appearance: Appearance | None = None,
 ) -> Figure:
     """Draw the robot at one moment, with the forces on its feet.
@@ -103,7 +102,6 @@ def draw_robot(
         recording: Recording with the body's pose and joint angles, simulated or planned.
         time: Time of the nearest recorded sample [s].
         gait: Draw a gait diagram under the picture.
-        trail: Duration of the foot paths [s]; two cycles by default.
         appearance: The robot's meshes, where they do not come with phasmid.
 
     Raises:
@@ -121,15 +119,13 @@ def draw_robot(
     size = (round(wide * dpi), round(tall * dpi))
     X_world_body, q = body_pose(position[now], orientation[now]), angles[now]
     view = _view(run, X_world_body, q, size)
-    if trail is None:
-        trail = 2 * run.scenario.stride.period
     with styled():
         figure = new_figure(wide, tall + strip, dpi)
         axis = figure.add_axes((0, strip / (tall + strip), 1, tall / (tall + strip)))
         axis.set_axis_off()
         axis.set(xlim=(0, size[0]), ylim=(size[1], 0))
         words = _write_caption(axis, run, now) if page.title else []
-        paths = _foot_paths(run, now, trail, view, words)
+        paths = _foot_paths(run, now, view, words)
         if opengl_lack() is None:
             picture = _rendered(run, view, X_world_body, q, paths)
             axis.imshow(picture, extent=(0, *size, 0), aspect="auto", interpolation="none")
@@ -197,14 +193,12 @@ def _newtons(force: float) -> str:
     return f"{force:#.3g} N" if force < 99.95 else f"{force:.0f} N"
 
 
-def _foot_paths(
-    run: Run, now: int, trail: float, view: View, words: Sequence[Text]
-) -> list[np.ndarray]:
-    """Return each foot's last path [m], from where it enters the picture or leaves the caption."""
+def _foot_paths(run: Run, now: int, view: View, words: Sequence[Text]) -> list[np.ndarray]:
+    """Return each foot's path of two cycles [m], within the picture and clear of the caption."""
     feet = run.channel("foot_position")
     if feet is None:
         return []
-    start = int(np.searchsorted(run.time, run.time[now] - trail))
+    start = int(np.searchsorted(run.time, run.time[now] - 2 * run.scenario.stride.period))
     rows = np.unique(np.linspace(start, now, 120).astype(int))
     seen, gap = view.project(feet[rows]), 0.02 * view.size[0]
     free = np.all((seen > gap) & (seen < np.array(view.size) - gap), axis=-1)

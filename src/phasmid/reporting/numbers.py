@@ -14,7 +14,7 @@ import numpy as np
 from phasmid import kinematics
 from phasmid.errors import InvalidInput
 from phasmid.gait import support_margin, sway
-from phasmid.reporting.run import Run, Source, how_to_get
+from phasmid.reporting.run import Run, Source
 from phasmid.reporting.steps import (
     SETTLING,
     away_from_switches,
@@ -334,9 +334,7 @@ def torque_and_speed(run: Run) -> tuple[np.ndarray, np.ndarray, str]:
         if tau is not None and qd is not None:
             return tau, qd, torques
     lacking = "joint_velocity" if run.has("joint_torque") else "joint_torque"
-    raise InvalidInput(
-        f"the recording has no {lacking}; torque over speed needs it.", hint=how_to_get(lacking)
-    )
+    raise run.absent((lacking,), "torque over speed")
 
 
 def energy(run: Run, distance: float | None) -> dict[str, Any]:
@@ -406,67 +404,54 @@ def servos(run: Run) -> dict[str, Any]:
     Returns:
         Of each joint, shape (L, 3): ``saturated`` and ``above_continuous``, the parts of the time
         at the largest output and above the continuous torque; ``peak_temperature``,
-        ``final_temperature`` and ``steady_temperature`` [°C], the last that which the mean loss
-        in the winding leads to; ``time_to_limit`` [s] at this load, None where it never
-        gets there; ``shutdown_time`` [s]. Besides them the
-        supply and the limits. ``peak_range`` and ``steady_range`` are the
-        lowest and highest estimates of the warmest joint [°C]: warmings times `HEAT_RANGE`, the
-        highest with the current that the torques take without help from friction. Empty without
-        the servos' channels.
+        ``final_temperature`` and ``steady_temperature`` [°C], to which the mean loss in the
+        winding leads; ``time_to_limit`` [s] at this load, NaN where it is not reached;
+        ``shutdown_time`` [s]. Then the supply, the limits, and ``peak_range`` and
+        ``steady_range``: lowest and highest estimates of the warmest joint [°C], warmings times
+        `HEAT_RANGE`, the highest with the current that the torques take without help from
+        friction. Empty without the servos' channels.
     """
     duty, current = run.channel("servo_duty"), run.channel("servo_current")
     warmth, down = run.channel("servo_temperature"), run.channel("servo_shutdown")
     if duty is None or current is None or warmth is None or down is None:
         return {}
-    table = run.scenario.servo
-    servo = table.set_up(run.robot.servo)
-    time = run.time
-    share = durations(time) / durations(time).sum()
+    table, time = run.scenario.servo, run.time
+    servo, ambient = table.set_up(run.robot.servo), table.ambient_temperature
+    motor, weights = servo.motor, durations(time) / durations(time).sum()
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("t,tlj->lj", weights, values.astype(float)))
+
     found: dict[str, Any] = {
         "voltage": table.supply(servo),
         "torque_limit": servo.torque_limit,
-        "ambient_temperature": table.ambient_temperature,
+        "ambient_temperature": ambient,
         "temperature_limit": servo.temperature_limit,
-        "saturated": _over_time(share, np.abs(duty) >= servo.torque_limit * (1 - 1e-12)).tolist(),
+        "saturated": mean(np.abs(duty) >= servo.torque_limit * (1 - 1e-12)).tolist(),
     }
+    # Warming by the mean loss in the winding, and at the most without help from friction.
+    warming = servo.thermal_resistance * motor.resistance
+    rise = most = warming * mean(current**2)
     torque = run.channel("joint_torque")
     if torque is not None:
         above = np.abs(torque) > run.continuous_torque
-        found["above_continuous"] = _over_time(share, above).tolist()
-    resistance, warming = servo.motor.resistance, servo.thermal_resistance
-    steady = table.ambient_temperature + warming * resistance * _over_time(share, current**2)
-    hot, final = steady > servo.temperature_limit, warmth[-1]
+        found["above_continuous"] = mean(above).tolist()
+        unaided = (np.abs(torque) + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
+        most = warming * mean(np.maximum(np.abs(current), unaided) ** 2)
+    steady, final, peak = ambient + rise, warmth[-1], warmth.max(axis=0) - ambient
     with np.errstate(invalid="ignore", divide="ignore"):
         # Warming and cooling are exponential: T - steady falls by e in each thermal_resistance
         # times heat_capacity.
         ratio = (steady - final) / (steady - servo.temperature_limit)
-        rest = warming * servo.heat_capacity * np.log(np.maximum(ratio, 1.0))
-    rise, most = steady - table.ambient_temperature, steady - table.ambient_temperature
-    if torque is not None:
-        motor = servo.motor
-        unaided = (np.abs(torque) + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
-        lost = _over_time(share, np.maximum(np.abs(current), unaided) ** 2)
-        most = warming * resistance * lost
-    peak = warmth.max(axis=0) - table.ambient_temperature
-    with np.errstate(invalid="ignore", divide="ignore"):
-        hottest_peak = np.where(rise > 0, peak * most / rise, peak)
+        rest = servo.thermal_resistance * servo.heat_capacity * np.log(np.maximum(ratio, 1.0))
+        hottest = np.where(rise > 0, peak * most / rise, peak)
     low, high = HEAT_RANGE
-
-    def between(least: np.ndarray, largest: np.ndarray) -> list[float]:
-        ends = low * float(least.max()), high * float(largest.max())
-        return [table.ambient_temperature + end for end in ends]
-
-    first = np.where(down.any(axis=0), time[np.argmax(down, axis=0)], np.nan)
     return found | {
         "peak_temperature": warmth.max(axis=0).tolist(),
         "final_temperature": final.tolist(),
         "steady_temperature": steady.tolist(),
-        "peak_range": between(peak, hottest_peak),
-        "steady_range": between(rise, most),
-        "time_to_limit": np.where(hot, rest, np.nan).tolist(),
-        "shutdown_time": first.tolist(),
+        "peak_range": [ambient + low * float(peak.max()), ambient + high * float(hottest.max())],
+        "steady_range": [ambient + low * float(rise.max()), ambient + high * float(most.max())],
+        "time_to_limit": np.where(steady > servo.temperature_limit, rest, np.nan).tolist(),
+        "shutdown_time": np.where(down.any(axis=0), time[np.argmax(down, axis=0)], np.nan).tolist(),
     }
-
-
-def _over_time(share: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return np.einsum("t,tlj->lj", share, values.astype(float))

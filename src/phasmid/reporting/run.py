@@ -152,7 +152,11 @@ class Run(Source):
         for name in names:
             if self.has(name):
                 return name
-        raise InvalidInput(
+        raise self.absent(names, what)
+
+    def absent(self, names: Sequence[str], what: str) -> InvalidInput:
+        """Return the error of channels that are not recorded; ``what`` needs one of them."""
+        return InvalidInput(
             f"the recording has no {' or '.join(names)}; {what} needs it.",
             hint=how_to_get(names[0]),
         )

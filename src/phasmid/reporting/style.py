@@ -151,6 +151,11 @@ def leg_colour(leg: int) -> str:
     return LEG_COLOURS[leg % len(LEG_COLOURS)]
 
 
+def rgb(colour: str) -> Float[np.ndarray, "3"]:
+    """Return a colour such as ``#4a6fc4`` as red, green and blue from 0 to 1."""
+    return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+
+
 def darker(colour: str) -> str:
     """Return a dark variant of a colour, for a second line on top of the first."""
     return "#" + "".join(f"{round(0.6 * int(colour[k : k + 2], 16)):02x}" for k in (1, 3, 5))

@@ -419,8 +419,8 @@ def friction_demand(run: Run) -> tuple[np.ndarray, np.ndarray]:
     if normal is None:
         normal = force[..., 2]
         if feet is None and not ground.is_level:
-            run.first_channel(("foot_normal_force",), "on this ground the demand")
-        elif feet is not None and not ground.is_level:
+            raise run.absent(("foot_normal_force",), "on this ground the demand")
+        if feet is not None and not ground.is_level:
             normal = np.einsum("tlk,tlk->tl", force, ground.normal(feet[..., 0], feet[..., 1]))
     # Round-off may leave less than zero.
     tangential = np.sqrt(np.maximum(np.sum(force**2, axis=-1) - normal**2, 0.0))
