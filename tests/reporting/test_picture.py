@@ -1,6 +1,7 @@
 """Solids are closed, terrain has its heights, and the renderer draws where the camera says."""
 
 import colorsys
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -121,12 +122,9 @@ def standing():
 
 def picture_on(ground, standing, shift=0.0):
     robot, pose, q, view = standing
-    renderer = SceneRenderer(robot, ground, pose[None, :2, 3], view, 0.1)
     moved = pose + np.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, shift], [0, 0, 0, 0]])
-    try:
+    with closing(SceneRenderer(robot, ground, pose[None, :2, 3], view, 0.1)) as renderer:
         return renderer.picture(view, moved, q).astype(float)
-    finally:
-        renderer.close()
 
 
 def test_the_robot_is_drawn_where_the_camera_says_in_its_legs_colours(standing):

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import closing
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -126,13 +128,17 @@ def draw_robot(
         axis.set(xlim=(0, size[0]), ylim=(size[1], 0))
         words = _write_caption(axis, run, now) if page.title else []
         paths = _foot_paths(run, now, view, words)
+        joints = _joint_positions(run, X_world_body, q)
         if opengl_lack() is None:
             picture = _rendered(run, view, X_world_body, q, paths)
             axis.imshow(picture, extent=(0, *size, 0), aspect="auto", interpolation="none")
         else:
-            _draw_stick_figure(axis, run, view, X_world_body, q, paths)
+            _draw_stick_figure(axis, run, view, X_world_body, joints, paths)
         _draw_forces(axis, run, view, now)
-        _number_legs(axis, run, view, X_world_body, q)
+        for leg, (x, y) in enumerate(view.project(joints[:, KNEE] + [0, 0, 0.13 * run.hip_span])):
+            bold: dict[str, Any] = {"color": leg_colour(leg), "fontweight": "bold"}
+            bold |= {"fontsize": points(13), "ha": "center"}
+            _write_outlined(axis, x, y, str(leg + 1), 3.0, **bold)
         if gait:
             left, below = points(1.25) / wide, points(0.40) / (tall + strip)
             height = (strip - points(0.52)) / (tall + strip)
@@ -221,17 +227,25 @@ def _rendered(
     """Return the robot on its ground, with foot paths as rods."""
     radius = 0.006 * run.hip_span
     segments: list[Segment] = [
-        (path[k], path[k + 1], radius, leg_colour(leg))
+        (start, end, radius, leg_colour(leg))
         for leg, path in enumerate(paths)
-        for k in range(len(path) - 1)
+        for start, end in pairwise(path)
     ]
-    terrain = run.scenario.load_terrain()
-    place = X_world_body[None, :2, 3]
-    renderer = SceneRenderer(run.robot, terrain, place, view, SQUARE)
-    try:
+    terrain, place = run.scenario.load_terrain(), X_world_body[None, :2, 3]
+    with closing(SceneRenderer(run.robot, terrain, place, view, SQUARE)) as renderer:
         return renderer.picture(view, X_world_body, q, segments)
-    finally:
-        renderer.close()
+
+
+KNEE = 3
+
+
+def _joint_positions(source: Source, X_world_body: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return hip, coxa, femur, tibia and foot of each leg in the world [m], shape (L, 5, 3)."""
+    frames = [
+        leg.X_body_hip @ np.concatenate([np.eye(4)[None], kinematics.leg_frames(leg, angles)])
+        for leg, angles in zip(source.robot.legs, q, strict=True)
+    ]
+    return np.asarray((X_world_body @ np.array(frames))[..., :3, 3])
 
 
 def _draw_stick_figure(
@@ -239,42 +253,28 @@ def _draw_stick_figure(
     source: Source,
     view: View,
     X_world_body: np.ndarray,
-    q: np.ndarray,
+    joints: np.ndarray,
     paths: Sequence[np.ndarray],
 ) -> None:
     """Draw ground, foot paths and the robot's links as lines."""
     _draw_grid(axis, source.scenario.load_terrain(), view)
     for leg, path in enumerate(paths):
         axis.plot(*view.project(path).T, color=leg_colour(leg), linewidth=points(1.6))
-    joints = np.array(
-        [
-            np.concatenate(
-                [leg.X_body_hip[None], leg.X_body_hip @ kinematics.leg_frames(leg, angles)]
-            )
-            for leg, angles in zip(source.robot.legs, q, strict=True)
-        ]
-    )
-    p_world_joints = (X_world_body @ joints)[..., :3, 3]
     # Painted from the farthest leg to the nearest; the trunk lies between.
-    depth = (p_world_joints[:, -1] - view.eye) @ view.axes[2]
+    depth = (joints[:, -1] - view.eye) @ view.axes[2]
     middle = (view.middle - view.eye) @ view.axes[2]
     line: dict[str, Any] = {"marker": "o", "solid_capstyle": "round", "markeredgecolor": "white"}
-    for leg, p_world_leg in enumerate(p_world_joints):
+    for leg, p_world_leg in enumerate(joints):
         line |= {"color": leg_colour(leg), "zorder": 4 if depth[leg] > middle else 2.5}
         seen = view.project(p_world_leg).T
         axis.plot(*seen, linewidth=points(5.0), markersize=points(7.0), **line)
-    hips = view.project(p_world_joints[:, 0])
+    hips = view.project(joints[:, 0])
     around = np.argsort(np.arctan2(*(source.robot.arrays.p_body_hip[:, :2].T[::-1])))
     axis.fill(*hips[around].T, facecolor="#7d8796", edgecolor=INK, linewidth=2, zorder=3)
     front = X_world_body[:3, 3] + np.outer([0.0, 0.3 * source.hip_span], X_world_body[:3, 0])
-    tail, tip = view.project(front)
-    axis.annotate(
-        "",
-        (tip[0], tip[1]),
-        (tail[0], tail[1]),
-        arrowprops={"arrowstyle": "-|>", "color": "white", "linewidth": 2},
-        zorder=3.5,
-    )
+    tail, tip = view.project(front).tolist()
+    arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 2}
+    axis.annotate("", tip, tail, arrowprops=arrow, zorder=3.5)
 
 
 def _draw_grid(axis: Axes, terrain: Ground, view: View) -> None:
@@ -284,39 +284,36 @@ def _draw_grid(axis: Axes, terrain: Ground, view: View) -> None:
     place = np.round(view.middle[:2] / SQUARE) * SQUARE
     along = np.linspace(-reach, reach, 121)
     for k in range(-count, count + 1):
-        for swap in (False, True):
-            x, y = place[0] + along, np.full(along.shape, place[1] + k * SQUARE)
-            if swap:
-                x, y = np.full(along.shape, place[0] + k * SQUARE), place[1] + along
+        aside = np.full(along.shape, k * SQUARE)
+        fade = max(1.0 - abs(k) / (count + 1), 0.05)
+        for x, y in ((along, aside), (aside, along)):
+            x, y = place[0] + x, place[1] + y
             seen = view.project(np.stack([x, y, terrain.height(x, y)], axis=-1))
-            fade = max(1.0 - abs(k) / (count + 1), 0.05)
             axis.plot(*seen.T, color="#c3c9d3", linewidth=0.8, alpha=fade, zorder=1)
 
 
 def _draw_forces(axis: Axes, run: Run, view: View, now: int) -> None:
     """Draw arrows at the feet, and the normal force beside each stance foot."""
-    from matplotlib.patheffects import withStroke
-
-    forces = _forces(run, now)
+    forces, stance = _forces(run, now), run.channel("stance")
     if forces is None:
         return
-    stance = run.channel("stance")
     feet, force, normal = forces
     draw_force_arrows(axis, run, view, feet, force, [FORCE_COLOUR] * len(feet))
     pixel = view.size[0] / 1000
     for leg, (x, y) in enumerate(view.project(feet)):
         loaded = np.linalg.norm(force[leg]) > 0.01 * run.weight
         if loaded or (stance is not None and stance[now, leg]):
-            axis.text(
-                x + 10 * pixel,
-                y + 4 * pixel,
-                _newtons(normal[leg]),
-                color=FORCE_TEXT,
-                fontsize=points(8.5),
-                va="center",
-                zorder=7,
-                path_effects=[withStroke(linewidth=2.5, foreground="white")],
-            )
+            look: dict[str, Any] = {"color": FORCE_TEXT, "fontsize": points(8.5)}
+            place = x + 10 * pixel, y + 4 * pixel
+            _write_outlined(axis, *place, _newtons(normal[leg]), 2.5, **look)
+
+
+def _write_outlined(axis: Axes, x: float, y: float, words: str, width: float, **look: Any) -> None:
+    """Write words with a white outline of a width [pt]."""
+    from matplotlib.patheffects import withStroke
+
+    outline = [withStroke(linewidth=width, foreground="white")]
+    axis.text(x, y, words, va="center", zorder=7, path_effects=outline, **look)
 
 
 def draw_force_arrows(
@@ -344,51 +341,24 @@ def draw_force_arrows(
 
     pixel = view.size[0] / 1000
     tips = view.project(feet + force / source.weight * FORCE_LENGTH * source.hip_span)
+    width: dict[str, Any] = {"width": 5.0 * pixel, "head_width": 14.0 * pixel, "linewidth": 1.0}
     drawn: list[Any] = []
-    for (x, y), (to_x, to_y), size, colour in zip(
-        view.project(feet), tips, np.linalg.norm(force, axis=1), colours, strict=True
+    for start, way, size, colour in zip(
+        view.project(feet),
+        tips - view.project(feet),
+        np.linalg.norm(force, axis=1),
+        colours,
+        strict=True,
     ):
         if size <= 0.01 * source.weight:
             continue
         look: dict[str, Any] = {"facecolor": colour, "edgecolor": "white", "zorder": 6}
-        arrow = FancyArrow(
-            x,
-            y,
-            to_x - x,
-            to_y - y,
-            width=5.0 * pixel,
-            head_width=14.0 * pixel,
-            head_length=min(16.0 * pixel, 0.6 * math.hypot(to_x - x, to_y - y)),
-            length_includes_head=True,
-            linewidth=1.0,
-            **look,
-        )
+        shape = width | {"head_length": min(16.0 * pixel, 0.6 * math.hypot(*way))}
+        x, y, dx, dy = (*start, *way)
+        arrow = FancyArrow(x, y, dx, dy, length_includes_head=True, **shape, **look)
         # The dot marks a foot hidden behind the body.
-        drawn += [axis.add_patch(arrow), axis.add_patch(Circle((x, y), 4.5 * pixel, **look))]
+        drawn += [axis.add_patch(arrow), axis.add_patch(Circle(start, 4.5 * pixel, **look))]
     return drawn
-
-
-def _number_legs(
-    axis: Axes, source: Source, view: View, X_world_body: np.ndarray, q: np.ndarray
-) -> None:
-    """Write the numbers of the legs over their knees."""
-    from matplotlib.patheffects import withStroke
-
-    for number, (leg, angles) in enumerate(zip(source.robot.legs, q, strict=True)):
-        X_world_knee = X_world_body @ leg.X_body_hip @ kinematics.leg_frames(leg, angles)[2]
-        x, y = view.project(X_world_knee[:3, 3] + [0.0, 0.0, 0.13 * source.hip_span])
-        axis.text(
-            x,
-            y,
-            str(number + 1),
-            color=leg_colour(number),
-            fontsize=points(13),
-            fontweight="bold",
-            ha="center",
-            va="center",
-            zorder=7,
-            path_effects=[withStroke(linewidth=3, foreground="white")],
-        )
 
 
 def _draw_gait(axis: Axes, run: Run, now: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -91,16 +92,13 @@ def _draw(
     position, orientation, q = frames.pose("a video")
     X_world_body, square = body_pose(position, orientation), square_side(run.scenario)
     terrain, count = run.scenario.load_terrain(), len(frames.time)
-    renderer = SceneRenderer(run.robot, terrain, position[:, :2], view, square)
-    try:
+    with closing(SceneRenderer(run.robot, terrain, position[:, :2], view, square)) as renderer:
         for number in range(count):
             moved = view.moved(displacement[number])
             picture = renderer.picture(moved, X_world_body[number], q[number])
             yield figure.frame(number, picture, moved)
             if progress is not None:
                 progress(number + 1, count)
-    finally:
-        renderer.close()
 
 
 def lack(suffix: str = ".mp4") -> Lack | None:
