@@ -354,7 +354,7 @@ def draw_force_arrows(
             continue
         look: dict[str, Any] = {"facecolor": colour, "edgecolor": "white", "zorder": 6}
         shape = width | {"head_length": min(16.0 * pixel, 0.6 * math.hypot(*way))}
-        x, y, dx, dy = (*start, *way)
+        (x, y), (dx, dy) = start, way
         arrow = FancyArrow(x, y, dx, dy, length_includes_head=True, **shape, **look)
         # The dot marks a foot hidden behind the body.
         drawn += [axis.add_patch(arrow), axis.add_patch(Circle(start, 4.5 * pixel, **look))]

@@ -10,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 
 from phasmid.errors import InvalidInput, plain
+from phasmid.recording.channels import JOINTS
 from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import REFINEMENT, Summary
 
@@ -156,30 +157,25 @@ def _agreement(summary: Summary) -> str:
 def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     """Yield label and text of each line above the table; unknown ones are left out."""
     way, run = summary.get("travel", {}), summary["run"]
-    of_plan = ""
-    if run["planned_duration"] - run["duration"] > 1e-9:
-        longest = run["planned_duration"]
-        of_plan = (
-            f" of at most {longest:.4g} s" if "waypoints" in run else f" of {longest:g} s planned"
-        )
-    broken = run.get("samples_not_finite", 0)
-    broken_text = f", the last {broken} not finite" if broken else ""
-    yield "Duration", f"{run['duration']:g} s{of_plan}, {run['samples']} samples{broken_text}"
+    line, longest = f"{run['duration']:g} s", run["planned_duration"]
+    if longest - run["duration"] > 1e-9:
+        at_most = "waypoints" in run
+        line += f" of at most {longest:.4g} s" if at_most else f" of {longest:g} s planned"
+    line += f", {run['samples']} samples"
+    if "samples_not_finite" in run:
+        line += f", the last {run['samples_not_finite']} not finite"
+    yield "Duration", line
     if "sideways_drift" in way:
         yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
-    yield from _waypoint_facts(summary)
-    yield from _velocity_facts(summary)
+    yield from _story(summary)
     if "heading_change" in way:
         line = f"{_degrees(way['heading_change'])} turned"
         if "commanded_turn" in way:
             line += f", {_degrees(way['commanded_turn'])} commanded"
         yield "Heading", f"{line}; largest tilt {math.degrees(way['largest_tilt']):.2f}°"
     if "body_height_change" in way:
-        yield (
-            "Body height",
-            f"{_mm(way['body_height_change'], sign=True)} from start to end, "
-            f"{_mm(way['body_height_range'])} between lowest and highest",
-        )
+        line = f"{_mm(way['body_height_change'], sign=True)} from start to end"
+        yield "Body height", f"{line}, {_mm(way['body_height_range'])} between lowest and highest"
     if "least_margin" in summary.get("support", {}):
         yield "Support", f"{_mm(summary['support']['least_margin'])} margin at the least"
     if "slip" in summary:
@@ -191,38 +187,28 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     yield from _refinement_facts(summary)
 
 
-def _waypoint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    places = summary["run"].get("waypoints", [])
+def _story(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Yield the waypoints, mean velocities, faults and first events of a driven run."""
+    run, velocity = summary["run"], summary.get("velocity", {})
+    places, events = run.get("waypoints", []), run.get("events", [])
     for number, place in enumerate(places[:MOST_EVENTS], 1):
         time = place.get("reached")
         done = "not reached" if time is None else f"reached at {time:.2f} s"
         yield f"Waypoint {number}", f"({place['x']:g}, {place['y']:g}) m {done}"
     if len(places) > MOST_EVENTS:
         yield "", f"{len(places) - MOST_EVENTS} more waypoints are in summary.json"
-
-
-def _velocity_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    velocity = summary.get("velocity", {})
-    for label, name in (
-        ("Velocity command", "commanded"),
-        ("  feasible", "feasible"),
-        ("  actual", "actual"),
-    ):
+    labels = {"commanded": "Velocity command", "feasible": "  feasible", "actual": "  actual"}
+    for name, label in labels.items():
         if name in velocity:
             vx, vy, wz = velocity[name]
-            yield (
-                label,
-                f"{1000 * vx:+.1f} mm/s forward, {1000 * vy:+.1f} mm/s to the left, "
-                f"{math.degrees(wz):+.2f}°/s, on average",
-            )
-    run = summary["run"]
+            way = f"{1000 * vx:+.1f} mm/s forward, {1000 * vy:+.1f} mm/s to the left"
+            yield label, f"{way}, {math.degrees(wz):+.2f}°/s, on average"
     for fault in run.get("faults", ()):
         yield "Fault", plain(str(fault))
-    said = run.get("events", ())
-    for time, sentence in said[:MOST_EVENTS]:
+    for time, sentence in events[:MOST_EVENTS]:
         yield "Event", f"{time:.2f} s: {plain(str(sentence))}"
-    if len(said) > MOST_EVENTS:
-        yield "", f"{len(said) - MOST_EVENTS} more events are in summary.json"
+    if len(events) > MOST_EVENTS:
+        yield "", f"{len(events) - MOST_EVENTS} more events are in summary.json"
 
 
 def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -305,26 +291,16 @@ def _between(ends: list[float]) -> str:
 
 def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
     compared = summary.get("model_against_simulation", {})
-    for label, section, key, unit in (
-        ("Torque rms diff.", "torque", "rms", "N·m"),
-        ("  in mid-stance", "torque", "rms_mid_stance", "N·m"),
-        ("Force rms diff.", "normal_force", "rms", "N"),
-    ):
+    for label, key in (("Torque rms diff.", "rms"), ("  in mid-stance", "rms_mid_stance")):
         # A leg that never stood, or a run that was too short, has no figure.
-        rows = [row for row in compared.get(section, {}).get(key) or () if row is not None]
-        if not rows:
-            continue
-        if section == "normal_force":
-            yield label, f"{max(rows):.3g} {unit}, the worst leg (model - simulation)"
-            continue
-        joints = [
-            max((v for v in c if v is not None), default=math.nan) for c in zip(*rows, strict=True)
-        ]
-        named = ", ".join(
-            f"{name} {value:.4f}"
-            for name, value in zip(("coxa", "femur", "tibia"), joints, strict=True)
-        )
-        yield label, f"{named} {unit}, the worst legs"
+        rows = [row for row in compared.get("torque", {}).get(key) or () if row is not None]
+        if rows:
+            worst = np.nanmax(np.array(rows, float), axis=0)
+            named = ", ".join(f"{n} {value:.4f}" for n, value in zip(JOINTS, worst, strict=True))
+            yield label, f"{named} N·m, the worst legs"
+    forces = [v for v in compared.get("normal_force", {}).get("rms") or () if v is not None]
+    if forces:
+        yield "Force rms diff.", f"{max(forces):.3g} N, the worst leg (model - simulation)"
 
 
 def _refinement_facts(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -382,22 +358,17 @@ def note(summary: Summary) -> str:
 
 
 def _torque_note(summary: Summary) -> str:
-    run, robot = summary["run"], summary["robot"]
-    torque = summary.get("torque", {})
+    run, robot, torque = summary["run"], summary["robot"], summary.get("torque", {})
     if not torque:
         return ""
+    source = "of the model"
     if "simulation" in torque:
-        drive = run.get("drive", "")
-        source = f"simulated, {drive} drive" if drive else "as recorded"
-        law = run.get("contact_law", "")
-        source += f", {law} contact" if law else ""
-    else:
-        source = "of the model"
-    model = run.get("force_model", "")
-    forces = f"; model forces: {model}" if model and "model" in torque else ""
+        source = f"simulated, {run['drive']} drive" if run.get("drive") else "as recorded"
+        source += f", {run['contact_law']} contact" if run.get("contact_law") else ""
+    model = run.get("force_model") if "model" in torque else ""
     return plain(
-        f"Torques in N·m, {source}; servo {robot['servo']}, "
-        f"stall {robot['stall_torque']:.4g} N·m{_at_supply(summary)}{forces}."
+        f"Torques in N·m, {source}; servo {robot['servo']}, stall {robot['stall_torque']:.4g} N·m"
+        f"{_at_supply(summary)}{f'; model forces: {model}' if model else ''}."
     )
 
 
