@@ -45,16 +45,6 @@ def test_figures_say_what_they_show_and_in_which_unit(short_walk):
     assert "weight 26 N" in words(found["fig15"])
 
 
-def test_torque_figures_hold_simulation_and_model_side_by_side(short_walk):
-    axis = plot(short_walk, "joint-torque", legs=(4,)).axes[0]
-    lines = [line.get_ydata() for line in axis.lines]
-    assert len(lines) == 6
-    tau, model = short_walk["joint_torque"].values, short_walk["joint_torque_model"].values
-    for joint in range(3):
-        np.testing.assert_array_equal(lines[2 * joint], tau[:, 3, joint])
-        np.testing.assert_array_equal(lines[2 * joint + 1], model[:, 3, joint])
-
-
 def test_angles_are_drawn_in_degrees(short_walk):
     planned = short_walk["joint_position_target"].values
     seen = planned + 0.01

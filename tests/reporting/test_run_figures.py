@@ -222,20 +222,6 @@ def test_the_envelope_takes_the_voltage_of_servos_that_drive_the_walk(walk):
     assert words_of(drive="ideal-servo") == "line from stall to no-load speed"
 
 
-def test_torque_over_speed_is_drawn_sample_by_sample(short_walk):
-    figure = plot(short_walk, "servo-envelope")
-    tau, qd = short_walk["joint_torque"].values, short_walk["joint_velocity"].values
-    for joint, axis in enumerate(figure.axes):
-        for leg in range(6):
-            np.testing.assert_array_equal(axis.lines[leg].get_xdata(), qd[:, leg, joint])
-            np.testing.assert_array_equal(axis.lines[leg].get_ydata(), tau[:, leg, joint])
-        advice = [line.get_ydata()[0] for line in axis.lines if len(line.get_ydata()) == 2]
-        stall = read_run(short_walk).robot.servo.stall_torque
-        np.testing.assert_allclose(sorted(advice), [-stall / 5, stall / 5])
-    torque = summarise(short_walk)["torque"]["simulation"]
-    assert f"{100 * torque['share_above_continuous']:.2g} % above continuous" in words(figure)
-
-
 def test_samples_beyond_the_envelope_are_counted_and_never_left_out(walk, monkeypatch):
     recording = walk(duration=4.0, interval=0.01)
     tau = np.zeros((401, 6, 3))
@@ -442,18 +428,6 @@ def test_robots_with_other_numbers_of_legs_have_all_figures(walk, eight_legs):
         if CATALOGUE[name].several and not name.startswith("servo-"):
             assert "leg 8" in words(plot(recording, name, legs=[8])) or name in WHOLE
     assert len(plot(recording, "servo-envelope").axes) == 3
-
-
-def test_runs_that_are_alike_are_told_apart(short_walk):
-    figure = plot([short_walk, short_walk], "joint-torque", legs=(1,), labels=["walk", "walk"])
-    # The later line lies on the first, which is wider, and lets it show between its dashes.
-    first, later = figure.axes[0].lines
-    assert first.get_linewidth() > 1.5 * later.get_linewidth()
-    assert later.is_dashed()
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["walk, run 1", "walk, run 2"]
-    widths = [handle.get_linewidth() for handle in legend.get_lines()]
-    assert widths == [first.get_linewidth(), later.get_linewidth()]
 
 
 def test_a_recording_with_sensors_has_their_figure(short_walk):
