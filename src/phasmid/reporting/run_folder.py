@@ -67,22 +67,21 @@ def report(
     target = folder.resolve()
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     try:
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            partial.mkdir()
-            _fill(recording, partial, figures=figures, appearance=appearance)
-            if mcap:
-                save_mcap(recording, partial / "recording.mcap", leg_names=run.robot.leg_names)
-            _take_place(partial, target, folder, force=force)
-        except BaseException:
-            shutil.rmtree(partial, ignore_errors=True)
-            raise
+        target.parent.mkdir(parents=True, exist_ok=True)
+        partial.mkdir()
+        _fill(recording, partial, figures=figures, appearance=appearance)
+        if mcap:
+            save_mcap(recording, partial / "recording.mcap", leg_names=run.robot.leg_names)
+        _take_place(partial, target, folder, force=force)
     except OSError as error:
         raise cannot_write(folder, error) from None
     except OutputError as error:
         # A message must not name the folder that was there only for a moment.
         error.what = error.what.replace(str(partial), str(folder))
         raise
+    finally:
+        # Renamed to its place unless something failed.
+        shutil.rmtree(partial, ignore_errors=True)
     return folder
 
 
@@ -155,12 +154,10 @@ def _meshes(folder: Path) -> set[str]:
 def _fill(
     recording: Recording, folder: Path, *, figures: bool, appearance: Appearance | None
 ) -> None:
-    for name in ("scenario", "robot"):
-        text = str(recording.attrs[name])
-        (folder / f"{name}.toml").write_text(text, encoding="utf-8", newline="\n")
-    if "commands" in recording.attrs:
-        text = str(recording.attrs["commands"])
-        (folder / "commands.toml").write_text(text, encoding="utf-8", newline="\n")
+    for name in ("scenario", "robot", "commands"):
+        if name in recording.attrs:
+            text = str(recording.attrs[name])
+            (folder / f"{name}.toml").write_text(text, encoding="utf-8", newline="\n")
     if appearance is not None and appearance.name and appearance.parts:
         (folder / appearance.name).write_bytes(glb(appearance.parts))
     save_recording(recording, folder / "recording.nc")

@@ -109,7 +109,14 @@ class FrameFigure:
 
 def _write_words(figure: Figure, run: Run, height: int, bottom: float) -> Any:
     """Write title, drive and legend into the picture; return the text of the clock."""
-    title, line, legend = words(run)
+    line, ending = run.drive_words, run.attribute("ending")
+    if ending in ("FELL", "DIVERGED"):
+        line += f" · {ending.lower()} at {run.time[-1]:.2f} s"
+    legend = f"squares {1000 * square_side(run.scenario):.4g} mm"
+    if run.scenario.terrain.kind != "flat":
+        legend = f"terrain: {run.scenario.terrain.kind} · {legend}"
+    if run.foot_force is not None and run.has("foot_position"):
+        legend += f" · arrows: force of the ground on the feet, {run.force_words}"
     large = max(0.030 * height, 13.0) * 72 / DPI
     small = max(0.0205 * height, 10.0) * 72 / DPI
     edge = 0.02 * height
@@ -118,25 +125,12 @@ def _write_words(figure: Figure, run: Run, height: int, bottom: float) -> Any:
     look: dict[str, Any] = {"fontsize": large, "fontweight": "bold", "va": "top"}
     clock = figure.text(1 - x, 1 - y, "0.25×   t = 000.00 s", ha="right", **look)
     room = float(figure.bbox.width) - 3 * edge - clock.get_window_extent().width
-    shrink(figure.text(x, 1 - y, title, **look), room, least=large)
+    shrink(figure.text(x, 1 - y, short(run.title), **look), room, least=large)
     look = {"fontsize": small, "color": FAINT}
     shrink(figure.text(x, 1 - y - drop, line, va="top", **look), room, least=small)
     width = float(figure.bbox.width) - 2 * edge
     shrink(figure.text(x, bottom + y, legend, **look), width, least=small)
     return clock
-
-
-def words(run: Run) -> list[str]:
-    """Return the lines of a frame: run and robot, drive, and legend."""
-    drive, ending = run.drive_words, run.attribute("ending")
-    if ending in ("FELL", "DIVERGED"):
-        drive += f" · {ending.lower()} at {run.time[-1]:.2f} s"
-    legend = f"squares {1000 * square_side(run.scenario):.4g} mm"
-    if run.scenario.terrain.kind != "flat":
-        legend = f"terrain: {run.scenario.terrain.kind} · {legend}"
-    if run.foot_force is not None and run.has("foot_position"):
-        legend += f" · arrows: force of the ground on the feet, {run.force_words}"
-    return [short(run.title), drive, legend]
 
 
 class _Strip:
