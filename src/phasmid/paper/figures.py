@@ -13,7 +13,7 @@ from phasmid.motion import plan
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
-from phasmid.reporting.figure_layout import figure_legend
+from phasmid.reporting.panels import figure_legend
 from phasmid.reporting.style import (
     FAINT,
     INK,

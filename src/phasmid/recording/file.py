@@ -137,6 +137,43 @@ def new_file(path: Path, *, option: str, force: bool) -> Iterator[Path]:
         place.unlink(missing_ok=True)
 
 
+def check_new_file(path: Path, *, option: str, force: bool) -> None:
+    """Raise where no file can be written, before a run starts.
+
+    Args:
+        path: The file; folders above it may be absent.
+        option: The option of the command line that names another place.
+        force: Whether an older file is replaced.
+
+    Raises:
+        InvalidInput: It is a folder, or exists and may not be replaced.
+        OutputError: It cannot be made there.
+    """
+    try:
+        folder, exists = path.is_dir(), path.exists() or path.is_symlink()
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    if folder:
+        raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
+    if exists and not force:
+        raise AlreadyExists(path, option=option)
+    check_place(path)
+
+
+def check_place(path: Path) -> None:
+    """Raise OutputError where the folder for a file or folder is none or not writable."""
+    try:
+        parent = path.resolve().parent
+        while not parent.exists():
+            parent = parent.parent
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    if not parent.is_dir():
+        raise OutputError(f"cannot write {path}: {parent} is not a folder.")
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise OutputError(f"cannot write {path}: {parent} is not writable.")
+
+
 def cannot_write(path: Path, error: OSError) -> OutputError:
     """Return the error of a path that cannot be written."""
     reason = (error.strerror or str(error)).lower()
