@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from phasmid.errors import InvalidInput
+from phasmid.forces.cones import UNBOUNDED, Rows
 from phasmid.forces.contacts import Contacts, JointLoad
 
 NEGLIGIBLE = 1e-9
@@ -65,6 +66,31 @@ class Load:
     ) -> Float[np.ndarray, "samples feet 3"]:
         """Return forces by normal and tangential components."""
         return np.einsum("nlij,nli->nlj", self.axes, force)
+
+    def torque_with(
+        self, force: Float[np.ndarray, "samples feet 3"]
+    ) -> Float[np.ndarray, "samples feet 3"]:
+        """Return joint torques under ground reaction forces [N·m]."""
+        return self.torque - np.einsum("nlij,nli->nlj", self.jacobian, force)
+
+
+def push_limits(
+    load: Load, f: np.ndarray, U: np.ndarray, least: float, scale: np.ndarray | float
+) -> Rows:
+    """Return the limits by which forces f + U x, in contact axes and units of scale, push."""
+    return Rows.below(-U[..., 0, :], f[..., 0] - least * load.share / scale)
+
+
+def torque_limits(load: Load, force: np.ndarray, V: np.ndarray, scale: np.ndarray | float) -> Rows:
+    """Return the limits of the joint torques under the forces force + scale V x."""
+    n, k, _, free = V.shape
+    torque = load.torque_with(force)
+    lower, upper = (
+        np.clip((side * load.limit - torque).reshape(n, -1) / scale, -UNBOUNDED, UNBOUNDED)
+        for side in (-1, 1)
+    )
+    change = -np.swapaxes(load.jacobian, -1, -2) @ V
+    return Rows(change.reshape(n, 3 * k, free), lower, upper)
 
 
 def leading_axes(
