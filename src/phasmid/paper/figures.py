@@ -8,10 +8,11 @@ import numpy as np
 
 from phasmid.dynamics import leg_torque
 from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_torque
+from phasmid.forces import FORCE_MODELS
 from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
+from phasmid.paper.comparisons import model_force_and_torque
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
-from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
 from phasmid.reporting.figure_layout import figure_legend
 from phasmid.reporting.style import (
@@ -132,9 +133,9 @@ def stance_laws_figure(evidence: Evidence) -> Figure:
     return figure
 
 
-def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
+def sharing_figure(evidence: Evidence) -> Figure:
     """Forces on foot 2 over one cycle, by each drive in the engine and by each force model."""
-    lines = _alike(evidence, models)
+    lines = _alike(evidence)
     with styled():
         figure, axes = _grid(
             2,
@@ -164,10 +165,10 @@ def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
     return figure
 
 
-def _alike(evidence: Evidence, models: tuple[str, ...]) -> list[list[str]]:
-    """The models, those together whose forces on this walk are the same line."""
+def _alike(evidence: Evidence) -> list[list[str]]:
+    """Return the force models, those together whose forces on this walk are the same line."""
     found: list[tuple[np.ndarray, list[str]]] = []
-    for model in models:
+    for model in FORCE_MODELS:
         force, _ = model_force_and_torque(evidence.walk, model)
         for other, names in found:
             if np.abs(force - other).max() < INDISTINCT:
