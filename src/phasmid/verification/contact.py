@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from phasmid.kinematics import (
     foot_position,
     link_frames,
     quaternion_rotation,
+    rpy_quaternion,
 )
 from phasmid.motion import plan
 from phasmid.robot import Robot
@@ -28,7 +30,7 @@ from phasmid.verification.engine import (
     trunk_motion,
 )
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading, seen
+from phasmid.verification.row import Row, reading, seen
 
 if TYPE_CHECKING:
     import mujoco
@@ -46,7 +48,7 @@ HIGHEST, STEEPEST = 0.15, 0.4
 """From how high at the most [m], and rolled and pitched by how much [rad]."""
 
 
-def forward_and_inverse(laboratory: Laboratory) -> list[Reading]:
+def forward_and_inverse(laboratory: Laboratory) -> Iterator[Row]:
     """The engine's accelerations in contact, put into our inverse dynamics and into its own."""
     import mujoco
 
@@ -69,23 +71,21 @@ def forward_and_inverse(laboratory: Laboratory) -> list[Reading]:
         mujoco.mj_inverse(model, data)
         own[k] = np.abs(data.qfrc_inverse).max()
     why = "Sums of some hundred terms below 100 N, rounded by 1e-14 N each; the solver at its end."
-    return [
-        Reading(float(torque.max()), 1e-9, why, unit="N·m", case="torques, our recursion"),
-        Reading(float(wrench.max()), 1e-9, why, unit="N, N·m", case="left on the trunk, ours"),
-        Reading(float(own.max()), 1e-9, why, unit="N, N·m", case="the engine's own inverse"),
-        Reading(
-            float(as_run.max()),
-            None,
-            "What the engine's solver leaves unbalanced where it stops by its own tolerance of "
-            "1e-8, as in every run.",
-            unit="N, N·m",
-            case="left by the solver in a run",
-        ),
-        seen(points, "points that touch, all instants together"),
-    ]
+    yield reading("torques, our recursion", torque.max(), 1e-9, why, unit="N·m")
+    yield reading("left on the trunk, ours", wrench.max(), 1e-9, why, unit="N, N·m")
+    yield reading("the engine's own inverse", own.max(), 1e-9, why, unit="N, N·m")
+    yield reading(
+        "left by the solver in a run",
+        as_run.max(),
+        None,
+        "What the engine's solver leaves unbalanced where it stops by its own tolerance of "
+        "1e-8, as in every run.",
+        unit="N, N·m",
+    )
+    yield seen(points, "points that touch, all instants together")
 
 
-def static_depth(laboratory: Laboratory) -> list[Reading]:
+def static_depth(laboratory: Laboratory) -> Iterator[Row]:
     """Mean depth of the points that touch, the robot at rest on six feet.
 
     The number of points that must share the weight comes from the robot, not from the engine.
@@ -95,19 +95,17 @@ def static_depth(laboratory: Laboratory) -> list[Reading]:
         pass
     contact, weight = run.scenario.contact, run.robot.mass * run.scenario.model.gravity
     depth = touching(run.robot, run.model, run.data).depth
-    return [
-        Reading(
-            float(depth.mean()) if len(depth) else math.nan,
-            1e-9,
-            "Springs are exact at rest; after 2 s what is left of the motion is below 1e-12 m.",
-            expected=weight / (contact_points(run.robot) * contact.stiffness),
-            unit="m",
-            case=f"mean of {contact_points(run.robot)} points",
-        )
-    ]
+    yield reading(
+        f"mean of {contact_points(run.robot)} points",
+        float(depth.mean()) if len(depth) else math.nan,
+        1e-9,
+        "Springs are exact at rest; after 2 s what is left of the motion is below 1e-12 m.",
+        unit="m",
+        expected=weight / (contact_points(run.robot) * contact.stiffness),
+    )
 
 
-def standing(laboratory: Laboratory) -> list[Reading]:
+def standing(laboratory: Laboratory) -> Iterator[Row]:
     """Sum and moment of the ground's forces about the centre of mass, six feet."""
     run = laboratory.standing()
     robot, data = run.robot, run.data
@@ -121,18 +119,12 @@ def standing(laboratory: Laboratory) -> list[Reading]:
     weight = robot.mass * run.scenario.model.gravity
     reach = float(np.linalg.norm(robot.legs[0].neutral_foot + robot.legs[0].mount_position))
     why = "Equilibrium; after 2 s what accelerates is below 1e-7 of gravity."
-    return [
-        Reading(float(force[2] / weight), 1e-6, why, expected=1.0, case="ΣF / mg"),
-        Reading(
-            float(np.abs(moment).max() / (weight * reach)), 1e-6, why, case="ΣM / (mg · reach)"
-        ),
-        Reading(
-            float(np.abs(force[:2]).max() / weight), 1e-6, why, case="ΣF along the ground / mg"
-        ),
-    ]
+    yield reading("ΣF / mg", force[2] / weight, 1e-6, why, expected=1.0)
+    yield reading("ΣM / (mg · reach)", np.abs(moment).max() / (weight * reach), 1e-6, why)
+    yield reading("ΣF along the ground / mg", np.abs(force[:2]).max() / weight, 1e-6, why)
 
 
-def impact_energy(laboratory: Laboratory) -> list[Reading]:
+def impact_energy(laboratory: Laboratory) -> Iterator[Row]:
     """Energy from the last instant before each touch to the first after it; drops, joints held."""
     gained, rng = [0.0], np.random.default_rng(20)
     for _ in range(DROPS):
@@ -142,7 +134,7 @@ def impact_energy(laboratory: Laboratory) -> list[Reading]:
         data = run.data
         # No foot is farther than 0.3 m from the middle.
         data.qpos[2] += height + 0.3 * (abs(roll) + abs(pitch))
-        data.qpos[3:7] = _quaternion(roll, pitch)
+        data.qpos[3:7] = rpy_quaternion(*np.array([roll, pitch, 0.0]))
         data.qpos[7:] = run.walk.q[0].ravel()
         data.qvel[:] = 0.0
         before, touched = _State.of(data), False
@@ -155,16 +147,14 @@ def impact_energy(laboratory: Laboratory) -> list[Reading]:
             if touched:
                 gained.append(_energy(run, after) - _energy(run, before))
             before, touched = after, False
-    return [
-        Reading(
-            float(np.max(gained)),
-            1e-9,
-            "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J.",
-            unit="J",
-            case="most that any impact gained",
-        ),
-        seen(len(gained) - 1, "impacts"),
-    ]
+    yield reading(
+        "most that any impact gained",
+        np.max(gained),
+        1e-9,
+        "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J.",
+        unit="J",
+    )
+    yield seen(len(gained) - 1, "impacts")
 
 
 def _needs(
@@ -209,16 +199,3 @@ def _energy(run: Run, state: _State) -> float:
     g = run.scenario.model.gravity
     kinetic = kinetic_energy(run.robot, body, q, qd)
     return float(kinetic + potential_energy(run.robot, body, q, gravity=g))
-
-
-def _quaternion(roll: float, pitch: float) -> Float[np.ndarray, "4"]:
-    """Roll about x, then pitch about y."""
-    a, b = roll / 2, pitch / 2
-    return np.array(
-        [
-            math.cos(a) * math.cos(b),
-            math.sin(a) * math.cos(b),
-            math.cos(a) * math.sin(b),
-            -math.sin(a) * math.sin(b),
-        ]
-    )

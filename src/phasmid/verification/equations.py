@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from jaxtyping import Float
@@ -20,7 +20,7 @@ from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import LegArrays, Robot
 from phasmid.simulation import build_model
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Row, reading
 
 STATES = 200
 """Random states."""
@@ -29,7 +29,7 @@ SLOPE = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 """Weights of the central difference of eighth order."""
 
 
-def power(laboratory: Laboratory) -> list[Reading]:
+def power(laboratory: Laboratory) -> Iterator[Row]:
     """Compare the power of joints and trunk wrench with the rate of energy, in flight."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(9)
     legs = (len(robot.legs), 3)
@@ -66,18 +66,16 @@ def power(laboratory: Laboratory) -> list[Reading]:
         given.append(float(np.sum(torque * qd) + wrench @ twist))
         gained.append(float(derivative(energy, float(t))))
     scale = np.abs(gained).max()
-    return [
-        Reading(
-            float(np.abs(np.subtract(given, gained)).max() / scale),
-            1e-9,
-            "The difference quotient errs by (ω h)⁸/630 = 2e-11 at ω = 10 rad/s and h = 0.01 s, "
-            "and by 1e-12 W of round-off.",
-            case="of the largest power",
-        )
-    ]
+    yield reading(
+        "of the largest power",
+        np.abs(np.subtract(given, gained)).max() / scale,
+        1e-9,
+        "The difference quotient errs by (ω h)⁸/630 = 2e-11 at ω = 10 rad/s and h = 0.01 s, "
+        "and by 1e-12 W of round-off.",
+    )
 
 
-def agreement(laboratory: Laboratory) -> list[Reading]:
+def agreement(laboratory: Laboratory) -> Iterator[Row]:
     """Joint torques at random states: Eqs. 10-11, corrected, our recursion, and the engine."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(10)
     shape = (STATES, len(robot.legs), 3)
@@ -96,25 +94,11 @@ def agreement(laboratory: Laboratory) -> list[Reading]:
     ours = np.concatenate([wrench, torque.reshape(STATES, -1)], axis=1)
     theirs = _engine_inverse(laboratory, robot, body, quaternion, q, qd, qdd)
     why = "Sums of a thousand terms up to 200 N, rounded at random: 30 · 2e-16 · 200 = 1e-12."
-    return [
-        Reading(
-            float(np.abs(closed - recursive).max()),
-            1e-10,
-            why,
-            unit="N·m",
-            case="closed form - recursion",
-        ),
-        Reading(
-            float(np.abs(ours - theirs).max()),
-            1e-10,
-            why,
-            unit="N, N·m",
-            case="recursion - engine, in flight",
-        ),
-    ]
+    yield reading("closed form - recursion", closed - recursive, 1e-10, why, unit="N·m")
+    yield reading("recursion - engine, in flight", ours - theirs, 1e-10, why, unit="N, N·m")
 
 
-def structure(laboratory: Laboratory) -> list[Reading]:
+def structure(laboratory: Laboratory) -> Iterator[Row]:
     """Mass matrices of leg and robot: symmetric, positive definite; their rate less 2 C is skew."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(11)
     legs = robot.arrays
@@ -130,30 +114,22 @@ def structure(laboratory: Laboratory) -> list[Reading]:
     rates = derivative(lambda t: leg_matrices(legs, q + t * qd).M, 0.0)
     skew = rates - 2 * _christoffel(legs, q, qd)
     why = "Entries below 0.1 kg·m²: the difference quotient errs by 4e-14, round-off less."
-    return [
-        Reading(
-            float(np.abs(M - np.swapaxes(M, -1, -2)).max()), 1e-11, why, case="asymmetry, robot"
-        ),
-        Reading(
-            float(max(-smallest, 0.0)),
-            0.0,
-            "Kinetic energy is positive: no eigenvalue below 0.",
-            case="least eigenvalue below 0",
-        ),
-        Reading(
-            float(np.abs(quadratic / energy - 1).max()),
-            1e-11,
-            "Sums of some 600 terms about 1 J, rounded by 1e-16 J each: 1e-13 of the energy.",
-            case="v'M v / 2, off the kinetic energy",
-        ),
-        Reading(
-            float(np.abs(skew + np.swapaxes(skew, -1, -2)).max()),
-            1e-11,
-            why,
-            unit="N·m·s",
-            case="rate - 2 C, not skew, legs",
-        ),
-    ]
+    yield reading("asymmetry, robot", M - np.swapaxes(M, -1, -2), 1e-11, why)
+    yield reading(
+        "least eigenvalue below 0",
+        max(-smallest, 0.0),
+        0.0,
+        "Kinetic energy is positive: no eigenvalue below 0.",
+    )
+    yield reading(
+        "v'M v / 2, off the kinetic energy",
+        quadratic / energy - 1,
+        1e-11,
+        "Sums of some 600 terms about 1 J, rounded by 1e-16 J each: 1e-13 of the energy.",
+    )
+    yield reading(
+        "rate - 2 C, not skew, legs", skew + np.swapaxes(skew, -1, -2), 1e-11, why, unit="N·m·s"
+    )
 
 
 def _christoffel(legs: LegArrays, q: np.ndarray, qd: np.ndarray) -> np.ndarray:

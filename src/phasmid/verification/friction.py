@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from phasmid.simulation import Run
 from phasmid.verification.engine import contact_points, hold, touching
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading, seen
+from phasmid.verification.row import Row, reading, seen
 
 FRICTIONS = (0.3, 0.7)
 """Coefficients of friction that are tried."""
@@ -37,9 +38,8 @@ BRAKING_STEP = 0.00025
 """Time step of stopping [s]."""
 
 
-def incline(laboratory: Laboratory) -> list[Reading]:
+def incline(laboratory: Laboratory) -> Iterator[Row]:
     """The steepest slope that holds the robot, found by halving; six feet, joints held."""
-    readings = []
     for friction in FRICTIONS:
         critical = math.atan(friction)
         low, high = critical - math.radians(2), critical + math.radians(2)
@@ -50,51 +50,41 @@ def incline(laboratory: Laboratory) -> list[Reading]:
             limit = 2 * friction * _weight(run) / _damping(run)
             slides = _speed_on_slope(run, middle) > limit
             low, high = (low, middle) if slides else (middle, high)
-        readings.append(
-            Reading(
-                math.degrees((low + high) / 2),
-                0.5,
-                "The charter's; after 0.5 s a slope steeper by 0.1° shows, found to 0.06°.",
-                expected=math.degrees(critical),
-                unit="°",
-                case=f"steepest that holds, μ = {friction:g}",
-            )
+        yield reading(
+            f"steepest that holds, μ = {friction:g}",
+            math.degrees((low + high) / 2),
+            0.5,
+            "The charter's; after 0.5 s a slope steeper by 0.1° shows, found to 0.06°.",
+            unit="°",
+            expected=math.degrees(critical),
         )
-    return readings
 
 
-def creep(laboratory: Laboratory) -> list[Reading]:
+def creep(laboratory: Laboratory) -> Iterator[Row]:
     """How fast the robot goes down a slope of 20° on which it sticks."""
-    readings = []
     for damping in (laboratory.scenario.contact.friction_damping, CREEPLESS):
         run = laboratory.standing(friction_damping=damping)
         speed = _speed_on_slope(run, CREEP_SLOPE)
         law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
-        readings.append(
-            Reading(
-                speed,
-                1e-3 * law,
-                "Stated: friction that sticks is a damper here. Joints are held to a thousandth.",
-                expected=law,
-                unit="m/s",
-                case=f"{damping:g} N·s/m a point",
-            )
-        )
-    readings.append(
-        Reading(
-            readings[-1].got,
-            1e-4,
-            "The charter's 1e-4 m/s; it takes more friction damping than the default.",
+        yield reading(
+            f"{damping:g} N·s/m a point",
+            speed,
+            1e-3 * law,
+            "Stated: friction that sticks is a damper here. Joints are held to a thousandth.",
             unit="m/s",
-            case=f"bound, {CREEPLESS:g} N·s/m a point",
+            expected=law,
         )
+    yield reading(
+        f"bound, {CREEPLESS:g} N·s/m a point",
+        speed,
+        1e-4,
+        "The charter's 1e-4 m/s; it takes more friction damping than the default.",
+        unit="m/s",
     )
-    return readings
 
 
-def stopping(laboratory: Laboratory) -> list[Reading]:
+def stopping(laboratory: Laboratory) -> Iterator[Row]:
     """The way of the robot that slides on six feet, joints held, until it rests."""
-    readings = []
     for friction in FRICTIONS:
         run = laboratory.standing(friction=friction, dt=BRAKING_STEP)
         g = run.scenario.model.gravity
@@ -104,29 +94,26 @@ def stopping(laboratory: Laboratory) -> list[Reading]:
         for k in hold(run, steps + round(0.1 / BRAKING_STEP)):
             aloft += k < steps and run.data.ncon == 0
         expected = RUN_UP**2 / (2 * friction * g)
-        readings += [
-            Reading(
-                float(run.data.qpos[0]) - start,
-                0.005 * expected,
-                "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
-                "0.1 mm, 0.2 %.",
-                expected=expected,
-                unit="m",
-                case=f"way, μ = {friction:g}",
-            ),
-            Reading(
-                100 * aloft / steps,
-                None,
-                "A point that slips by v is pushed up by μ · damping · v besides, as engines with "
-                "convex contact have it: above load / (μ · damping), here some 0.1 m/s, feet hop.",
-                unit="%",
-                case=f"time off the ground, μ = {friction:g}",
-            ),
-        ]
-    return readings
+        yield reading(
+            f"way, μ = {friction:g}",
+            float(run.data.qpos[0]) - start,
+            0.005 * expected,
+            "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
+            "0.1 mm, 0.2 %.",
+            unit="m",
+            expected=expected,
+        )
+        yield reading(
+            f"time off the ground, μ = {friction:g}",
+            100 * aloft / steps,
+            None,
+            "A point that slips by v is pushed up by μ · damping · v besides, as engines with "
+            "convex contact have it: above load / (μ · damping), here some 0.1 m/s, feet hop.",
+            unit="%",
+        )
 
 
-def cone(laboratory: Laboratory) -> list[Reading]:
+def cone(laboratory: Laboratory) -> Iterator[Row]:
     """Every point's friction while the robot slides and stops, at every step."""
     measured: list[tuple[float, float, float, int]] = []
     for friction in FRICTIONS:
@@ -135,31 +122,29 @@ def cone(laboratory: Laboratory) -> list[Reading]:
         slipping = 2 * friction * _weight(run) / _damping(run)
         measured += [_friction(run, friction, slipping) for _ in hold(run, 300)]
     over, short, along, slips = np.reshape(measured, (-1, 4)).T
-    return [
-        Reading(
-            float(over.max(initial=0.0)),
-            1e-9,
-            "The cone is exact in the engine; forces below 30 N round by 1e-14 N.",
-            unit="N",
-            case="beyond μ times the normal force",
-        ),
-        Reading(
-            float(short.max(initial=0.0)),
-            1e-9,
-            f"A point that slips by more than {FAST_SLIP:g} m/s has all the friction that the cone "
-            "allows; round-off as above.",
-            unit="N",
-            case="short of μ times the normal force, fast slip",
-        ),
-        Reading(
-            float(along.max(initial=0.0)),
-            1e-9,
-            "Friction takes energy from a point that slips, and never gives.",
-            unit="N",
-            case="along the slip",
-        ),
-        seen(int(slips.sum()), "points that slipped fast, all steps together"),
-    ]
+    yield reading(
+        "beyond μ times the normal force",
+        over.max(initial=0.0),
+        1e-9,
+        "The cone is exact in the engine; forces below 30 N round by 1e-14 N.",
+        unit="N",
+    )
+    yield reading(
+        "short of μ times the normal force, fast slip",
+        short.max(initial=0.0),
+        1e-9,
+        f"A point that slips by more than {FAST_SLIP:g} m/s has all the friction that the cone "
+        "allows; round-off as above.",
+        unit="N",
+    )
+    yield reading(
+        "along the slip",
+        along.max(initial=0.0),
+        1e-9,
+        "Friction takes energy from a point that slips, and never gives.",
+        unit="N",
+    )
+    yield seen(int(slips.sum()), "points that slipped fast, all steps together")
 
 
 def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float, float, int]:

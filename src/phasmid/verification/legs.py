@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from jaxtyping import Complex, Float
 
 from phasmid.kinematics import foot_position, jacobian, joint_angles, leg_frames
 from phasmid.robot import Leg, load_robot, preset_names
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Row, reading
 
 STATES = 10_000
 """Random angles per robot."""
@@ -17,7 +19,7 @@ SHORT = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
 """Parts by which a leg may miss full stretch."""
 
 
-def round_trip(laboratory: Laboratory) -> list[Reading]:
+def round_trip(laboratory: Laboratory) -> Iterator[Row]:
     """Foot to angles to foot, and angles to foot to angles, over the workspace of all presets."""
     del laboratory
     there, back, stretched = [], [], []
@@ -39,20 +41,12 @@ def round_trip(laboratory: Laboratory) -> list[Reading]:
             again = foot_position(leg, joint_angles(leg, far))
             stretched.append(np.abs(again - far).max())
     why = "Sums of a few terms below 0.3 m, each rounded by 3e-17 m: 1e-12 leaves four orders."
-    return [
-        Reading(float(np.max(there)), 1e-12, why, unit="m", case="FK(IK(p)) - p"),
-        Reading(
-            float(np.max(back)),
-            1e-12,
-            why,
-            unit="m",
-            case="IK(FK(q)) - q, times the leg's length",
-        ),
-        Reading(float(np.max(stretched)), 1e-12, why, unit="m", case="within 1e-6 of full stretch"),
-    ]
+    yield reading("FK(IK(p)) - p", np.max(there), 1e-12, why, unit="m")
+    yield reading("IK(FK(q)) - q, times the leg's length", np.max(back), 1e-12, why, unit="m")
+    yield reading("within 1e-6 of full stretch", np.max(stretched), 1e-12, why, unit="m")
 
 
-def chain(laboratory: Laboratory) -> list[Reading]:
+def chain(laboratory: Laboratory) -> Iterator[Row]:
     """Table 1's chain of transforms beside the closed form."""
     del laboratory
     q = _random_angles()
@@ -60,10 +54,10 @@ def chain(laboratory: Laboratory) -> list[Reading]:
         np.abs(leg_frames(leg, q)[:, 3, :3, 3] - foot_position(leg, q)).max() for leg in _legs()
     ]
     why = "Products of four transforms: fewer than 20 operations on terms below 0.3 m."
-    return [Reading(float(np.max(apart)), 1e-14, why, unit="m", case="foot, all presets")]
+    yield reading("foot, all presets", np.max(apart), 1e-14, why, unit="m")
 
 
-def slopes(laboratory: Laboratory) -> list[Reading]:
+def slopes(laboratory: Laboratory) -> Iterator[Row]:
     """The Jacobian beside the complex step of Table 1's chain, written out here once more."""
     del laboratory
     q, step, apart = _random_angles(), 1e-30, []
@@ -73,7 +67,7 @@ def slopes(laboratory: Laboratory) -> list[Reading]:
             moved = q + 1j * step * np.eye(3)[joint]
             apart.append(np.abs(_foot(leg, moved).imag / step - J[..., joint]).max())
     why = "A complex step has no truncation; some ten operations on lengths below 0.3 m."
-    return [Reading(float(np.max(apart)), 1e-13, why, unit="m", case="all presets")]
+    yield reading("all presets", np.max(apart), 1e-13, why, unit="m")
 
 
 def _legs() -> list[Leg]:

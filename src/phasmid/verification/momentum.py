@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from phasmid.verification.engine import (
     with_integrator,
 )
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading, seen
+from phasmid.verification.row import Row, reading, seen
 
 STEPS: dict[Integrator, float] = {"the project's": 1e-3, "RK4": 2.5e-4}
 """Time step of each integrator [s]; the servos hold a leg at up to 100 rad/s, which RK4 must
@@ -33,7 +34,7 @@ WAVING = 1.0
 """Speed above which a joint is counted as moving [rad/s]."""
 
 
-def floating_momentum(laboratory: Laboratory) -> list[Reading]:
+def floating_momentum(laboratory: Laboratory) -> Iterator[Row]:
     """Without gravity, drifting and turning, all legs waved by servos for a second."""
     bounds = {
         "the project's": (
@@ -43,7 +44,7 @@ def floating_momentum(laboratory: Laboratory) -> list[Reading]:
         ),
         "RK4": (1e-9, "Of fourth order: 1.1e-8 was measured at 1 ms, so 4e-11 at a quarter of it."),
     }
-    readings, waving = [], 0
+    waving = 0
     for integrator in INTEGRATORS:
         tolerance, why = bounds[integrator]
         name = "RK4" if integrator == "RK4" else "implicit"
@@ -51,8 +52,8 @@ def floating_momentum(laboratory: Laboratory) -> list[Reading]:
         drifts, moving = _drifts(laboratory, integrator)
         waving += moving
         for what, drift in drifts.items():
-            readings.append(Reading(drift, tolerance, why, case=f"{what}, {name}, {step}"))
-    return [*readings, seen(waving, f"joints above {WAVING:g} rad/s, all instants together")]
+            yield reading(f"{what}, {name}, {step}", drift, tolerance, why)
+    yield seen(waving, f"joints above {WAVING:g} rad/s, all instants together")
 
 
 def _drifts(laboratory: Laboratory, integrator: Integrator) -> tuple[dict[str, float], int]:

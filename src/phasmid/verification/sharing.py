@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.forces import Contacts, share_load
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Row, reading
 
 LOADS, FRICTION = 20, 0.6
 """Number of loads on six feet, and the friction under them."""
@@ -16,7 +18,7 @@ ROUNDS = 4000
 """Steps of the second method."""
 
 
-def force_sharing(laboratory: Laboratory) -> list[Reading]:
+def force_sharing(laboratory: Laboratory) -> Iterator[Row]:
     """Least forces within friction cones, on uneven ground."""
     del laboratory
     contacts, wrench = _loads()
@@ -25,30 +27,28 @@ def force_sharing(laboratory: Laboratory) -> list[Reading]:
     local = np.einsum("nlij,nli->nlj", contacts.axes, force)
     other = _second_method(contacts, wrench)
     other_local = np.einsum("nlij,nli->nlj", contacts.axes, other)
-    return [
-        Reading(
-            float(np.abs(given - wrench).max()),
-            1e-9,
-            "Equilibrium is eliminated first, so that it holds to round-off of 100 N.",
-            unit="N, N·m",
-            case="equilibrium",
-        ),
-        Reading(
-            float(_stationarity(contacts, local)),
-            1e-9,
-            "F = Aᵀλ + z with z on the cones' inner normals where they are touched; the program is "
-            "solved to 1e-11 of some 10 N.",
-            unit="N",
-            case="KKT residual",
-        ),
-        Reading(
-            float(np.abs(local - other_local).max()),
-            1e-7,
-            f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum.",
-            unit="N",
-            case="off a second method",
-        ),
-    ]
+    yield reading(
+        "equilibrium",
+        given - wrench,
+        1e-9,
+        "Equilibrium is eliminated first, so that it holds to round-off of 100 N.",
+        unit="N, N·m",
+    )
+    yield reading(
+        "KKT residual",
+        _stationarity(contacts, local),
+        1e-9,
+        "F = Aᵀλ + z with z on the cones' inner normals where they are touched; the program is "
+        "solved to 1e-11 of some 10 N.",
+        unit="N",
+    )
+    yield reading(
+        "off a second method",
+        local - other_local,
+        1e-7,
+        f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum.",
+        unit="N",
+    )
 
 
 def _loads() -> tuple[Contacts, Float[np.ndarray, "loads 6"]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from jaxtyping import Float
 
@@ -9,25 +11,23 @@ from phasmid.forces import minimum_norm
 from phasmid.kinematics import centre_of_mass, quaternion_rotation, yaw_quaternion
 from phasmid.motion import SampledMotion, plan
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Row, reading
 from phasmid.verification.walking import amid_stance
 
 TRIPODS = (((0, 2, 4), 4), ((1, 3, 5), 1))
 """Legs of each tripod and its middle leg, counted from 0."""
 
 
-def tripod(laboratory: Laboratory) -> list[Reading]:
+def tripod(laboratory: Laboratory) -> Iterator[Row]:
     """The middle foot's part of the weight: by areas, by the force model, in the walk."""
     recording, robot = laboratory.walk(), laboratory.scenario.load_robot()
     weight = robot.mass * laboratory.scenario.model.gravity
-    readings = [
-        Reading(
-            _model_error(laboratory),
-            1e-9,
-            "Three equations with three unknowns, of numbers about 1: round-off of 1e-15.",
-            case="statics: model off the areas' share",
-        )
-    ]
+    yield reading(
+        "statics: model off the areas' share",
+        _model_error(laboratory),
+        1e-9,
+        "Three equations with three unknowns, of numbers about 1: round-off of 1e-15.",
+    )
     rotation = quaternion_rotation(recording["body_orientation"].values)
     inside = centre_of_mass(robot, recording["joint_position"].values)
     centre = recording["body_position"].values + (rotation @ inside[..., None])[..., 0]
@@ -36,16 +36,13 @@ def tripod(laboratory: Laboratory) -> list[Reading]:
         feet = recording["foot_position"].values[rows]
         share = _share_by_areas(feet, centre[rows], legs, middle)
         seen = recording["foot_normal_force"].values[rows, middle] / weight
-        readings.append(
-            Reading(
-                float(seen.mean()),
-                0.02 * float(share.mean()),
-                "The charter's 2 %: what moves the body to and fro cancels over a stance.",
-                expected=float(share.mean()),
-                case=f"leg {middle + 1}, simulated mean",
-            )
+        yield reading(
+            f"leg {middle + 1}, simulated mean",
+            seen.mean(),
+            0.02 * float(share.mean()),
+            "The charter's 2 %: what moves the body to and fro cancels over a stance.",
+            expected=share.mean(),
         )
-    return readings
 
 
 def _model_error(laboratory: Laboratory) -> float:

@@ -19,9 +19,8 @@ from phasmid.verification import (
     statics,
     walking,
 )
-from phasmid.verification.check import Check
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Row
+from phasmid.verification.row import Check, Row
 
 CHECKS: dict[int, Check] = {
     check.number: check
