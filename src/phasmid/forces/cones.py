@@ -70,9 +70,6 @@ ROUND_OFF = 1e-15
 SETTLED = 0.1
 """Change of a linear cost at convergence, relative to the tolerance."""
 
-OPTIMAL = 1
-"""Status of a solved programme."""
-
 UNBOUNDED = 1e30
 """Infinity of the solver."""
 
@@ -227,6 +224,6 @@ def _programmes(
         point, _, flag, info = solve(
             H[i], g[i], A[i], upper[i], lower[i], kinds, primal_tol=TOLERANCE / 10
         )
-        if flag == OPTIMAL:
+        if flag == 1:
             x[i], multipliers[i], exists[i] = point, info["lam"], True
     return x, multipliers, exists

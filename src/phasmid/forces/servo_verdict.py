@@ -49,12 +49,6 @@ TIE = 1e-6
 LEAST_MARGIN = 1e-9
 """Support margin above which a robot is stable [m]."""
 
-NEAR_STALL = 0.8
-"""Share of the stall torque above which the verdict warns of overload."""
-
-LEAST_TORQUE = 1e-6
-"""Smallest stall torque in a ratio [N·m]."""
-
 AMBIENT = 25.0
 """Default temperature of the air [°C]."""
 
@@ -121,7 +115,7 @@ class ServoVerdict:
         """Sentences that every command shows, the answer first."""
         feet = ", ".join(map(str, self.feet))
         need = f"{self.joint} needs {self.torque:.3g} N·m"
-        part = f"{100 * self.torque / max(self.stall_torque, LEAST_TORQUE):.0f} % of stall."
+        part = f"{100 * self.torque / max(self.stall_torque, 1e-6):.0f} % of stall."
         lines = []
         if self.holding is Holding.NOT_STABLE:
             lines.append(
@@ -140,7 +134,7 @@ class ServoVerdict:
                 f"continuous {self.continuous_torque:.3g} N·m{assumed}{rms}. Static loads, no "
                 "credit from friction.",
             ]
-            near = NEAR_STALL * self.stall_torque < self.torque <= self.stall_torque
+            near = 0.8 * self.stall_torque < self.torque <= self.stall_torque
             if self.holding is Holding.LIMITED and near:
                 lines.append(
                     "Little torque is left for motion; the servo's overload protection may trip."

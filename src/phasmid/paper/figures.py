@@ -40,9 +40,6 @@ LINES: tuple[Line, ...] = tuple(
 )
 """Of the force models; those that meet stay visible beneath each other."""
 
-INDISTINCT = 0.01
-"""Force models that differ by less are one line [N]."""
-
 CYCLE = (2.0, 4.0)
 """The second cycle, which the start does not touch any more [s]."""
 
@@ -171,7 +168,7 @@ def _alike(evidence: Evidence) -> list[list[str]]:
     for model in FORCE_MODELS:
         force, _ = model_force_and_torque(evidence.walk, model)
         for other, names in found:
-            if np.abs(force - other).max() < INDISTINCT:
+            if np.abs(force - other).max() < 0.01:
                 names.append(model)
                 break
         else:

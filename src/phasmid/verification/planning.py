@@ -13,7 +13,7 @@ from phasmid.motion import Path, blend, join, lift, plan
 from phasmid.verification.equations import derivative
 from phasmid.verification.laboratory import Laboratory
 from phasmid.verification.row import Row, reading
-from phasmid.verification.statics import mass_centre
+from phasmid.verification.sharing import mass_centre
 
 PHASES = 6000
 """Samples of one cycle of a gait; a multiple of all its fractions."""
