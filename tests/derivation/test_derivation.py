@@ -105,15 +105,3 @@ def test_without_sympy_it_says_what_to_install(
 def test_importing_it_loads_no_sympy() -> None:
     code = "import sys, phasmid.derivation; sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_its_command_refuses_arguments_and_explains_itself(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    for argument, status in (("bogus", 2), ("--help", 0)):
-        with pytest.raises(SystemExit) as stopped:
-            main([argument])
-        assert stopped.value.code == status
-    said = capsys.readouterr()
-    assert "unrecognized arguments: bogus" in said.err
-    assert said.out.startswith("usage: python -m phasmid.derivation [-h]\n")

@@ -6,7 +6,6 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import dh_transform, foot_position, joint_angles, rotation_rpy
 from phasmid.kinematics.printed import (
-    AS_PRINTED,
     printed_body_rotation,
     printed_dh_transform,
     printed_joint_angles,
@@ -90,20 +89,7 @@ def test_the_printed_rotation_in_our_axes_has_a_cosine_for_a_sine():
     np.testing.assert_allclose(wrong, expected, rtol=0, atol=2e-15)
 
 
-@pytest.mark.parametrize("name", ["joint_angles", "dh_transform", "rotation_rpy"])
-def test_another_form_is_refused(name):
-    leg, one = load_robot("phantomx-paper").legs[0], np.array(1.0)
-    call = {
-        "joint_angles": lambda: joint_angles(leg, leg.neutral_foot, form="printed"),
-        "dh_transform": lambda: dh_transform(one, one, one, one, form="printed"),
-        "rotation_rpy": lambda: rotation_rpy(one, one, one, form="printed"),
-    }[name]
-    with pytest.raises(InvalidInput, match='form is "printed"; it must be "corrected" or "as-'):
-        call()
-
-
-def test_a_misprint_of_an_unknown_name_is_refused():
+def test_another_form_is_refused():
     leg = load_robot("phantomx-paper").legs[0]
-    with pytest.raises(ValueError, match="'eq-6-rot' is not a valid KinematicMisprint"):
-        printed_joint_angles(leg, np.zeros(3), misprints=["eq-6-rot"])
-    assert len(AS_PRINTED) == 9
+    with pytest.raises(InvalidInput, match='form is "printed"; it must be "corrected" or "as-'):
+        joint_angles(leg, leg.neutral_foot, form="printed")
