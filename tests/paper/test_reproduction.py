@@ -81,11 +81,3 @@ def test_a_place_that_cannot_be_written_is_refused_before_the_work(
         check_place(tmp_path / "file" / "folder")
     assert main(["paper", "--out", str(tmp_path / "file"), "--quiet"]) == 1
     assert "cannot write" in capsys.readouterr().err
-
-
-def test_an_earlier_page_is_refused_by_the_command_before_it_works(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "paper.md").write_text("mine")
-    assert main(["paper", "--out", str(tmp_path), "--quiet"]) == 2
-    assert "exists; nothing was written" in capsys.readouterr().err
