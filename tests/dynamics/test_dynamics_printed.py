@@ -6,7 +6,7 @@ import numpy as np
 
 from general_robot import upright
 from phasmid import dynamics
-from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_matrices, printed_leg_torque
+from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_matrices
 from phasmid.robot import Robot, load_robot, with_mass_model
 
 # Matrices below 1 kg·m² and torques below 10 N·m are sums of about twenty terms: round-off below
@@ -85,17 +85,3 @@ def test_by_default_all_thirteen_misprints_of_eq_10_stand(robot: Robot) -> None:
     assert all(np.array_equal(a, b) for a, b in zip(default, every, strict=True))
     assert len(EQ_10) == 13
     assert LegMisprint.THETA_3_AS_FED not in EQ_10
-
-
-def test_leg_torque_gives_the_print_where_it_is_asked_for(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    q = _angles(robot, rng)
-    qd, qdd, force = rng.uniform(-10, 10, size=(3, *q.shape))
-    motion = (robot.arrays, q, qd, qdd)
-    asked = dynamics.leg_torque(*motion, foot_force=force, form="as-printed", gravity=3.7)
-    print_ = printed_leg_torque(*motion, foot_force=force, gravity=3.7)
-    np.testing.assert_array_equal(asked, print_)
-    right = dynamics.leg_torque(*motion, foot_force=force, form="corrected", gravity=3.7)
-    # The sign of Eq. 11 alone doubles what the ground does to the coxa: 10 N at some 0.1 m.
-    assert np.abs(asked - right).max() > 0.1

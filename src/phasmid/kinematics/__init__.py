@@ -5,7 +5,6 @@ from phasmid.kinematics.frames import (
     angular_motion,
     body_from_hip,
     centre_of_mass,
-    dh_transform,
     hip_from_body,
     leg_frames,
     link_frames,
@@ -24,6 +23,7 @@ from phasmid.kinematics.leg import (
     joint_angles,
     joint_motion,
 )
+from phasmid.kinematics.matrices import dh_transform
 from phasmid.kinematics.workspace import longest_stride, reach, within_reach
 
 __all__ = [
