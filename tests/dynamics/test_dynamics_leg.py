@@ -10,7 +10,7 @@ import pytest
 
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
-from phasmid.robot import Robot, load_robot
+from phasmid.robot import Robot
 
 # Row 10 of the physics charter: 1e-10 N·m. Torques here are about 10 N·m at most, sums of some
 # hundred terms, so round-off is below 100 * 2.2e-16 * 10 = 2e-13; a wrong term shows at 1e-5.
@@ -41,16 +41,6 @@ def test_the_matrices_add_up_to_the_leg_torque(robot: Robot, rng: np.random.Gene
         total = parts + _times(m.C, qd[:, i] ** 2) + m.G
         torque = dynamics.leg_torque(leg, q[:, i], qd[:, i], qdd[:, i])
         np.testing.assert_allclose(total, torque, rtol=0, atol=TORQUE)
-
-
-def test_the_ground_pushing_up_relieves_a_horizontal_leg() -> None:
-    # A leg stretched out level, a force F up at its foot: Jᵀ F = (0, (Lf + Lt) F, Lt F).
-    # Numbers below 10 N·m, so 1e-14 is a few units in the last place.
-    leg = load_robot("phantomx-paper").legs[0]
-    still, up = np.zeros(3), np.array([0.0, 0.0, 10.0])
-    unloaded = dynamics.leg_torque(leg, still, still, still)
-    loaded = dynamics.leg_torque(leg, still, still, still, foot_force=up)
-    np.testing.assert_allclose(unloaded - loaded, [0.0, 2.22, 1.40], rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("lead", [(), (4,), (2, 3)])

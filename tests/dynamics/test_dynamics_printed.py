@@ -6,7 +6,7 @@ import numpy as np
 
 from general_robot import upright
 from phasmid import dynamics
-from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_matrices
+from phasmid.dynamics.printed import printed_leg_matrices
 from phasmid.robot import Robot, load_robot, with_mass_model
 
 # Matrices below 1 kg·m² and torques below 10 N·m are sums of about twenty terms: round-off below
@@ -76,12 +76,3 @@ def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng: np.random.Gen
             expected = np.broadcast_to(entries.get(name, 0.0), 100)
             entry = matrix[:, *index]
             np.testing.assert_allclose(entry, expected, rtol=0, atol=1e-15, err_msg=name)
-
-
-def test_by_default_all_thirteen_misprints_of_eq_10_stand(robot: Robot) -> None:
-    q = np.full((len(robot.legs), 3), 0.3)
-    default = printed_leg_matrices(robot.arrays, q)
-    every = printed_leg_matrices(robot.arrays, q, misprints=EQ_10)
-    assert all(np.array_equal(a, b) for a, b in zip(default, every, strict=True))
-    assert len(EQ_10) == 13
-    assert LegMisprint.THETA_3_AS_FED not in EQ_10

@@ -35,12 +35,6 @@ def test_the_share_has_no_jump(gait):
     assert share.max() == 1
 
 
-def test_at_least_three_feet_carry_at_any_time():
-    for gait in HEXAPOD_GAITS.values():
-        share = load_share(gait, np.linspace(0, 2, 2001), period=2.0, window=0.1)
-        assert ((share > 0).sum(axis=1) >= 3).all()
-
-
 @pytest.mark.parametrize("window", [0.2, -0.1, float("nan")])
 def test_a_window_that_the_gait_has_no_room_for_is_refused(window):
     with pytest.raises(InvalidInput) as caught:

@@ -39,12 +39,6 @@ def test_eq_1_mended_is_the_transform_of_the_chain():
     np.testing.assert_array_equal(mended, dh_transform(*numbers))
 
 
-def test_as_printed_a_right_angle_is_a_link_of_90_mm():
-    # Table 1 gives alpha in degrees and a in millimetres.
-    X = printed_dh_transform(np.array(np.pi / 2), np.array(0.052), np.array(0.0), np.array(0.3))
-    assert X[0, 3] == pytest.approx(0.090, abs=1e-15)
-
-
 def test_eq_2_mended_is_the_pose_of_the_hip():
     for leg in load_robot("phantomx-paper").legs:
         p = leg.mount_position + np.array([0.0, 0.0, 0.01])

@@ -67,9 +67,3 @@ def test_the_first_unreachable_point_is_named():
         "leg right_front, point 2, 3: foot target (400.0, 0.0, -100.0) mm is 362.1 mm from the "
         "femur axis; the leg reaches 58.0 to 222.0 mm."
     )
-
-
-def test_a_target_that_is_not_a_number_is_unreachable():
-    leg = load_robot("phantomx-paper").legs[0]
-    with pytest.raises(Unreachable):
-        joint_angles(leg, np.array([np.nan, 0.0, -0.1]))

@@ -165,14 +165,6 @@ def _cost(name: str) -> tuple[float, float]:
     return cost.swing.largest, cost.stance.largest
 
 
-def test_the_feet_of_the_walk_carry_its_weight() -> None:
-    # Σ F = m g at the start, where all is at rest; feet in the air carry nothing. Round-off of
-    # some hundred terms below 26 N: 100 * 2.2e-16 * 26 = 6e-13.
-    s = walk_states()
-    assert s.foot_force[0, :, 2].sum() == pytest.approx(26.0, abs=1e-11)
-    assert np.abs(s.foot_force[~s.stance]).max() < 1e-12
-
-
 def test_the_forces_of_the_walk_are_turned_into_hip_axes() -> None:
     # f_world = R_body_hip f_hip while the body keeps its heading; a few units in the last place.
     s = walk_states()
