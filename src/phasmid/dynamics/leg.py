@@ -19,10 +19,7 @@ LEG_TORQUE_AXES = [-1, (), -1, (-2, -1), (-3, -2, -1), -1, *[(0, -1)] * 5]
 
 
 def leg_matrices(
-    leg: Leg | LegArrays,
-    q: Float[np.ndarray, "*#batch 3"],
-    *,
-    gravity: float = STANDARD_GRAVITY,
+    leg: Leg | LegArrays, q: Float[np.ndarray, "*#batch 3"], *, gravity: float = STANDARD_GRAVITY
 ) -> LegMatrices:
     """Matrices of the leg's equation of motion.
 

@@ -188,8 +188,7 @@ def pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray, faces: int) 
     face[..., 0], face[..., 1:] = -friction[..., None], _round(faces)
     samples, free = len(U), U.shape[-1]
     return Rows.below(
-        (face @ U).reshape(samples, -1, free),
-        -(face @ force[..., None]).reshape(samples, -1),
+        (face @ U).reshape(samples, -1, free), -(face @ force[..., None]).reshape(samples, -1)
     )
 
 

@@ -17,12 +17,7 @@ from phasmid.kinematics.frames import (
     step_twist,
     yaw_quaternion,
 )
-from phasmid.kinematics.leg import (
-    foot_position,
-    jacobian,
-    joint_angles,
-    joint_motion,
-)
+from phasmid.kinematics.leg import foot_position, jacobian, joint_angles, joint_motion
 from phasmid.kinematics.matrices import dh_transform
 from phasmid.kinematics.workspace import longest_stride, reach, within_reach
 

@@ -87,10 +87,7 @@ def as_printed_figure(evidence: Evidence) -> Figure:
 
 def stance_laws_figure(evidence: Evidence) -> Figure:
     """Joint angles of legs 1 to 3 in the first cycle, under both stance laws side by side."""
-    columns = {
-        "coxa-only": "coxa-only, the text on Fig. 12",
-        "straight": "straight, the default",
-    }
+    columns = {"coxa-only": "coxa-only, the text on Fig. 12", "straight": "straight, the default"}
     with styled():
         figure, axes = _grid(
             3,
