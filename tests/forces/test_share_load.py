@@ -139,10 +139,6 @@ FEET = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [-0.2, 0.2, -0.1], [0.2,
             ),
             "the joints' load is of 5 legs; there are 4 feet.",
         ),
-        (
-            lambda: share_load(Contacts(np.stack([FEET] * 2), np.ones((2, 4))), np.ones((3, 6))),
-            "the leading axes of feet, wrench and joints are (2,), (3,); they must broadcast.",
-        ),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_sentence(make, what):

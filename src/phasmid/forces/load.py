@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.errors import InvalidInput
 from phasmid.forces.cones import UNBOUNDED, Rows
 from phasmid.forces.contacts import Contacts, JointLoad
 
@@ -91,29 +90,6 @@ def torque_limits(load: Load, force: np.ndarray, V: np.ndarray, scale: np.ndarra
     )
     change = -np.swapaxes(load.jacobian, -1, -2) @ V
     return Rows(change.reshape(n, 3 * k, free), lower, upper)
-
-
-def leading_axes(
-    contacts: Contacts, wrench: Float[np.ndarray, "*#batch 6"], joints: JointLoad | None
-) -> tuple[int, ...]:
-    """Return the leading axes of feet, wrench and joints together.
-
-    Raises:
-        InvalidInput: They do not broadcast, or the joints are of other legs.
-    """
-    shapes = [contacts.feet.shape[:-2], wrench.shape[:-1]]
-    if joints is not None:
-        legs, count = contacts.feet.shape[-2], joints.jacobian.shape[-3]
-        if count != legs:
-            raise InvalidInput(f"the joints' load is of {count} legs; there are {legs} feet.")
-        shapes.append(joints.jacobian.shape[:-3])
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        listed = ", ".join(map(str, shapes))
-        raise InvalidInput(
-            f"the leading axes of feet, wrench and joints are {listed}; they must broadcast."
-        ) from None
 
 
 def loads(

@@ -10,7 +10,7 @@ from phasmid.errors import InvalidInput
 from phasmid.forces.cones import UNBOUNDED, Rows, cheapest_points
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.infeasibility import explain
-from phasmid.forces.load import Load, leading_axes, loads, push_limits, torque_limits
+from phasmid.forces.load import Load, loads, push_limits, torque_limits
 from phasmid.forces.models import (
     ForceModel,
     FrictionCone,
@@ -67,8 +67,13 @@ def share_load(
         raise InvalidInput(
             f"wrench has shape {wrench.shape}; it must be finite, and its last axis have 6 entries."
         )
-    batch = leading_axes(contacts, wrench, joints)
-    legs = contacts.feet.shape[-2]
+    legs, shapes = contacts.feet.shape[-2], [contacts.feet.shape[:-2], wrench.shape[:-1]]
+    if joints is not None:
+        shapes.append(joints.jacobian.shape[:-3])
+        if joints.jacobian.shape[-3] != legs:
+            count = joints.jacobian.shape[-3]
+            raise InvalidInput(f"the joints' load is of {count} legs; there are {legs} feet.")
+    batch = np.broadcast_shapes(*shapes)
     force = np.zeros((int(np.prod(batch)), legs, 3))
     failed: dict[int, tuple[Load, np.ndarray]] = {}
     for load in loads(contacts, wrench, joints, cost(model, contacts, joints), batch):
@@ -92,9 +97,6 @@ def minimum_norm(
 ) -> Float[np.ndarray, "*batch legs 3"]:
     """Return the ground reaction forces of least norm that give a wrench.
 
-    On level ground, with the centre of mass between three standing feet at rest, they are vertical
-    and push. In general they keep no friction limit, and a foot may pull.
-
     Args:
         feet: Feet from the point of the moment [m], shape (..., L, 3).
         stance: Feet that stand; the others have no force, shape (..., L).
@@ -102,7 +104,6 @@ def minimum_norm(
 
     Raises:
         InfeasibleLoad: Fewer than three feet stand, or they stand in a line.
-        InvalidInput: A number is not finite, or the shapes do not fit.
 
     Source: minimisation of the norm of the feet forces, as named in the paper's abstract.
     """

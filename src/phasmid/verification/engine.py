@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,29 +17,18 @@ from phasmid.simulation import Run, build_model
 if TYPE_CHECKING:
     import mujoco
 
-Integrator = Literal["the project's", "RK4"]
-"""The project's is implicit in velocities; where no force depends on these, semi-implicit Euler."""
-
-INTEGRATORS: tuple[Integrator, ...] = ("the project's", "RK4")
+INTEGRATORS = ("semi-implicit", "RK4")
+"""The project's, implicit in velocities and semi-implicit Euler where no force depends on these,
+and the engine's Runge-Kutta method of fourth order."""
 
 OPTIONS = ("timestep", "integrator", "solver", "cone", "jacobian", "impratio", "tolerance")
 """Settings of the engine that a small body takes from the robot's model."""
 
-POINTS_PER_FOOT = 4
-"""Contact points of each leg's tip, as in the paper; independent of the engine's model."""
-
 
 def compiled(
-    spec: mujoco.MjSpec, scenario: Scenario, *, integrator: Integrator, dt: float
+    spec: mujoco.MjSpec, scenario: Scenario, *, integrator: str, dt: float
 ) -> mujoco.MjModel:
-    """A small body's model with the settings of the robot's.
-
-    Args:
-        spec: The body.
-        scenario: Whose settings and gravity are taken.
-        integrator: The project's, or the engine's Runge-Kutta method of fourth order.
-        dt: Time step [s].
-    """
+    """A small body's model with the settings and gravity of the robot's, and a time step [s]."""
     model, reference = spec.compile(), build_model(scenario.load_robot(), scenario)
     for name in OPTIONS:
         setattr(model.opt, name, getattr(reference.opt, name))
@@ -47,7 +36,7 @@ def compiled(
     return with_integrator(model, integrator, dt)
 
 
-def with_integrator(model: mujoco.MjModel, integrator: Integrator, dt: float) -> mujoco.MjModel:
+def with_integrator(model: mujoco.MjModel, integrator: str, dt: float) -> mujoco.MjModel:
     """The same model, which is changed, with another integrator and time step [s]."""
     import mujoco
 
@@ -69,8 +58,8 @@ def hold(run: Run, steps: int) -> Iterator[int]:
 
 
 def contact_points(robot: Robot) -> int:
-    """Return how many points carry a robot that stands on all its feet."""
-    return POINTS_PER_FOOT * len(robot.legs)
+    """Return how many points carry a robot on all its feet: four a foot, as in the paper."""
+    return 4 * len(robot.legs)
 
 
 class Touch(NamedTuple):
