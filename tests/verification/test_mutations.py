@@ -16,8 +16,8 @@ import phasmid.motion.walk
 import phasmid.simulation.run
 import phasmid.simulation.servo
 import phasmid.verification.bodies
-import phasmid.verification.engine
 import phasmid.verification.equations
+import phasmid.verification.laboratory
 import phasmid.verification.servo
 from phasmid.gait import Gait
 from phasmid.scenario import load_scenario
@@ -30,7 +30,6 @@ from phasmid.verification import (
     bodies,
     contact,
     equations,
-    legs,
     planning,
     repeatability,
     sharing,
@@ -41,7 +40,7 @@ PAPER = load_scenario("paper")
 
 BUILDERS = (
     phasmid.simulation.run,
-    phasmid.verification.engine,
+    phasmid.verification.laboratory,
     phasmid.verification.equations,
     phasmid.verification.bodies,
 )
@@ -161,7 +160,7 @@ def with_integrators_of_first_order(monkeypatch):
         model.opt.timestep = dt
         return model
 
-    for module in (phasmid.verification.engine, bodies):
+    for module in (phasmid.verification.laboratory, bodies):
         monkeypatch.setattr(module, "with_integrator", first_order)
 
 
@@ -248,10 +247,10 @@ MUTATIONS = [
     (5, engine(in_air), "angular, implicit, 1 ms"),
     (5, engine(with_limp_servos), "joints above 1 rad/s, all instants together"),
     (5, with_integrators_of_first_order, "angular, RK4, 0.25 ms"),
-    (6, scaled(legs, "joint_angles", 1 + 1e-9), "FK(IK(p)) - p"),
-    (6, result(legs, "joint_angles", without_numbers_at_one_place), "FK(IK(p)) - p"),
-    (7, scaled(legs, "leg_frames", 1 + 1e-12), "foot, all presets"),
-    (8, scaled(legs, "jacobian", 1 + 1e-11), "all presets"),
+    (6, scaled(equations, "joint_angles", 1 + 1e-9), "FK(IK(p)) - p"),
+    (6, result(equations, "joint_angles", without_numbers_at_one_place), "FK(IK(p)) - p"),
+    (7, scaled(equations, "leg_frames", 1 + 1e-12), "foot, all presets"),
+    (8, scaled(equations, "jacobian", 1 + 1e-11), "all presets"),
     (9, scaled(equations, "kinetic_energy", 1 + 1e-6), "of the largest power"),
     (10, times("opt.gravity", 1.01), "recursion - engine, in flight"),
     (10, scaled(equations, "leg_torque", 1 + 1e-8), "closed form - recursion"),

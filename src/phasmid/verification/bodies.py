@@ -15,15 +15,15 @@ from phasmid.robot import Leg, Link
 from phasmid.scenario import Scenario
 from phasmid.simulation import Run, build_model
 from phasmid.simulation.model import X_AXIS_UP
-from phasmid.verification.engine import (
+from phasmid.verification.laboratory import (
     INTEGRATORS,
+    Laboratory,
     compiled,
     hold,
     joint_state,
     trunk_motion,
     with_integrator,
 )
-from phasmid.verification.laboratory import Laboratory
 from phasmid.verification.row import Row, reading, seen
 
 if TYPE_CHECKING:

@@ -20,7 +20,8 @@ from phasmid.kinematics import (
 from phasmid.motion import plan
 from phasmid.robot import Robot
 from phasmid.simulation import Run
-from phasmid.verification.engine import (
+from phasmid.verification.laboratory import (
+    Laboratory,
     Touch,
     contact_points,
     hold,
@@ -28,7 +29,6 @@ from phasmid.verification.engine import (
     touching,
     trunk_motion,
 )
-from phasmid.verification.laboratory import Laboratory
 from phasmid.verification.row import Row, reading, seen
 
 if TYPE_CHECKING:
