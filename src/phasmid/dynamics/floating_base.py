@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.body_motion import BodyMotion
-from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.dynamics.matrices import moments_about_origin
 from phasmid.dynamics.whole_body import inverse_dynamics, joint_arrays
 from phasmid.kinematics import body_from_hip, foot_position, jacobian, link_frames
 from phasmid.robot import Robot

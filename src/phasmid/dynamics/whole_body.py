@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.body_motion import BodyMotion
-from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.dynamics.matrices import link_moments
+from phasmid.dynamics.matrices import link_moments, moments_about_origin
 from phasmid.kinematics import centre_of_mass, link_frames
 from phasmid.kinematics.arguments import geometry, per_leg, scalar
 from phasmid.robot import Robot

@@ -8,10 +8,11 @@ import numpy as np
 
 from phasmid.dynamics import leg_torque
 from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_torque
+from phasmid.forces import FORCE_MODELS
 from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
+from phasmid.paper.comparisons import model_force_and_torque
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
-from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
 from phasmid.reporting.panels import figure_legend
 from phasmid.reporting.style import (
@@ -38,9 +39,6 @@ LINES: tuple[Line, ...] = tuple(
     for number, dash in enumerate(("-", (0, (5, 2)), (0, (2, 2)), (0, (1, 1.5)), "-."))
 )
 """Of the force models; those that meet stay visible beneath each other."""
-
-INDISTINCT = 0.01
-"""Force models that differ by less are one line [N]."""
 
 CYCLE = (2.0, 4.0)
 """The second cycle, which the start does not touch any more [s]."""
@@ -89,10 +87,7 @@ def as_printed_figure(evidence: Evidence) -> Figure:
 
 def stance_laws_figure(evidence: Evidence) -> Figure:
     """Joint angles of legs 1 to 3 in the first cycle, under both stance laws side by side."""
-    columns = {
-        "coxa-only": "coxa-only, the text on Fig. 12",
-        "straight": "straight, the default",
-    }
+    columns = {"coxa-only": "coxa-only, the text on Fig. 12", "straight": "straight, the default"}
     with styled():
         figure, axes = _grid(
             3,
@@ -132,9 +127,9 @@ def stance_laws_figure(evidence: Evidence) -> Figure:
     return figure
 
 
-def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
+def sharing_figure(evidence: Evidence) -> Figure:
     """Forces on foot 2 over one cycle, by each drive in the engine and by each force model."""
-    lines = _alike(evidence, models)
+    lines = _alike(evidence)
     with styled():
         figure, axes = _grid(
             2,
@@ -164,13 +159,13 @@ def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
     return figure
 
 
-def _alike(evidence: Evidence, models: tuple[str, ...]) -> list[list[str]]:
-    """Group the models whose forces on this walk are equal."""
+def _alike(evidence: Evidence) -> list[list[str]]:
+    """Return the force models, those together whose forces on this walk are the same line."""
     found: list[tuple[np.ndarray, list[str]]] = []
-    for model in models:
+    for model in FORCE_MODELS:
         force, _ = model_force_and_torque(evidence.walk, model)
         for other, names in found:
-            if np.abs(force - other).max() < INDISTINCT:
+            if np.abs(force - other).max() < 0.01:
                 names.append(model)
                 break
         else:

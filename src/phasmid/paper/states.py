@@ -18,9 +18,6 @@ from phasmid.scenario import load_scenario
 RANDOM_STATES = 2000
 """Random states of each leg."""
 
-SEED = 3
-"""Of the random states."""
-
 FARTHEST_ROLL = math.radians(30)
 """Random rolls and pitches of the body are at most this [rad]."""
 
@@ -86,7 +83,7 @@ def random_states() -> States:
     outside its coxa axis.
     """
     robot = walk_states().robot
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(3)
     leg = robot.legs[0]
     lower, upper = leg.joint_limits.T.copy()
     lower[0], upper[0] = -math.pi, math.pi

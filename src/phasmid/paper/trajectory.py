@@ -140,9 +140,7 @@ TRAJECTORY = (
     Statement("Fig 6", "step length 40 mm, height 30 mm, time 2 s, 41 samples", inputs),
     Statement("results", "a polynomial of fifth degree makes the trajectory smooth", smooth),
     Statement(
-        "Fig 12",
-        "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 bear, then reversed",
-        first_half,
+        "Fig 12", "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 bear, then reversed", first_half
     ),
     Statement("results", "a mapping gives the joint angles from which the gait starts", mapping),
     Statement("Fig 12", "in transfer all three joints move", transfer),

@@ -172,29 +172,29 @@ def sentence(summary: Summary, run: Run) -> str:
     facts, robot, way = summary["run"], summary["robot"], summary.get("travel", {})
     stride = run.scenario.stride
     verb = {"simulation": "simulated", "model": "computed"}.get(facts.get("kind", ""), "recorded")
-    said = (
+    words = (
         f"{facts['duration']:.4g} s of the scenario “{short(run.scenario.name)}” {verb}: the robot "
         f"{short(robot['name'])} with {len(robot['legs'])} legs and {robot['mass']:.3g} kg "
     )
     if facts.get("follows") == "trajectory":
-        said += "follows a trajectory of its joints"
+        words += "follows a trajectory of its joints"
     else:
         step, period = units.text(stride.step_length, "mm"), units.text(stride.period, "s")
-        said += f"walks with the {short(run.gait.name)} gait, steps of {step} and {period} a cycle"
+        words += f"walks with the {short(run.gait.name)} gait, steps of {step} and {period} a cycle"
     kind = run.scenario.terrain.kind
-    said += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
+    words += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
     if facts.get("drive"):
-        said += f", with {short(facts['drive'])} drive"
-    said += f". {ENDED.get(facts.get('ending', ''), 'It ended')}"
+        words += f", with {short(facts['drive'])} drive"
+    words += f". {ENDED.get(facts.get('ending', ''), 'It ended')}"
     if facts["planned_duration"] - facts["duration"] > 1e-9:
         longest = f"{facts['planned_duration']:.4g} s"
-        said += f" at {facts['duration']:.4g} s"
-        said += f", at most {longest}" if "waypoints" in facts else f" of {longest} planned"
+        words += f" at {facts['duration']:.4g} s"
+        words += f", at most {longest}" if "waypoints" in facts else f" of {longest} planned"
     if "distance" in way:
-        said += f", {1000 * way['distance']:.0f} mm from where it began"
+        words += f", {1000 * way['distance']:.0f} mm from where it began"
         if way.get("commanded_distance", 0.0) > 1e-3:
-            said += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
-    return said + "."
+            words += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
+    return words + "."
 
 
 def _player(run: Run, scene: dict[str, Any] | None, still: bytes | None) -> str:
@@ -301,8 +301,8 @@ def _claims(summary: Summary) -> str:
         )
     table = _table("Claims", ("Claim", "Verdict", "Found", "Limit"), lines) if lines else ""
     words = "".join(f"<li>{escape(plain(text))}</li>" for text in summary.get("warnings", ()))
-    said = f'<ul class="warnings">{words}</ul>' if words else "<p>There is none.</p>"
-    return f"{table}\n<h3>Warnings</h3>\n{said}"
+    words = f'<ul class="warnings">{words}</ul>' if words else "<p>There is none.</p>"
+    return f"{table}\n<h3>Warnings</h3>\n{words}"
 
 
 def _figures(pictures: Sequence[Picture]) -> str:
