@@ -19,11 +19,10 @@ from phasmid.formats.judge import judge, judge_servo, judge_standing, mass_slip,
 from phasmid.formats.legs import PRINTED, FoundLeg, found_leg, names_in_order
 from phasmid.formats.masses import NO_MASS, Piece, weighed
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.rigid import RigidLink, inverse
 from phasmid.formats.servos import servo_of
 from phasmid.formats.standing import standing_feet
 from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import Tree
+from phasmid.formats.tree import RigidLink, Tree, inverse
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot, Servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.table import LONGEST_NAME

@@ -17,11 +17,9 @@ from phasmid.formats.chains import FREE, Skeleton, skeleton
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.legs import names_in_order
 from phasmid.formats.masses import NO_MASS
-from phasmid.formats.origins import WHOLE_TURN
-from phasmid.formats.rigid import RigidLink
 from phasmid.formats.servos import DATA_SHEET
 from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import HINGES, Tree, TreeLink
+from phasmid.formats.tree import HINGES, WHOLE_TURN, RigidLink, Tree, TreeLink
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Robot, Servo

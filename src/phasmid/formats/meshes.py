@@ -13,10 +13,10 @@ import numpy as np
 from jaxtyping import Float, Integer
 
 from phasmid.errors import InvalidInput
-from phasmid.formats.files import read_bytes
 from phasmid.formats.xml import short
 from phasmid.robot.appearance import MOST_FACES
 from phasmid.robot.glb import LARGEST_FILE, read_glb
+from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 
 LARGEST_SPAN = 5.0

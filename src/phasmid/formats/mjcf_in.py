@@ -16,16 +16,16 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
-from phasmid.formats.files import named_file, read_bytes
+from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.origins import ENDLESS
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import GREY
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
+from phasmid.toml import read_bytes
 
 if TYPE_CHECKING:
     import mujoco

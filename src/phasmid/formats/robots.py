@@ -12,8 +12,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.outgoing import neutral_angles, tree_of
-from phasmid.formats.tree import Tree
+from phasmid.formats.tree import Tree, neutral_angles, tree_of
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot

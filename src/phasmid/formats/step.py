@@ -14,7 +14,6 @@ from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Findings
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.rigid import inverse
 from phasmid.formats.solids import step_files
 from phasmid.formats.step_guess import first_guess
 from phasmid.formats.step_sidecar import (
@@ -26,7 +25,7 @@ from phasmid.formats.step_sidecar import (
     read_sidecar,
     sidecar_of,
 )
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.tables import Locator, in_file
