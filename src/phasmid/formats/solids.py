@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from phasmid.cad import build, meshes
 from phasmid.cad.step import step_text
 from phasmid.cad.weights import mass_table
 from phasmid.errors import InvalidInput
+from phasmid.formats.meshes import Mesh, joined, stl
 from phasmid.formats.step_sidecar import sidecar_of, sidecar_text
-from phasmid.formats.stl import stl
 from phasmid.recording.file import cannot_write, write_whole
-from phasmid.robot import Part, Robot
+from phasmid.robot import Robot
 from phasmid.robot.glb import glb
 
 
@@ -68,7 +66,7 @@ def write_solids(
     announce("meshes")
     write_whole(folder / f"{name}.glb", glb(looks))
     for link, parts in looks.items():
-        write_whole(stls[link], stl(_joined(parts)))
+        write_whole(stls[link], stl(Mesh(*joined(parts))))
     table = f"# {robot.name}: masses\n\n{mass_table(robot, assembly)}"
     write_whole(folder / f"{name}-masses.md", table.encode())
     return files
@@ -112,13 +110,6 @@ def file_names(names: Sequence[str]) -> dict[str, str]:
         taken.add(numbered.casefold())
         found[name] = numbered
     return found
-
-
-def _joined(parts: tuple[Part, ...]) -> Part:
-    """Join parts of one link."""
-    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    faces = [part.faces + start for part, start in zip(parts, starts, strict=False)]
-    return Part(np.concatenate([part.vertices for part in parts]), np.concatenate(faces))
 
 
 def _check(files: tuple[Path, ...], *, force: bool) -> None:

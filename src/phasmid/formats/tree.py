@@ -131,17 +131,13 @@ class Tree:
                 )
         roots = [name for name in self.links if name not in by_child]
         if len(roots) != 1:
-            named = f" ({', '.join(roots[:6])}{', …' if len(roots) > 6 else ''})" if roots else ""
-            raise InvalidRobot(
-                f"{self.file or self.name} has {len(roots)} root links{named}; "
-                "exactly 1 is needed.",
-            )
+            raise root_error(self.file or self.name, roots)
         # Links that hang on a ring of joints are not reached from the root.
         reached = [roots[0]]
         for name in reached:
             reached += [joint.child for joint in self.joints_from(name)]
-        lost = [name for name in self.links if name not in set(reached)]
-        if lost:
+        attached = set(reached)
+        if lost := [name for name in self.links if name not in attached]:
             raise InvalidRobot(
                 f"link {lost[0]} hangs on a ring of joints that is not tied to the root link.",
                 where=self.links[lost[0]].where,
@@ -163,6 +159,13 @@ class Tree:
     def joints_from(self, link: str) -> Sequence[TreeJoint]:
         """Return the joints that a link carries."""
         return self._outgoing[link]
+
+
+def root_error(file: str, roots: Sequence[str], hint: str = "") -> InvalidRobot:
+    """Return the error for no root link, or several."""
+    named = f" ({', '.join(roots[:6])}{', …' if len(roots) > 6 else ''})" if roots else ""
+    what = f"{file} has {len(roots)} root links{named}; exactly 1 is needed."
+    return InvalidRobot(what, hint=hint)
 
 
 @dataclass(frozen=True, eq=False)
