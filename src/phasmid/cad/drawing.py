@@ -7,7 +7,7 @@ import pickle
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +66,15 @@ class DrawnPart:
     solid: Inertial | None
     look: Part | None
     cylinders: tuple[Cylinder, ...]
+
+    @property
+    def drawn_cylinders(self) -> list[Cylinder]:
+        """Its cylindrical faces in the drawing's frame."""
+        R, p = self.X_drawing_part[:3, :3], self.X_drawing_part[:3, 3]
+        return [
+            replace(face, point=R @ face.point + p, direction=R @ face.direction)
+            for face in self.cylinders
+        ]
 
     @property
     def volume(self) -> float:

@@ -17,7 +17,7 @@ from phasmid.formats.bodies import bounds, judge_body
 from phasmid.formats.chains import FREE, Skeleton, skeleton
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.legs import MIDDLE, names_in_order
-from phasmid.formats.tree import HINGES, WHOLE_TURN, RigidLink, Tree, TreeLink
+from phasmid.formats.tree import HINGES, WHOLE_TURN, Tree
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
 from phasmid.robot import JOINTS, Leg, Robot, Servo
@@ -99,7 +99,12 @@ def judge(
             found += _links(scaled_masses(tree, 1e-3, inertias=False), bones, inertias)
         else:
             found += _links(tree, bones, inertias) if not too_long else []
-            found += _total(tree)
+            if (total := _mass(tree)) > 0 and not LIGHTEST <= total <= HEAVIEST:
+                what = (
+                    f"weighs {plain_number(total)} kg in all; walking robots weigh {LIGHTEST:g} to "
+                    f"{HEAVIEST:g} kg."
+                )
+                found.suspect("robot", what, hint="--total-mass-g as on a scale")
         if bones is not None:
             found += _legs(bones)
     return grouped([*found, *too_long, *_limits(tree)])
@@ -274,18 +279,6 @@ def _mass(tree: Tree) -> float:
     return sum(link.inertial.mass for link in tree.links.values() if link.inertial)
 
 
-def _total(tree: Tree) -> Findings:
-    found, total = Findings(), _mass(tree)
-    if total > 0 and not LIGHTEST <= total <= HEAVIEST:
-        found.suspect(
-            "robot",
-            f"weighs {plain_number(total)} kg in all; walking robots weigh {LIGHTEST:g} to "
-            f"{HEAVIEST:g} kg.",
-            hint="--total-mass-g as on a scale",
-        )
-    return found
-
-
 def _lengths(tree: Tree) -> Findings:
     """Find joints farther apart than those of any robot."""
     found = Findings()
@@ -314,7 +307,7 @@ def _links(tree: Tree, bones: Skeleton | None, inertias: bool) -> Findings:
     What is impossible of a link that is fixed to others is only suspect where all of them
     together, as they are simulated, make a possible body.
     """
-    found = Findings()
+    found, held = Findings(), _possible_together(bones)
     for link in tree.links.values():
         if link.inertial is None:
             continue
@@ -323,36 +316,28 @@ def _links(tree: Tree, bones: Skeleton | None, inertias: bool) -> Findings:
         if not link.complete:
             # A missing mesh may hold matter elsewhere.
             box = replace(box, volume=math.nan, solid=False)
-        faults = judge_body(f"link {link.name}", link.inertial, box, link.where, inertias=inertias)
-        rigid = _carrier(link, bones)
-        if rigid is not None and link.inertial.mass >= 0 and _is_possible(rigid):
-            faults = Findings(
-                replace(
-                    fault,
-                    severity=Severity.SUSPECT,
-                    what=f"{fault.what.removesuffix('.')}; with the links that it is fixed to "
-                    "it is possible.",
-                )
-                if fault.severity is Severity.IMPOSSIBLE
-                else fault
-                for fault in faults
-            )
-        found += faults
+        for fault in judge_body(
+            f"link {link.name}", link.inertial, box, link.where, inertias=inertias
+        ):
+            if fault.severity is Severity.IMPOSSIBLE and link.name in held:
+                what = fault.what.removesuffix(".")
+                what = f"{what}; with the links that it is fixed to it is possible."
+                fault = replace(fault, severity=Severity.SUSPECT, what=what)
+            found.append(fault)
     return found
 
 
-def _carrier(link: TreeLink, bones: Skeleton | None) -> RigidLink | None:
-    """Return the rigid link of several links that a link belongs to; None without one."""
-    bodies = bones.bodies if bones else ()
-    return next((b for b in bodies if len(b.links) > 1 and link.name in b.poses), None)
-
-
-def _is_possible(rigid: RigidLink) -> bool:
-    if rigid.inertial is None:
-        return False
-    joints = [rigid.pose_of(joint)[:3, 3] for joint in rigid.joints]
-    faults = judge_body("", rigid.inertial, bounds(rigid.parts, joints), "")
-    return all(fault.severity is not Severity.IMPOSSIBLE for fault in faults)
+def _possible_together(bones: Skeleton | None) -> set[str]:
+    """Return names of links that are fixed to others with which they make a possible body."""
+    found: set[str] = set()
+    for rigid in bones.bodies if bones else ():
+        if len(rigid.links) < 2 or rigid.inertial is None:
+            continue
+        joints = [rigid.pose_of(joint)[:3, 3] for joint in rigid.joints]
+        faults = judge_body("", rigid.inertial, bounds(rigid.parts, joints), "")
+        if all(fault.severity is not Severity.IMPOSSIBLE for fault in faults):
+            found |= {i.name for i in rigid.links if i.inertial and i.inertial.mass >= 0}
+    return found
 
 
 def _limits(tree: Tree) -> Findings:
@@ -391,19 +376,20 @@ def _legs(bones: Skeleton) -> Findings:
                 subject = f"link {link.name}"
                 found.impossible(subject, "moves but has no mass.", link.links[0].where, NO_MASS)
     hips = np.array([chain.hip for chain in bones.chains])
-    chains = [bones.chains[i] for _, i in names_in_order(hips)]
-    masses = {str(n): [link.inertial for link in c.links] for n, c in enumerate(chains, 1)}
-    heaviest = {
-        str(n): [_heaviest(link.links) for link in chain.links] for n, chain in enumerate(chains, 1)
-    }
-    return Findings(
-        [*found, *_copies(heaviest), *_uneven(masses, np.array([chain.hip for chain in chains]))]
-    )
+    order = [i for _, i in names_in_order(hips)]
+    masses, heaviest = {}, {}
+    for number, i in enumerate(order, 1):
+        links = bones.chains[i].links
+        masses[str(number)] = [link.inertial for link in links]
+        heaviest[str(number)] = [
+            max((own.inertial for own in link.links if own.inertial), key=_own_mass, default=None)
+            for link in links
+        ]
+    return Findings([*found, *_copies(heaviest), *_uneven(masses, hips[order])])
 
 
-def _heaviest(links: Sequence[TreeLink]) -> Inertial | None:
-    inertials = [link.inertial for link in links if link.inertial]
-    return max(inertials, key=lambda i: i.mass, default=None)
+def _own_mass(inertial: Inertial) -> float:
+    return inertial.mass
 
 
 def _copies(legs: Mapping[str, Sequence[Inertial | None]]) -> Findings:

@@ -167,7 +167,7 @@ def _reader(source: str | Path) -> _Reader | None:
             else "convert it to URDF or MJCF",
         )
     if suffix in (".step", ".stp"):
-        from phasmid.formats.step import read_step
+        from phasmid.formats.step_in import read_step
 
         return read_step
     if suffix == ".urdf" or (suffix == ".xml" and _root(Path(source)) == "robot"):
@@ -237,7 +237,7 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
     if suffix == ".toml":
         return _toml_files(robot, path)
     if suffix in (".step", ".stp"):
-        from phasmid.formats.solids import step_files
+        from phasmid.formats.step_out import step_files
 
         return dict(step_files(robot, path.name))
     tree = tree_of(robot)
