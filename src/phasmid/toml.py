@@ -97,25 +97,31 @@ def read_text(path: Path, largest: int) -> str:
     Raises:
         InvalidInput: The file is absent, no regular file, too large, or not UTF-8.
     """
-    if not is_file(path):
-        try:
-            exists = path.exists()
-        except (OSError, ValueError):
-            exists = False
-        raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
     try:
+        # Some editors put a byte order mark first.
+        return read_bytes(path, largest).decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        raise InvalidInput(f"{path} is not text in UTF-8.") from None
+
+
+def read_bytes(path: Path, largest: int) -> bytes:
+    """Return the content of a file of a largest size [bytes].
+
+    Raises:
+        InvalidInput: The file is absent, no regular file, too large, or cannot be read.
+    """
+    try:
+        if not path.is_file():
+            exists = path.exists()
+            raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
         with path.open("rb") as file:
             raw = file.read(largest + 1)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
         raise InvalidInput(f"cannot read {path}: {reason}.") from None
     if len(raw) > largest:
         raise InvalidInput(f"{path} holds more than {largest} bytes; such files are refused.")
-    try:
-        # Some editors put a byte order mark first.
-        return raw.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        raise InvalidInput(f"{path} is not text in UTF-8.") from None
+    return raw
 
 
 def parse_toml(content: str, name: str) -> dict[str, Any]:

@@ -69,8 +69,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _write_sidecar(path: Path, *, force: bool) -> int:
-    from phasmid.formats.step_guess import first_guess
-    from phasmid.formats.step_sidecar import sidecar_of
+    from phasmid.formats.step_in import sidecar_of
+    from phasmid.formats.step_out import first_guess
     from phasmid.recording.file import write_whole
 
     sidecar = sidecar_of(path)

@@ -11,8 +11,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Finding, Findings
-from phasmid.formats.rigid import RigidLink, fixed_to, rigid_link
-from phasmid.formats.tree import HINGES, Tree, TreeJoint
+from phasmid.formats.tree import HINGES, RigidLink, Tree, TreeJoint, fixed_to, rigid_link
 from phasmid.robot.table import MOST_LEGS
 
 FREE = frozenset({"floating", "free"})

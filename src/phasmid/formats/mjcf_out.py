@@ -12,7 +12,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.stl import StlFiles, meshes_of
+from phasmid.formats.meshes import StlFiles
 from phasmid.formats.tree import HINGES, Tree, TreeJoint, TreeLink
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial
@@ -55,7 +55,7 @@ def mjcf_files(
     Raises:
         InvalidRobot: A moving link has no mass, or a joint is neither a hinge nor fixed.
     """
-    document = _Document(tree, home or {}, servo, StlFiles(meshes_of(name)))
+    document = _Document(tree, home or {}, servo, StlFiles(name))
     root = document.element(name)
     ET.indent(root)
     files = {f"{name}.xml": ET.tostring(root, encoding="utf-8") + b"\n"}
@@ -85,7 +85,8 @@ class _Document:
     def element(self, name: str) -> ET.Element:
         """Return the root element of the file."""
         root = ET.Element("mujoco", model=self._tree.name or name)
-        ET.SubElement(root, "compiler", angle="radian", autolimits="true", meshdir=meshes_of(name))
+        settings = {"angle": "radian", "autolimits": "true", "meshdir": self.meshes.folder}
+        ET.SubElement(root, "compiler", settings)
         # Hard friction, so that standing feet hardly creep.
         option = {"timestep": "0.001", "integrator": "implicitfast"}
         ET.SubElement(root, "option", option | {"cone": "elliptic", "impratio": "100"})

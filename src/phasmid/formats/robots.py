@@ -12,8 +12,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.outgoing import neutral_angles, tree_of
-from phasmid.formats.tree import Tree
+from phasmid.formats.tree import Tree, neutral_angles, tree_of
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
@@ -168,7 +167,7 @@ def _reader(source: str | Path) -> _Reader | None:
             else "convert it to URDF or MJCF",
         )
     if suffix in (".step", ".stp"):
-        from phasmid.formats.step import read_step
+        from phasmid.formats.step_in import read_step
 
         return read_step
     if suffix == ".urdf" or (suffix == ".xml" and _root(Path(source)) == "robot"):
@@ -238,7 +237,7 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
     if suffix == ".toml":
         return _toml_files(robot, path)
     if suffix in (".step", ".stp"):
-        from phasmid.formats.solids import step_files
+        from phasmid.formats.step_out import step_files
 
         return dict(step_files(robot, path.name))
     tree = tree_of(robot)

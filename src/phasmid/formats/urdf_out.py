@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.formats.stl import StlFiles, meshes_of
+from phasmid.formats.meshes import StlFiles
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import GREY, KINDS, OWN_SHAPE, UNLIMITED
 
@@ -42,7 +42,7 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
     Raises:
         InvalidInput: A joint is of a kind that URDF does not have.
     """
-    looks = _Looks(meshes_of(name))
+    looks = _Looks(name)
     shown = any(link.parts for link in tree.links.values())
     body: list[str] = []
     for link in tree.links.values():
@@ -81,8 +81,8 @@ def rpy_of(R: Float[np.ndarray, "3 3"]) -> tuple[float, float, float]:
 class _Looks:
     """Materials and mesh files, each written once."""
 
-    def __init__(self, folder: str) -> None:
-        self.meshes = StlFiles(folder)
+    def __init__(self, name: str) -> None:
+        self.meshes = StlFiles(name)
         self._colors: dict[tuple[float, ...], str] = {}
 
     def material(self, color: tuple[float, ...]) -> str:

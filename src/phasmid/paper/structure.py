@@ -12,8 +12,8 @@ import numpy as np
 from phasmid import kinematics
 from phasmid.errors import InfeasibleWalk
 from phasmid.formats import ImportOptions, load_robot, save_robot
-from phasmid.formats.step_guess import first_guess
-from phasmid.formats.step_sidecar import sidecar_of
+from phasmid.formats.step_in import sidecar_of
+from phasmid.formats.step_out import first_guess
 from phasmid.motion import plan
 from phasmid.paper.evidence import Evidence
 from phasmid.paper.statement import Finding, Grade, Statement, judged, length
