@@ -72,6 +72,8 @@ than the project's charter of physics tests asks for.
 
 def page(rows: Sequence[Row]) -> str:
     """The page, in Markdown."""
+    import mujoco
+
     lines = ["| | check | expected | got | tolerance | |", "|---|---|---|---|---|---|"]
     reasons = []
     for number, group in groupby(rows, key=lambda row: row.number):
@@ -84,7 +86,7 @@ def page(rows: Sequence[Row]) -> str:
     return _PAGE.format(
         tally=tally(rows),
         phasmid=version("phasmid"),
-        mujoco=version("mujoco"),
+        mujoco=mujoco.__version__,
         table="\n".join(lines),
         reasons="\n".join(reasons),
     )
