@@ -104,7 +104,7 @@ def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from phasmid.verification.page import expectation, margin, result
+    from phasmid.verification.page import words
 
     console = Console(highlight=False, markup=False)
 
@@ -119,7 +119,7 @@ def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
             head = Text(f"{row.number:>3} ").append(row.title, style="bold")
             show(head.append(f"   {row.equation}", style="dim"))
         before = row.number
-        line = Text(_columns("", row.case, expectation(row), result(row), margin(row), ""))
+        line = Text(_columns("", row.case, *words(row), ""))
         show(line.append(row.verdict.value, style=COLOURS[row.verdict.name]))
         if explain:
             for part in textwrap.wrap(row.why, WIDTH - 6):

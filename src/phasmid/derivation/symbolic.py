@@ -62,16 +62,7 @@ PAIRS = ((0, 1), (0, 2), (1, 2))
 
 
 class SymbolicMatrices(NamedTuple):
-    """The matrices of Eq. 10 in symbols: torque = M q" + B [q' q'] + C [q'²] + G.
-
-    Attributes:
-        M: Mass matrix [kg·m²], shape (3, 3).
-        B: Coriolis coefficients [kg·m²], shape (3, 3); its columns multiply
-            q1' q2', q1' q3' and q2' q3'.
-        C: Centrifugal coefficients [kg·m²], shape (3, 3); its columns multiply
-            q1'², q2'² and q3'².
-        G: Torques that hold the leg against gravity [N·m], shape (3, 1).
-    """
+    """The matrices of Eq. 10 in symbols, as `phasmid.dynamics.LegMatrices`; G has shape (3, 1)."""
 
     M: sp.Matrix
     B: sp.Matrix

@@ -11,6 +11,16 @@ from jaxtyping import Float
 FACES = 8
 """Faces of the initial pyramid around each cone."""
 
+
+def directions(faces: int) -> Float[np.ndarray, "faces 2"]:
+    """Return the tangential directions of the faces of a pyramid."""
+    angle = 2 * np.pi * np.arange(faces) / faces
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+ROUND = directions(FACES)
+"""Tangential directions of the initial pyramid's faces."""
+
 ASIDE = 0.05
 """A face within this angle of the touching plane is dropped [rad]."""
 
@@ -106,7 +116,7 @@ def cheapest_points(
     programming); each programme is solved by daqp (Arnström, Bemporad, Axehill 2022).
     """
     samples, feet, _, free = U.shape
-    limits = Rows.join(limits, pyramid(force, U, friction, FACES))
+    limits = Rows.join(limits, pyramid(force, U, friction, ROUND))
     x = np.zeros((samples, free))
     now = force.copy()
     # A foot without force keeps its last direction, which is otherwise round-off.
@@ -140,7 +150,7 @@ def cheapest_points(
             g += slope - PROXIMAL * x[todo]
         rows = limits.of(todo)
         # A face beside the touching plane is nearly redundant and makes the solver cycle.
-        beside = loaded[..., None] & ~_apart(d[..., None, :], _round(FACES), ASIDE)
+        beside = loaded[..., None] & ~_apart(d[..., None, :], ROUND, ASIDE)
         rows.upper[:, fixed:][beside.reshape(len(todo), -1)] = UNBOUNDED
         rows = Rows.join(rows, _touching(d, f, V, mu))
         if round_ >= PATIENCE:
@@ -182,20 +192,17 @@ def cheapest_points(
     return x
 
 
-def pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray, faces: int) -> Rows:
-    """Return the half spaces of pyramids around the cones, foot by foot; see `cheapest_points`."""
-    face = np.empty((*friction.shape, faces, 3))
-    face[..., 0], face[..., 1:] = -friction[..., None], _round(faces)
+def pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray, faces: np.ndarray) -> Rows:
+    """Return the half spaces of pyramids around the cones, foot by foot; see `cheapest_points`.
+
+    Faces are given by `directions`.
+    """
+    face = np.empty((*friction.shape, len(faces), 3))
+    face[..., 0], face[..., 1:] = -friction[..., None], faces
     samples, free = len(U), U.shape[-1]
     return Rows.below(
         (face @ U).reshape(samples, -1, free), -(face @ force[..., None]).reshape(samples, -1)
     )
-
-
-def _round(faces: int) -> np.ndarray:
-    """Return the tangential directions of a pyramid's faces, shape (faces, 2)."""
-    angle = 2 * np.pi * np.arange(faces) / faces
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _touching(d: np.ndarray, f: np.ndarray, V: np.ndarray, friction: np.ndarray) -> Rows:

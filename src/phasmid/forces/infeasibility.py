@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad
-from phasmid.forces.cones import UNBOUNDED, Rows, pyramid
+from phasmid.forces.cones import UNBOUNDED, Rows, directions, pyramid
 from phasmid.forces.load import Load, grasp_matrix, push_limits, torque_limits
 from phasmid.robot import JOINTS
 
@@ -19,7 +19,7 @@ NOTHING = 1e-6
 LINE = 1e-12
 """Relative distance from a line below which feet stand on it."""
 
-FACES = 64
+FACES = directions(64)
 """Faces of the pyramid around each cone; its edges are 0.12 % outside."""
 
 SMALL = 1e-6

@@ -1,9 +1,9 @@
-"""XML files that others wrote: read with limits, with lines, and without entities."""
+"""XML that others wrote: read with limits, with lines, and without entities."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 from xml.parsers import expat
@@ -151,6 +151,12 @@ def short(text: str, most: int = LONGEST_NAME) -> str:
     """Shorten a text from a file to one line of a message."""
     text = plain(text)
     return text if len(text) <= most else f"{text[:most]}…"
+
+
+def written(numbers: Iterable[float]) -> str:
+    """Return numbers as text that reads back as the same, separated by blanks."""
+    # Adding zero makes minus zero plain.
+    return " ".join(repr(float(number) + 0.0) for number in numbers)
 
 
 def read_xml(raw: bytes, file: str) -> Element:

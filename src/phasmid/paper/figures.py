@@ -50,15 +50,11 @@ def as_printed_figure(evidence: Evidence) -> Figure:
     walk = plan(scenario).sample(np.linspace(0.0, 1.0, 500, endpoint=False))
     leg = walk.robot.legs[0]
     motion = (walk.q[:, 0], walk.qd[:, 0], walk.qdd[:, 0])
-    printed = {
-        "as printed": frozenset(EQ_10),
-        "as printed, fed with θ3 of Eq 9": frozenset({*EQ_10, LegMisprint.THETA_3_AS_FED}),
-    }
+    printed = (
+        ("as printed", frozenset(EQ_10), "--"),
+        ("as printed, fed with θ3 of Eq 9", frozenset({*EQ_10, LegMisprint.THETA_3_AS_FED}), ":"),
+    )
     right = 1000 * leg_torque(leg, *motion)
-    lines = {
-        name: 1000 * printed_leg_torque(leg, *motion, misprints=switches)
-        for name, switches in printed.items()
-    }
     with styled():
         figure, axes = _grid(
             3,
@@ -71,17 +67,15 @@ def as_printed_figure(evidence: Evidence) -> Figure:
         for joint, axis in enumerate(axes[:, 0]):
             colour = JOINT_COLOURS[joint]
             axis.plot(walk.time, right[:, joint], color=colour, linewidth=2.2)
-            for (_, values), dash in zip(lines.items(), ("--", ":"), strict=True):
-                axis.plot(walk.time, values[:, joint], color=INK, linewidth=1.2, linestyle=dash)
+            for _, switches, dash in printed:
+                wrong = 1000 * printed_leg_torque(leg, *motion, misprints=switches)
+                axis.plot(walk.time, wrong[:, joint], color=INK, linewidth=1.2, linestyle=dash)
             axis.set_title(JOINTS[joint])
             axis.set_ylabel("torque [mN·m]")
         axes[-1, 0].set_xlabel("time [s]")
         axes[-1, 0].set_xlim(0, 1)
-        _legend(
-            figure,
-            [("corrected", FAINT, "-", 2.2)]
-            + [(name, INK, dash, 1.2) for name, dash in zip(lines, ("--", ":"), strict=True)],
-        )
+        entries = [(name, INK, dash, 1.2) for name, _, dash in printed]
+        _legend(figure, [("corrected", FAINT, "-", 2.2), *entries])
     return figure
 
 
@@ -120,10 +114,8 @@ def stance_laws_figure(evidence: Evidence) -> Figure:
         for leg in range(3):
             axes[leg, 0].set_ylabel(f"leg {leg + 1}: angle [°]")
         axes[0, 0].set_xlim(0, evidence.scenario.stride.period)
-        _legend(
-            figure,
-            [(name, colour, "-", 1.4) for name, colour in zip(JOINTS, JOINT_COLOURS, strict=True)],
-        )
+        pairs = zip(JOINTS, JOINT_COLOURS, strict=True)
+        _legend(figure, [(name, colour, "-", 1.4) for name, colour in pairs])
     return figure
 
 
